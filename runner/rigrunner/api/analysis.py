@@ -1,0 +1,218 @@
+"""The contracts of the analysis: outlier rules, fits and compensations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.data import Array, Estimate, Mask, Points
+    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """One value that a rule rejected, with the numbers that made it do so."""
+
+    index: int
+    value: float
+    rule: str
+    statistic: float
+    critical: float
+
+
+class OutlierRule(Protocol):
+    """Finds gross errors in values that should agree."""
+
+    def __call__(self, values: Array) -> Sequence[Rejection]:
+        """Return what is rejected of values of shape (n,); the values stay as they are."""
+        ...
+
+
+class Curve(Protocol):
+    """A fitted curve."""
+
+    @property
+    def formula(self) -> str:
+        """The curve as a person writes it, with its parameters' names."""
+        ...
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The names of the coefficients."""
+        ...
+
+    @property
+    def units(self) -> Sequence[str]:
+        """The unit of each coefficient."""
+        ...
+
+    @property
+    def coefficients(self) -> Array:
+        """The estimates, shape (p,)."""
+        ...
+
+    @property
+    def covariance(self) -> Array:
+        """Their covariance, shape (p, p)."""
+        ...
+
+    @property
+    def dof(self) -> float:
+        """Degrees of freedom of the residual."""
+        ...
+
+    @property
+    def residuals(self) -> Array:
+        """Observed minus fitted, shape (n,)."""
+        ...
+
+    @property
+    def residual_s(self) -> float:
+        """The residual standard deviation, in the unit of y."""
+        ...
+
+    @property
+    def r_squared(self) -> float:
+        """The coefficient of determination."""
+        ...
+
+    @property
+    def valid_x(self) -> tuple[float, float]:
+        """The range of x within which the curve may be used."""
+        ...
+
+    def predict(self, x: Array) -> tuple[Array, Array]:
+        """Return the curve at x and its standard uncertainty (of the curve, not of one more point).
+
+        Raises DataError outside `valid_x`.
+        """
+        ...
+
+
+class Fit(Protocol):
+    """Fits a curve to points."""
+
+    def __call__(self, points: Points) -> Curve:
+        """Return the fitted curve; raise DataError where the points do not allow it."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class SwingPoint:
+    """One set-point of a sweep, prepared: despiked, cut into swings, gross errors marked.
+
+    The crank phase phi runs over [0, 2 pi) in N equal steps from the middle of the forward stroke
+    (theta = 0, rising). Torque is corrected for the zero reading.
+    """
+
+    recording: str
+    set_frequency_hz: float
+    frequency_hz: Estimate
+    """From the angle channel, never from the entered value."""
+    load_n: float
+    sample_rate_hz: float
+    angle_rad: Array
+    """Mean swing angle over the kept cycles, shape (N,)."""
+    torque_nm: Array
+    """Torque of every cycle, resampled on the crank phase, shape (cycles, N)."""
+    kept: Mask
+    """Which cycles take part in a mean over cycles (waveform methods), shape (cycles,)."""
+    waveform_rejections: tuple[Rejection, ...]
+    peak_nm: Array
+    """The raw maximum of each cycle as the paper takes it, shape (cycles,)."""
+    peak_kept: Mask
+    """Which peaks remain after the outlier rule (peak methods), shape (cycles,)."""
+    peak_rejections: tuple[Rejection, ...]
+    spikes: int
+    """How many samples the spike filter replaced."""
+
+    @property
+    def cycles(self) -> int:
+        """How many whole cycles were recorded."""
+        return len(self.kept)
+
+
+@dataclass(frozen=True)
+class Component:
+    """One contribution to a standard uncertainty, in N·m."""
+
+    name: str
+    u: float
+    dof: float
+    distribution: str
+    common: bool
+    """True if the error is the same in all points of the run (it does not average out)."""
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedPoint:
+    """What one method says of one set-point."""
+
+    set_frequency_hz: float
+    frequency_hz: float
+    raw_nm: float
+    """What the sensor shows by this method's own reading of it."""
+    rig_nm: float
+    """The part of the rig in it: raw - torque."""
+    torque: Estimate
+    components: tuple[Component, ...]
+    trace: Trace | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Torque over one swing, for the eye: arrays of shape (N,) over the crank phase."""
+
+    angle_rad: Array
+    raw_nm: Array
+    no_load_nm: Array
+    compensated_nm: Array
+
+
+@dataclass(frozen=True)
+class Check:
+    """A named diagnostic: what was found, against what, and what to do."""
+
+    name: str
+    ok: bool
+    text: str
+    advice: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """What a compensation takes: the prepared points of both runs and what is known of the rig."""
+
+    loaded: tuple[SwingPoint, ...]
+    no_load: tuple[SwingPoint, ...]
+    rig: RigDescription
+    instrument: TorqueInstrument
+    fit: Fit
+    """The fit named by the procedure for torque over frequency (`fit:`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compensation:
+    """The outcome of one method over the whole sweep."""
+
+    measurand: str
+    """What the number is, in words: 'load-induced starting torque', 'running torque', ..."""
+    points: tuple[CompensatedPoint, ...]
+    not_applicable: str = ""
+    """Why the method cannot be used on this run; then there are no points."""
+    curve: Curve | None = None
+    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+    """What the method learned of the rig, such as J, fn and damping."""
+    checks: tuple[Check, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class CompensationMethod(Protocol):
+    """Takes the rig's part out of the measured torque."""
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return torque per set-point of the loaded run; raise DataError where data do not allow it."""
+        ...

@@ -1,0 +1,94 @@
+"""Measured data: what comes from devices and what the analysis takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Consecutive samples of some channels of one device, each of shape (n,)."""
+
+    rate_hz: float
+    first_sample: int
+    monotonic_s: float
+    channels: Mapping[str, Array]
+
+    @property
+    def samples(self) -> int:
+        """How many samples each channel has."""
+        return next((len(values) for values in self.channels.values()), 0)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A measured value with its standard uncertainty and degrees of freedom (GUM 2.3.1, G.3)."""
+
+    value: float
+    u: float
+    dof: float = float("inf")
+    unit: str = "N·m"
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Values to fit: x, y and, where known, the standard uncertainty of y; all of shape (n,)."""
+
+    x: Array
+    y: Array
+    u_y: Array | None = None
+    x_unit: str = "Hz"
+    y_unit: str = "N·m"
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One finished recording: channels 'role.name' of shape (n,), on one clock, in SI units."""
+
+    name: str
+    rate_hz: float
+    started_utc: str
+    setpoints: Mapping[str, float]
+    channels: Mapping[str, Array]
+    units: Mapping[str, str]
+    conditions: Mapping[str, float] = field(default_factory=dict)
+    """What the station could read while recording: 'tester.load', 'tester.temperature', ..."""
+
+    @property
+    def samples(self) -> int:
+        """How many samples each channel has."""
+        return next((len(values) for values in self.channels.values()), 0)
+
+
+@dataclass(frozen=True, eq=False)
+class RunData:
+    """All that an analysis may know of a run. The truth of a simulator is not in it."""
+
+    run_id: str
+    procedure_id: str
+    procedure_revision: str
+    procedure_title: str
+    station_id: str
+    started_utc: str
+    ended_utc: str
+    outcome: str
+    inputs: Mapping[str, str]
+    rig: RigDescription
+    instruments: Mapping[str, TorqueInstrument]
+    zeros: Mapping[str, float]
+    """The zero reading of each zeroed channel; the recordings are stored without correction."""
+    recordings: tuple[Recording, ...]
+    digest: str = ""
+    """SHA-256 over the recordings, the identity by which other files name this run."""

@@ -1,0 +1,168 @@
+"""What a device is, and the abilities that it may have.
+
+A device is a small synchronous object. Its constructor does no I/O, so that a plan can ask for its
+channels and drives without touching the rig. All values are in the unit that the ChannelInfo or
+DriveInfo names, which is the coherent SI unit of its dimension.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.api.data import Block
+
+
+class Clock(Protocol):
+    """Time as a device and the engine see it; simulated time passes as fast as it can."""
+
+    def monotonic_s(self) -> float:
+        """Return seconds since an arbitrary start; never goes back."""
+        ...
+
+    def utc(self) -> datetime:
+        """Return the date and time, timezone-aware, in UTC."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let that much time pass."""
+        ...
+
+
+class StopToken(Protocol):
+    """Says whether the run is asked to stop; looked at between blocks."""
+
+    def is_set(self) -> bool:
+        """Return True once the run is to stop."""
+        ...
+
+
+@dataclass(frozen=True)
+class DeviceContext:
+    """What a device is given beside its settings."""
+
+    role: str
+    clock: Clock
+    folder: Path
+    """The folder of the station file, to which relative paths in settings refer."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who answers at the other end."""
+
+    maker: str
+    model: str
+    serial: str
+    firmware: str = ""
+    simulated: bool = False
+
+
+@dataclass(frozen=True)
+class ChannelInfo:
+    """One quantity that a device measures."""
+
+    name: str
+    unit: str
+    long_name: str
+
+
+@dataclass(frozen=True)
+class DriveInfo:
+    """One quantity that a device sets, with the limits within which it may be set."""
+
+    name: str
+    unit: str
+    long_name: str
+    minimum: float
+    maximum: float
+    rate_per_s: float | None = None
+    """How fast the quantity moves towards its set-point, in unit per second; None: at once."""
+    sets_cycle_frequency: bool = False
+    """True for the drive whose value is the frequency of the cyclic motion."""
+    safe_value: float = 0.0
+
+
+@runtime_checkable
+class Device(Protocol):
+    """The least that every device can do."""
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """The channels that can be read or streamed."""
+        ...
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """The drives that can be set."""
+        ...
+
+    @property
+    def non_blocking(self) -> bool:
+        """True where no call waits for hardware: such a device is called inline, without a thread."""
+        ...
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Open the connection and identify; raise a DeviceError."""
+        ...
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Bring every drive to its safe value and return what was read back from each.
+
+        Idempotent, callable in any state, connected or not.
+        """
+        ...
+
+    def close(self) -> None:
+        """Release the connection; idempotent, callable in any state."""
+        ...
+
+
+@runtime_checkable
+class Readable(Protocol):
+    """Gives single values of channels."""
+
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return the present value of each channel."""
+        ...
+
+
+@runtime_checkable
+class Settable(Protocol):
+    """Has drives that can be set."""
+
+    def set(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point; return when it is reached; raise a DeviceError."""
+        ...
+
+    def read_back(self, drive: str) -> float:
+        """Return the drive's actual value."""
+        ...
+
+
+@runtime_checkable
+class Streaming(Protocol):
+    """Records channels that share one clock."""
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        ...
+
+    def stream(self, channels: Sequence[str], duration_s: float, stop: StopToken) -> Iterator[Block]:
+        """Yield gapless blocks until the duration has passed or the token is set."""
+        ...
+
+
+@runtime_checkable
+class KnowsTruth(Protocol):
+    """A simulator that knows what no instrument can: kept apart, never shown to the analysis."""
+
+    def truth(self) -> Mapping[str, float]:
+        """Return the true values that held in the last stream, such as 'starting_torque_nm'."""
+        ...

@@ -1,0 +1,124 @@
+"""The events of a run, in the order in which they happen; the journal of all that matters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Block
+
+
+class Outcome(StrEnum):
+    """How a run ended; not to be confused with the verdict on what it measured."""
+
+    COMPLETED = "completed"
+    ABORTED = "aborted"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """The base: sequence number, monotonic and wall time."""
+
+    seq: int
+    monotonic_s: float
+    utc: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunStarted(Event):
+    """The rig is connected and the plan begins."""
+
+    run_id: str
+    steps: int
+    estimated_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepStarted(Event):
+    """A step of the plan begins; `recording` names the recording that it makes, if it does."""
+
+    step: str
+    index: int
+    action: str
+    text: str
+    recording: str = ""
+    setpoints: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Samples(Event):
+    """A block of a recording; channel names are 'role.name'."""
+
+    recording: str
+    block: Block
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prompt(Event):
+    """A person is asked something."""
+
+    step: str
+    text: str
+    choices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer(Event):
+    """What was answered, and by whom: the operator, or the procedure's unattended answer."""
+
+    step: str
+    text: str
+    by: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alarm(Event):
+    """Something is wrong: an error, an interlock, a device that could not be made safe."""
+
+    source: str
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Intervention(Event):
+    """A person or a signal interfered: pause, abort, skip, override."""
+
+    action: str
+    by: str
+    reason: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepEnded(Event):
+    """A step is over; `values` holds what it measured, in SI units ('tester.torque': 0.01)."""
+
+    step: str
+    index: int
+    action: str
+    ok: bool
+    recording: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    truth: Mapping[str, float] = field(default_factory=dict)
+    """Of a simulator; goes into the run file's verification group, which no analysis reads."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunEnded(Event):
+    """The rig is safe (or its alarms say why not) and nothing more will be recorded."""
+
+    outcome: Outcome
+    reason: str = ""
+
+
+class EventSink(Protocol):
+    """Takes the events of a run. A critical sink that raises stops the run, safely."""
+
+    def __call__(self, event: Event) -> None:
+        """Take one event; samples may be large and must not be kept without need."""
+        ...

@@ -1,0 +1,117 @@
+"""What a plugin declares: hooks are plural nouns that return typed records.
+
+A record's `factory` is called with the validated settings, and imports what it needs then: a plugin
+is listed, and a procedure checked, without loading numpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pluggy
+
+from rigrunner.api.settings import Settings
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
+    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api.events import EventSink
+    from rigrunner.api.results import ReportInput
+
+API_VERSION = 1
+PROJECT = "rigrunner"
+hookspec = pluggy.HookspecMarker(PROJECT)
+hookimpl = pluggy.HookimplMarker(PROJECT)
+
+
+class NoSettings(Settings):
+    """For a plugin that has nothing to set."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PluginRecord:
+    """What every plugin declares: its name in YAML, its settings and one line of help."""
+
+    name: str
+    help: str
+    settings: type[Settings] = NoSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeviceRecord(PluginRecord):
+    """A device: `factory(settings, context)` does no I/O."""
+
+    factory: Callable[[Any, DeviceContext], Device]
+    simulated: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutlierRuleRecord(PluginRecord):
+    """A rule for gross errors: `factory(settings)`."""
+
+    factory: Callable[[Any], OutlierRule]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitRecord(PluginRecord):
+    """A fit of torque over frequency: `factory(settings)`."""
+
+    factory: Callable[[Any], Fit]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompensationRecord(PluginRecord):
+    """A way to take out the rig's part: `factory(settings)`."""
+
+    factory: Callable[[Any], CompensationMethod]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportFormatRecord(PluginRecord):
+    """A report: `factory(settings)` gives a function from ReportInput to the file's bytes."""
+
+    suffix: str
+    factory: Callable[[Any], Callable[[ReportInput], bytes]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventSinkRecord(PluginRecord):
+    """A guarded listener to the events of a run: `factory(settings)`."""
+
+    factory: Callable[[Any], EventSink]
+
+
+class HookSpecs:
+    """The hooks; each returns any number of records."""
+
+    @hookspec
+    def rigrunner_devices(self) -> Iterable[DeviceRecord]:
+        """Return the devices that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_outlier_rules(self) -> Iterable[OutlierRuleRecord]:
+        """Return the rules for gross errors that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_fits(self) -> Iterable[FitRecord]:
+        """Return the fits that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_compensations(self) -> Iterable[CompensationRecord]:
+        """Return the compensations that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_report_formats(self) -> Iterable[ReportFormatRecord]:
+        """Return the report formats that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_event_sinks(self) -> Iterable[EventSinkRecord]:
+        """Return the listeners to events that this plugin brings."""
+        raise NotImplementedError

@@ -1,0 +1,160 @@
+"""Quantities with units: parsed once at the edge, SI inside, printed at the edge.
+
+A small fixed table of accepted spellings instead of a units library: a general parser reads
+'12.3 Nm' as twelve point three nano-metres or yarn counts, and '1,5 N' as 15 N.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+
+from rigrunner.api.errors import RigrunnerError
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit of measurement; SI value = number * factor + offset."""
+
+    symbol: str
+    dimension: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+_DEG = math.pi / 180
+
+UNITS: tuple[Unit, ...] = (
+    Unit("N·m", "torque"),
+    Unit("mN·m", "torque", 1e-3),
+    Unit("in·lbf", "torque", 0.1129848290276167),
+    Unit("N", "force"),
+    Unit("kN", "force", 1e3),
+    Unit("Hz", "frequency"),
+    Unit("kHz", "frequency", 1e3),
+    Unit("rpm", "frequency", 1 / 60),
+    Unit("rad", "angle"),
+    Unit("mrad", "angle", 1e-3),
+    Unit("deg", "angle", _DEG),
+    Unit("s", "time"),
+    Unit("ms", "time", 1e-3),
+    Unit("min", "time", 60.0),
+    Unit("h", "time", 3600.0),
+    Unit("d", "time", 86400.0),
+    Unit("m", "length"),
+    Unit("mm", "length", 1e-3),
+    Unit("µm", "length", 1e-6),
+    Unit("1", "ratio"),
+    Unit("%", "ratio", 1e-2),
+    Unit("K", "temperature"),
+    Unit("°C", "temperature", 1.0, 273.15),
+    Unit("V", "voltage"),
+    Unit("mV", "voltage", 1e-3),
+    Unit("mV/V", "voltage ratio", 1e-3),
+    Unit("A", "current"),
+    Unit("mA", "current", 1e-3),
+    Unit("kg", "mass"),
+    Unit("g", "mass", 1e-3),
+    Unit("kg·m²", "moment of inertia"),
+    Unit("N·m·s/rad", "rotational damping"),
+    Unit("rad/s", "angular velocity"),
+    Unit("rad/s²", "angular acceleration"),
+    Unit("N/s", "force rate", 1.0),
+    Unit("Hz/s", "frequency rate", 1.0),
+)
+
+_SPELLINGS = {
+    "N.m": "N·m", "Nm": "N·m", "N*m": "N·m", "N m": "N·m",
+    "mN.m": "mN·m", "mNm": "mN·m", "mN*m": "mN·m",
+    "in-lb": "in·lbf", "in.lbf": "in·lbf", "in-lbf": "in·lbf",
+    "°": "deg", "um": "µm", "μm": "µm", "degC": "°C", "kg.m2": "kg·m²", "kg·m2": "kg·m²",
+    "kg.m^2": "kg·m²", "kg m2": "kg·m²", "N.m.s/rad": "N·m·s/rad", "rad/s2": "rad/s²", "r/min": "rpm",
+}  # fmt: skip
+
+_BY_SYMBOL = {unit.symbol: unit for unit in UNITS}
+_BY_SPELLING = _BY_SYMBOL | {spelling: _BY_SYMBOL[symbol] for spelling, symbol in _SPELLINGS.items()}
+_QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+\b")
+
+
+class QuantityError(RigrunnerError, ValueError):
+    """A text is not a quantity of the kind that is needed here."""
+
+
+def unit(symbol: str) -> Unit:
+    """Return the unit of that symbol or accepted spelling; raise QuantityError with a suggestion."""
+    known = _BY_SPELLING.get(symbol.strip())
+    if known is not None:
+        return known
+    by_case = {spelling.lower(): found.symbol for spelling, found in _BY_SPELLING.items()}
+    near = difflib.get_close_matches(symbol.strip().lower(), by_case, n=1, cutoff=0.5)
+    hint = f"did you mean '{by_case[near[0]]}'?" if near else f"known units: {_listing()}"
+    raise QuantityError(f"unknown unit '{symbol.strip()}'", hint=hint)
+
+
+def units_of(dimension: str) -> list[str]:
+    """Return the symbols of all units of that dimension."""
+    return [known.symbol for known in UNITS if known.dimension == dimension]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value with its unit as a person wrote it, and its SI value for computing."""
+
+    number: float
+    unit: Unit
+
+    @property
+    def si(self) -> float:
+        """The value in the SI unit of its dimension (rad, N·m, Hz, K, ...)."""
+        return self.number * self.unit.factor + self.unit.offset
+
+    @property
+    def dimension(self) -> str:
+        """The name of the quantity's dimension, such as 'torque'."""
+        return self.unit.dimension
+
+    def __str__(self) -> str:
+        """Return the quantity as it may be written in a file."""
+        return f"{self.number:.12g} {self.unit.symbol}"
+
+
+def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
+    """Read '1.5 kN' and the like; raise QuantityError for anything a person might regret.
+
+    Refused: a missing unit, a unit of another dimension, a decimal comma, inf and nan.
+    """
+    stripped = text.strip()
+    if _DECIMAL_COMMA.match(stripped):
+        raise QuantityError(
+            f"'{text}' has a decimal comma", hint=f"write '{stripped.replace(',', '.', 1)}'"
+        )
+    match = _QUANTITY.fullmatch(stripped)
+    if match is None:
+        raise QuantityError(f"'{text}' is not a number with a unit", hint=_example(dimension))
+    if not match[2]:
+        raise QuantityError(f"'{text}' has no unit", hint=_example(dimension))
+    quantity = Quantity(float(match[1]), unit(match[2]))
+    if not math.isfinite(quantity.si):
+        raise QuantityError(f"'{text}' is too large to be meant")
+    if dimension is not None and quantity.dimension != dimension:
+        raise QuantityError(
+            f"'{text}' is a {quantity.dimension}, but a {dimension} is needed",
+            hint=_example(dimension),
+        )
+    return quantity
+
+
+def si_symbol(dimension: str) -> str:
+    """Return the symbol of the coherent SI unit of a dimension."""
+    return next(u.symbol for u in UNITS if u.dimension == dimension and (u.factor, u.offset) == (1, 0))
+
+
+def _example(dimension: str | None) -> str:
+    return f"units of {dimension}: {', '.join(units_of(dimension))}" if dimension else "such as '10 Hz'"
+
+
+def _listing() -> str:
+    return ", ".join(known.symbol for known in UNITS)

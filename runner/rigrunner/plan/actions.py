@@ -1,0 +1,102 @@
+"""The steps of a plan: explicit, in SI units, with nothing left to look up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Phase(StrEnum):
+    """When a step is run: teardown always, also after a failure."""
+
+    SETUP = "setup"
+    MAIN = "main"
+    TEARDOWN = "teardown"
+
+
+@dataclass(frozen=True)
+class Confirm:
+    """A person confirms that something is so; 'no' stops the run."""
+
+    text: str
+    unattended: bool | None
+
+
+@dataclass(frozen=True)
+class Ask:
+    """A person is asked for a value; `into` names the input that it becomes."""
+
+    text: str
+    into: str
+    unattended: str | None
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A channel is read at rest; beyond `within` (SI unit of the channel) the run stops."""
+
+    role: str
+    channel: str
+    unit: str
+    within: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class SetDrive:
+    """One drive gets a set-point, in its SI unit."""
+
+    role: str
+    drive: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Settle:
+    """Time passes until the motion is steady."""
+
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class Record:
+    """Channels of one device are recorded."""
+
+    name: str
+    role: str
+    channels: tuple[str, ...]
+    duration_s: float
+    setpoints: Mapping[str, float]
+    """All drives as they stand: 'role.drive' to value in SI units."""
+    units: Mapping[str, str]
+    """The unit of each channel and drive: 'role.name' to symbol."""
+
+
+Action = Confirm | Ask | Zero | SetDrive | Settle | Record
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """One explicit action of a plan."""
+
+    path: str
+    """Where it stands in the procedure, such as 'main[1].sweep[3].record'."""
+    phase: Phase
+    action: Action
+    text: str
+    """What it does, in words with units, for terminals and reports."""
+    estimated_s: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The whole run, step by step, in order; teardown steps last."""
+
+    steps: tuple[PlannedStep, ...]
+
+    @property
+    def estimated_s(self) -> float:
+        """How long the run takes, in seconds, if nobody has to be waited for."""
+        return sum(step.estimated_s for step in self.steps)
