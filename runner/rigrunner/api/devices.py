@@ -154,7 +154,9 @@ class Streaming(Protocol):
         """Samples per second and channel."""
         ...
 
-    def stream(self, channels: Sequence[str], duration_s: float, stop: StopToken) -> Iterator[Block]:
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
         """Yield gapless blocks until the duration has passed or the token is set."""
         ...
 

@@ -35,7 +35,9 @@ class Location:
 
     def __str__(self) -> str:
         """Return `file:line:column`, as editors and terminals make it clickable."""
-        return ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+        return ":".join(
+            str(part) for part in (self.file, self.line, self.column) if part is not None
+        )
 
 
 @dataclass(frozen=True)

@@ -60,13 +60,18 @@ class RigDescription(Settings):
     mandrel: str
     eccentric: Length
     centre_distance: Length
-    inertia: Annotated[MomentOfInertia, Field(description="design value, for the plan's prediction")]
-    support_friction: Annotated[Torque, Field(description="design value, for the plan's prediction")]
+    inertia: Annotated[
+        MomentOfInertia, Field(description="design value, for the plan's prediction")
+    ]
+    support_friction: Annotated[
+        Torque, Field(description="design value, for the plan's prediction")
+    ]
     support_damping: Annotated[
         RotationalDamping, Field(description="design value, for the plan's prediction")
     ]
     swing_radius: Annotated[
-        Length | None, Field(description="radius of the bearing's sliding surface, for mu = T/(F r)")
+        Length | None,
+        Field(description="radius of the bearing's sliding surface, for mu = T/(F r)"),
     ] = None
 
     @property

@@ -74,7 +74,9 @@ _SPELLINGS = {
 }  # fmt: skip
 
 _BY_SYMBOL = {unit.symbol: unit for unit in UNITS}
-_BY_SPELLING = _BY_SYMBOL | {spelling: _BY_SYMBOL[symbol] for spelling, symbol in _SPELLINGS.items()}
+_BY_SPELLING = _BY_SYMBOL | {
+    spelling: _BY_SYMBOL[symbol] for spelling, symbol in _SPELLINGS.items()
+}
 _QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+\b")
 
@@ -149,11 +151,17 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
 
 def si_symbol(dimension: str) -> str:
     """Return the symbol of the coherent SI unit of a dimension."""
-    return next(u.symbol for u in UNITS if u.dimension == dimension and (u.factor, u.offset) == (1, 0))
+    return next(
+        u.symbol for u in UNITS if u.dimension == dimension and (u.factor, u.offset) == (1, 0)
+    )
 
 
 def _example(dimension: str | None) -> str:
-    return f"units of {dimension}: {', '.join(units_of(dimension))}" if dimension else "such as '10 Hz'"
+    return (
+        f"units of {dimension}: {', '.join(units_of(dimension))}"
+        if dimension
+        else "such as '10 Hz'"
+    )
 
 
 def _listing() -> str:

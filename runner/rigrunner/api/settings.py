@@ -37,7 +37,9 @@ def _read_si(dimension: str, value: object) -> float:
 
 def _schema(dimension: str) -> WithJsonSchema:
     units = ", ".join(units_of(dimension))
-    return WithJsonSchema({"type": "string", "description": f"A {dimension} with its unit: {units}"})
+    return WithJsonSchema(
+        {"type": "string", "description": f"A {dimension} with its unit: {units}"}
+    )
 
 
 def _field(dimension: str) -> tuple[BeforeValidator, WithJsonSchema]:
