@@ -1,0 +1,1 @@
+"""Ways to take the rig's part out of the measured torque."""

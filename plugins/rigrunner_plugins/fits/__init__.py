@@ -1,0 +1,1 @@
+"""Fits of torque over frequency."""

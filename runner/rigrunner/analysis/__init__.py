@@ -1,0 +1,1 @@
+"""From recordings to a result: pure functions, no I/O, no clock."""

@@ -214,5 +214,5 @@ class CompensationMethod(Protocol):
     """Takes the rig's part out of the measured torque."""
 
     def __call__(self, sweep: Sweep) -> Compensation:
-        """Return torque per set-point of the loaded run; raise DataError where data do not allow it."""
+        """Return torque per set-point of the loaded run; raise DataError if data forbid it."""
         ...

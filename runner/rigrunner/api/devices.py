@@ -104,7 +104,7 @@ class Device(Protocol):
 
     @property
     def non_blocking(self) -> bool:
-        """True where no call waits for hardware: such a device is called inline, without a thread."""
+        """True where no call waits for hardware: then it is called inline, without a thread."""
         ...
 
     def connect(self, timeout_s: float) -> Identity:

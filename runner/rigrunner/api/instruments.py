@@ -27,7 +27,7 @@ class LowPass(Settings):
 
 
 class TorqueAccuracy(Settings):
-    """Limits of error of a torque transducer; each is the half-width of a rectangular distribution."""
+    """Limits of error of a torque transducer, each half the width of a rectangular distribution."""
 
     gain: Ratio
     offset: Torque

@@ -86,7 +86,7 @@ class QuantityError(RigrunnerError, ValueError):
 
 
 def unit(symbol: str) -> Unit:
-    """Return the unit of that symbol or accepted spelling; raise QuantityError with a suggestion."""
+    """Return the unit of that symbol or spelling; raise QuantityError with a suggestion."""
     known = _BY_SPELLING.get(symbol.strip())
     if known is not None:
         return known

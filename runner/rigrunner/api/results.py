@@ -17,7 +17,7 @@ class Verdict(StrEnum):
     """What was decided; a run without limits has none."""
 
     PASS = "pass"  # noqa: S105  (a verdict, not a password)
-    CONDITIONAL_PASS = "conditional pass"
+    CONDITIONAL_PASS = "conditional pass"  # noqa: S105  (a verdict, not a password)
     INCONCLUSIVE = "inconclusive"
     CONDITIONAL_FAIL = "conditional fail"
     FAIL = "fail"

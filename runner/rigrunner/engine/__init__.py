@@ -1,0 +1,1 @@
+"""Runs a plan on a rig, emits events, always makes safe."""

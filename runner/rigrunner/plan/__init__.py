@@ -1,0 +1,1 @@
+"""From procedure and station to explicit steps."""

@@ -1,0 +1,1 @@
+"""A run on disk: journal, finished recordings, sealed HDF5 file."""

@@ -1,0 +1,1 @@
+"""Pure numerical building blocks on arrays: public, stable, without I/O."""

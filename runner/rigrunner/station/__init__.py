@@ -1,0 +1,1 @@
+"""The station: devices, rig description and instrument register."""

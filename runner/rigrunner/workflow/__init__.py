@@ -1,0 +1,1 @@
+"""The composition root: prepare, record, analyse, report."""

@@ -1,0 +1,1 @@
+"""Strict YAML that knows where everything stands."""
