@@ -6,7 +6,6 @@ is listed, and a procedure checked, without loading numpy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ import pluggy
 from rigrunner.api.settings import Settings
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink

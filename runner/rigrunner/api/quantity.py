@@ -70,7 +70,8 @@ _SPELLINGS = {
     "mN.m": "mN·m", "mNm": "mN·m", "mN*m": "mN·m",
     "in-lb": "in·lbf", "in.lbf": "in·lbf", "in-lbf": "in·lbf",
     "°": "deg", "um": "µm", "μm": "µm", "degC": "°C", "kg.m2": "kg·m²", "kg·m2": "kg·m²",
-    "kg.m^2": "kg·m²", "kg m2": "kg·m²", "N.m.s/rad": "N·m·s/rad", "rad/s2": "rad/s²", "r/min": "rpm",
+    "kg.m^2": "kg·m²", "kg m2": "kg·m²", "N.m.s/rad": "N·m·s/rad", "rad/s2": "rad/s²",
+    "r/min": "rpm",
 }  # fmt: skip
 
 _BY_SYMBOL = {unit.symbol: unit for unit in UNITS}
