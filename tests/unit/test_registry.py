@@ -1,0 +1,88 @@
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from rigrunner.api.errors import PluginError
+from rigrunner.api.settings import Frequency, Settings
+from rigrunner.registry import load_registry
+
+GOOD = """
+from rigrunner.api.hooks import FitRecord, hookimpl
+from rigrunner.api.settings import Frequency, Settings
+
+class LineSettings(Settings):
+    cutoff: Frequency = 5.0
+
+@hookimpl
+def rigrunner_fits():
+    return [FitRecord(name="line", help="A line.", settings=LineSettings, factory=lambda s: s)]
+"""
+
+
+@pytest.fixture
+def entry(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def make(name, source):
+        (tmp_path / f"{name}.py").write_text(source)
+        return EntryPoint(name, name, "rigrunner")
+
+    return make
+
+
+def test_a_plugin_is_found_by_kind_and_name(entry):
+    registry = load_registry([entry("good_one", GOOD)])
+    assert registry.names("fit") == ["line"]
+    assert registry.find("fit", "line").provider.name == "good_one"
+    assert registry.settings_of("fit", "line").__name__ == "LineSettings"
+
+
+def test_settings_are_validated_before_the_factory_is_called(entry):
+    registry = load_registry([entry("good_two", GOOD)])
+    assert registry.make("fit", "line", {"cutoff": "2 kHz"}).cutoff == 2000.0
+    with pytest.raises(PluginError, match=r"fit 'line': cutoff.*torque.*frequency"):
+        registry.make("fit", "line", {"cutoff": "2 N·m"})
+
+
+def test_an_unknown_name_gets_a_suggestion(entry):
+    registry = load_registry([entry("good_three", GOOD)])
+    with pytest.raises(PluginError, match="did you mean 'line'"):
+        registry.find("fit", "lime")
+
+
+def test_a_name_provided_twice_is_refused_naming_both(entry):
+    registry = load_registry([entry("lab_a", GOOD), entry("lab_b", GOOD)])
+    with pytest.raises(PluginError, match="provided twice, by lab_a and lab_b"):
+        registry.find("fit", "line")
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("import no_such_module_at_all", "ModuleNotFoundError"),
+        ("raise SystemError('boom')", "boom"),
+        (
+            "from rigrunner.api.hooks import hookimpl\n@hookimpl\ndef rigrunner_fit(): return []",
+            "unknown hook 'rigrunner_fit'",
+        ),
+        (
+            "from rigrunner.api.hooks import hookimpl\n@hookimpl\ndef rigrunner_fits(): return [1]",
+            "not a plugin record",
+        ),
+    ],
+)
+def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, source, reason):
+    name = "broken_" + str(abs(hash(source)))
+    registry = load_registry([entry(name, source), entry("good_" + name, GOOD)])
+    assert registry.names("fit") == ["line"]
+    (disabled,) = registry.disabled
+    assert disabled.provider.name == name
+    assert reason in disabled.reason
+
+
+def test_settings_take_no_bare_number():
+    class Drive(Settings):
+        speed: Frequency
+
+    with pytest.raises(ValueError, match="not a number with a unit"):
+        Drive.model_validate({"speed": 5})
