@@ -15,6 +15,7 @@ from rigrunner.api.settings import Settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
