@@ -1,0 +1,71 @@
+"""Where procedures, stations and runs are found: by path, or by name among what ships."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from rigrunner.api.errors import UsageError
+
+RUN_FILE = "run.h5"
+
+
+def shipped_folder() -> Path:
+    """Return the folder of the shipped procedures: in the wheel, or in a source checkout."""
+    package = Path(__file__).resolve().parent.parent
+    packaged = package / "shipped"
+    return packaged if packaged.is_dir() else package.parent.parent / "procedures"
+
+
+def find_procedure(name_or_path: str) -> Path:
+    """Return the procedure file of that path or shipped name; raise UsageError."""
+    return _find(name_or_path, shipped_folder(), "procedure")
+
+
+def find_station(name_or_path: str) -> Path:
+    """Return the station file of that path or shipped name; raise UsageError."""
+    return _find(name_or_path, shipped_folder() / "stations", "station")
+
+
+def find_run(name_or_path: str, runs: Path) -> Path:
+    """Return the run folder of that path, or of that name in the folder of runs; raise UsageError.
+
+    A `run.h5` stands for its folder; the beginning of a name is enough where it is unique.
+    """
+    for candidate in (Path(name_or_path), runs / name_or_path):
+        if candidate.is_dir() or candidate.is_file():
+            return candidate.parent if candidate.name == RUN_FILE else candidate
+    names = run_names(runs)
+    begun = [name for name in names if name.startswith(name_or_path)]
+    if len(begun) == 1:
+        return runs / begun[0]
+    if begun:
+        raise UsageError(f"'{name_or_path}' could be any of: {', '.join(begun)}")
+    raise UsageError(f"there is no run '{name_or_path}' in {runs}", hint=_near(name_or_path, names))
+
+
+def run_names(runs: Path) -> list[str]:
+    """Return the names of all run folders, oldest first (a name begins with its UTC time)."""
+    if not runs.is_dir():
+        return []
+    return sorted(
+        entry.name for entry in runs.iterdir() if entry.is_dir() and entry.name[:1] != "."
+    )
+
+
+def _find(name_or_path: str, folder: Path, what: str) -> Path:
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    shipped = folder / f"{name_or_path}.yaml"
+    if path.name == name_or_path and shipped.is_file():
+        return shipped
+    names = sorted(found.stem for found in folder.glob("*.yaml"))
+    if path.is_dir():
+        raise UsageError(f"'{name_or_path}' is a folder, not a {what} file")
+    raise UsageError(f"there is no {what} '{name_or_path}'", hint=_near(name_or_path, names))
+
+
+def _near(name: str, names: list[str]) -> str:
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"

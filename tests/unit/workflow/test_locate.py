@@ -1,0 +1,67 @@
+import pytest
+
+from rigrunner.api.errors import UsageError
+from rigrunner.workflow.locate import (
+    find_procedure,
+    find_run,
+    find_station,
+    run_names,
+    shipped_folder,
+)
+
+
+def test_shipped_files_are_found_by_name():
+    assert find_procedure("starting_torque_1000n").parent == shipped_folder()
+    assert find_station("simulated").name == "simulated.yaml"
+
+
+def test_a_path_wins_over_a_shipped_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "simulated").write_text("mine")
+    assert find_station("simulated").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("starting_torque_100n", "did you mean 'starting_torque_1000n'"),
+        ("zzz", "there are: no_load_inertia_sweep"),
+        ("sub/starting_torque_1000n", "there is no procedure"),
+    ],
+)
+def test_an_unknown_procedure_is_answered_with_what_there_is(name, words):
+    with pytest.raises(UsageError, match=words):
+        find_procedure(name)
+
+
+def test_a_folder_is_no_procedure(tmp_path):
+    with pytest.raises(UsageError, match="is a folder, not a procedure file"):
+        find_procedure(str(tmp_path))
+
+
+@pytest.fixture
+def runs(tmp_path):
+    for name in ("20260102T000000Z_B_x", "20260101T000000Z_A_x", "20260101T000000Z_A_y", ".trash"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.h5").touch()
+    return tmp_path
+
+
+def test_runs_are_listed_oldest_first_without_hidden_folders(runs):
+    assert [name[:8] for name in run_names(runs)] == ["20260101", "20260101", "20260102"]
+    assert run_names(runs / "nowhere") == []
+
+
+def test_a_run_is_found_by_path_file_name_and_unique_beginning(runs):
+    folder = runs / "20260102T000000Z_B_x"
+    assert find_run(str(folder), runs) == folder
+    assert find_run(str(folder / "run.h5"), runs) == folder
+    assert find_run(folder.name, runs) == folder
+    assert find_run("20260102", runs) == folder
+
+
+def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
+    with pytest.raises(UsageError, match="could be any of: 20260101T000000Z_A_x, "):
+        find_run("20260101", runs)
+    with pytest.raises(UsageError, match="did you mean '20260102T000000Z_B_x'"):
+        find_run("20260102T00000Z_B_x", runs)
