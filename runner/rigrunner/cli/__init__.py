@@ -1,1 +1,1 @@
-"""The command line."""
+"""The command line: the only floor, beside the panel, that renders errors."""

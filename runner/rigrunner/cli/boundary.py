@@ -1,0 +1,79 @@
+"""The one error boundary: every way in which a command can end, as a text and an exit code."""
+
+from __future__ import annotations
+
+import traceback
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.api.errors import ExitCode, InvalidFileError, Problem, RigrunnerError
+from rigrunner.cli.output import close_quietly, error_label, message
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+
+def run_command(command: click.Command, arguments: Sequence[str] | None = None) -> int:
+    """Call the command, render whatever it raises on stderr, and return the exit code."""
+    try:
+        return _call(command, arguments)
+    finally:
+        close_quietly()
+
+
+def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
+    args = None if arguments is None else list(arguments)
+    try:
+        code = command.main(args, prog_name="rigrunner", standalone_mode=False)
+        return int(code or ExitCode.PASS)
+    except RigrunnerError as error:
+        show_error(error)
+        return error.exit_code
+    except click.Abort:
+        message("Interrupted.")
+        return ExitCode.INTERRUPTED
+    except click.ClickException as error:
+        _show_usage_error(error)
+        return ExitCode.USAGE
+    except Exception as error:  # noqa: BLE001  (whatever else is raised is a bug, and shown as one)
+        _show_bug(error)
+        return ExitCode.BUG
+
+
+def show_error(error: RigrunnerError) -> None:
+    """Print an error with its place, its hint and all its problems, on stderr."""
+    for line in _lines(error):
+        message(line)
+    for note in getattr(error, "__notes__", ()):
+        message(f"  note: {note}")
+
+
+def _lines(error: RigrunnerError) -> Iterator[str]:
+    if not isinstance(error, InvalidFileError):
+        yield from _problem_lines(Problem(error.message, error.location, hint=error.hint))
+        return
+    for problem in error.problems:
+        yield from _problem_lines(problem)
+    if len(error.problems) > 1:
+        yield f"{len(error.problems)} problems found"
+
+
+def _problem_lines(problem: Problem) -> Iterator[str]:
+    where = f"{problem.location}: " if problem.location else ""
+    field = f"{problem.field}: " if problem.field else ""
+    yield f"{where}{error_label()} {field}{problem.message}"
+    if problem.hint:
+        yield f"  hint: {problem.hint}"
+
+
+def _show_usage_error(error: click.ClickException) -> None:
+    message(f"{error_label()} {error.format_message()}")
+    context = getattr(error, "ctx", None)
+    if context is not None:
+        message(f"  hint: '{context.command_path} --help' shows what it takes")
+
+
+def _show_bug(error: Exception) -> None:
+    message("".join(traceback.format_exception(error)).rstrip())
+    message(f"{error_label()} this is a bug in Rigrunner or in a plugin; the lines above say where")

@@ -1,0 +1,1 @@
+"""One module per command, named like it; each is imported when its command is called."""

@@ -1,0 +1,51 @@
+"""A command group that imports a command only when it is called."""
+
+from __future__ import annotations
+
+import difflib
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class LazyGroup(click.Group):
+    """Commands by name with their line of help; each lives in `<package>.<name>` as `command`.
+
+    The lines of help stand here, not in the modules, so that `--help` imports none of them.
+    """
+
+    def __init__(self, *, package: str, summaries: Mapping[str, str], **settings: Any) -> None:
+        super().__init__(**settings)
+        self.package = package
+        self.summaries = dict(summaries)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  (click's signature)
+        """Return the names in the order in which a newcomer needs them."""
+        return list(self.summaries)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002  (click's signature)
+        """Import and return one command; None if there is none of that name."""
+        if cmd_name not in self.summaries:
+            return None
+        command = import_module(f"{self.package}.{cmd_name}").command
+        assert isinstance(command, click.Command)  # noqa: S101  (narrows what import_module gives)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is meant; an unknown one is a UsageError with a suggestion."""
+        if args[0] in self.summaries:
+            return super().resolve_command(ctx, args)
+        near = difflib.get_close_matches(args[0], self.summaries, n=1, cutoff=0.5)
+        hint = f" Did you mean '{near[0]}'?" if near else ""
+        raise click.UsageError(f"No such command '{args[0]}'.{hint}", ctx)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  (click's signature)
+        """Write the list of commands without importing any."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(self.summaries.items()))

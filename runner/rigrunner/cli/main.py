@@ -1,0 +1,48 @@
+"""The command `rigrunner`: its commands by name, none imported before it is called."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner import __version__
+from rigrunner.cli.boundary import run_command
+from rigrunner.cli.lazy import LazyGroup
+from rigrunner.cli.output import result
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+SUMMARIES = {
+    "demo": "Run both procedures on the simulated rig and write the report.",
+    "run": "Run a procedure on a station.",
+    "check": "Check a procedure, and how it fits a station, without a rig.",
+    "plan": "Show each action of a run, its torque, time and disk.",
+    "analyse": "Analyse a stored run again.",
+    "report": "Write the report of a stored run again.",
+    "runs": "List the stored runs.",
+    "show": "Show what a stored run holds and found.",
+    "plugins": "List the plugins and what each can be told.",
+}
+
+
+@click.group(
+    cls=LazyGroup,
+    invoke_without_command=True,
+    package="rigrunner.cli.commands",
+    summaries=SUMMARIES,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="'rigrunner demo' needs no rig and takes about a minute.",
+)
+@click.version_option(__version__, prog_name="rigrunner", message="%(prog)s %(version)s")
+@click.pass_context
+def rigrunner(context: click.Context) -> None:
+    """Run laboratory test procedures, and say what they measured and how surely."""
+    if context.invoked_subcommand is None:
+        result(context.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code (`rigrunner.api.errors.ExitCode`)."""
+    return run_command(rigrunner, arguments)

@@ -1,0 +1,37 @@
+"""Tables for a terminal: aligned columns, readable when piped too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+GAP = "  "
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "") -> str:
+    """Return the rows under their header, each column as wide as its widest cell.
+
+    `right` names, letter by letter of 'l' and 'r', how each column is aligned; left is the rest.
+    """
+    lines = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+    sides = right.ljust(len(header), "l")
+    body = [_line(line, widths, sides) for line in lines]
+    rule = GAP.join("-" * width for width in widths)
+    return "\n".join([body[0], rule, *body[1:]])
+
+
+def pairs(rows: Sequence[tuple[str, str]]) -> str:
+    """Return 'name  value' lines with the values aligned."""
+    width = max((len(name) for name, _ in rows), default=0)
+    return "\n".join(f"{name.ljust(width)}{GAP}{value}".rstrip() for name, value in rows)
+
+
+def _line(cells: Sequence[str], widths: Sequence[int], sides: str) -> str:
+    aligned = [
+        cell.rjust(width) if side == "r" else cell.ljust(width)
+        for cell, width, side in zip(cells, widths, sides, strict=True)
+    ]
+    return GAP.join(aligned).rstrip()
