@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from typing import TYPE_CHECKING
 
 import click
 
 from rigrunner.api.errors import ExitCode, InvalidFileError, Problem, RigrunnerError
-from rigrunner.cli.output import close_quietly, error_label, message
+from rigrunner.cli.output import close_quietly, error_label, message, reader_has_gone
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -23,22 +24,33 @@ def run_command(command: click.Command, arguments: Sequence[str] | None = None) 
 
 
 def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
-    args = None if arguments is None else list(arguments)
     try:
-        code = command.main(args, prog_name="rigrunner", standalone_mode=False)
-        return int(code or ExitCode.PASS)
+        return _invoke(command, sys.argv[1:] if arguments is None else list(arguments))
     except RigrunnerError as error:
         show_error(error)
         return error.exit_code
-    except click.Abort:
-        message("Interrupted.")
-        return ExitCode.INTERRUPTED
     except click.ClickException as error:
         _show_usage_error(error)
         return ExitCode.USAGE
+    except (KeyboardInterrupt, click.Abort):
+        message("Interrupted.")
+        return ExitCode.INTERRUPTED
     except Exception as error:  # noqa: BLE001  (whatever else is raised is a bug, and shown as one)
         _show_bug(error)
         return ExitCode.BUG
+
+
+def _invoke(command: click.Command, arguments: list[str]) -> int:
+    # Not `command.main`: it ends with 1, our word for a failed verdict, when the reader has gone.
+    try:
+        with command.make_context("rigrunner", arguments) as context:
+            return int(command.invoke(context) or ExitCode.PASS)
+    except click.exceptions.Exit as end:
+        return end.exit_code
+    except BrokenPipeError:
+        if reader_has_gone():
+            return ExitCode.PASS
+        raise
 
 
 def show_error(error: RigrunnerError) -> None:

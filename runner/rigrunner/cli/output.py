@@ -36,8 +36,18 @@ def error_label() -> str:
     return click.style("error:", fg="red", bold=True) if _colour(sys.stderr) else "error:"
 
 
+def reader_has_gone() -> bool:
+    """Return True if nobody reads our stdout any more, as in `rigrunner runs | head -1`."""
+    try:
+        sys.stdout.write("\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return True
+    return False
+
+
 def close_quietly() -> None:
-    """Write out what is left; a reader that has gone (as in `| head`) is no error."""
+    """Write out what is left; a reader that has gone is no error."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+from rigrunner.cli.main import SUMMARIES
+
+MAY_BE_IMPORTED = {"click", "rigrunner"}
+
+
+def imported_by(*arguments):
+    """The top-level packages from outside the standard library that a call imports."""
+    code = (
+        "import sys; from rigrunner.cli.main import main\n"
+        f"main({list(arguments)!r})\n"
+        "print('IMPORTED', *{name.partition('.')[0] for name in sys.modules})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", f"import sys; sys.path[:] = {sys.path!r}\n{code}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    names = done.stdout.rpartition("IMPORTED")[2].split()
+    return {name for name in names if name not in sys.stdlib_module_names and name != "__main__"}
+
+
+@pytest.mark.parametrize("option", ["--help", "--version", "-h"])
+def test_help_and_version_import_next_to_nothing(option):
+    assert imported_by(option) <= MAY_BE_IMPORTED
+
+
+@pytest.mark.parametrize("name", SUMMARIES)
+def test_every_command_says_first_what_the_list_of_commands_says(name):
+    command = import_module(f"rigrunner.cli.commands.{name}").command
+    assert command.name == name
+    assert command.help.partition("\n")[0] == SUMMARIES[name]
