@@ -1,0 +1,156 @@
+"""How far a run is: a bar with the time left on a terminal, one line per step elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, Protocol
+
+from rigrunner.api.events import (
+    Alarm,
+    Event,
+    Intervention,
+    Outcome,
+    RunEnded,
+    RunStarted,
+    StepStarted,
+)
+from rigrunner.cli.output import message
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from contextlib import AbstractContextManager
+
+    from rich.progress import Progress, TaskID
+
+
+class ProgressSink(Protocol):
+    """Shows the events of one or more runs."""
+
+    def __call__(self, event: Event) -> None:
+        """Take one event."""
+        ...
+
+    def paused(self) -> AbstractContextManager[None]:
+        """Leave the terminal to a question for as long as the context lasts."""
+        ...
+
+
+@contextmanager
+def shown_progress() -> Iterator[ProgressSink]:
+    """Give the sink that suits stderr."""
+    if not sys.stderr.isatty():
+        yield LineProgress()
+        return
+    bar = BarProgress()
+    with bar.shown():
+        yield bar
+
+
+class LineProgress:
+    """A line per step, for logs and pipes."""
+
+    def __init__(self) -> None:
+        self._steps = 0
+
+    def __call__(self, event: Event) -> None:
+        """Print a line where a step begins, or where something is to be known."""
+        match event:
+            case RunStarted():
+                self._steps = event.steps
+                message(f"{event.run_id}: {event.steps} steps, {clock_text(event.estimated_s)}")
+            case StepStarted():
+                number = str(event.index + 1).rjust(len(str(self._steps)))
+                message(f"[{number}/{self._steps}] {event.text}")
+            case _:
+                _tell(event)
+
+    def paused(self) -> AbstractContextManager[None]:
+        """Nothing has to give way."""
+        return nullcontext()
+
+
+class BarProgress:
+    """One bar per run; time runs by the run's own clock, which may be a simulated one."""
+
+    def __init__(self) -> None:
+        self._progress = _new_bar()
+        self._task: TaskID | None = None
+        self._began_s = 0.0
+        self._estimated_s = 0.0
+
+    def shown(self) -> Progress:
+        """Return the context in which the bar is on the screen."""
+        return self._progress
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Take the bar off the screen while a person is asked."""
+        self._progress.stop()
+        try:
+            yield
+        finally:
+            self._progress.start()
+
+    def __call__(self, event: Event) -> None:
+        """Move the bar to the event's time."""
+        match event:
+            case RunStarted():
+                self._begin(event)
+            case RunEnded():
+                self._end(event)
+            case StepStarted():
+                self._advance(event.monotonic_s, event.text)
+            case Alarm() | Intervention():
+                _tell(event)
+            case _:
+                self._advance(event.monotonic_s)
+
+    def _begin(self, event: RunStarted) -> None:
+        self._began_s, self._estimated_s = event.monotonic_s, event.estimated_s
+        self._task = self._progress.add_task(event.run_id, total=event.estimated_s, step="")
+
+    def _end(self, event: RunEnded) -> None:
+        completed = event.outcome is Outcome.COMPLETED
+        end_s = self._began_s + self._estimated_s if completed else event.monotonic_s
+        self._advance(end_s, f"{event.outcome}")
+
+    def _advance(self, monotonic_s: float, step: str | None = None) -> None:
+        if self._task is None:
+            return
+        done_s = min(monotonic_s - self._began_s, self._estimated_s)
+        if step is None:
+            self._progress.update(self._task, completed=done_s)
+        else:
+            self._progress.update(self._task, completed=done_s, step=step)
+
+
+def clock_text(seconds: float) -> str:
+    """Return a duration as a person says it: '45 s', '3 min 05 s', '2 h 10 min'."""
+    minutes, left_s = divmod(round(seconds), 60)
+    hours, left_min = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {left_min:02d} min"
+    return f"{minutes} min {left_s:02d} s" if minutes else f"{left_s} s"
+
+
+def _tell(event: Event) -> None:
+    match event:
+        case Alarm():
+            message(f"alarm: {event.source}: {event.text}")
+        case Intervention():
+            reason = f": {event.reason}" if event.reason else ""
+            message(f"{event.action} by {event.by}{reason}")
+
+
+def _new_bar() -> Progress:
+    from rich.console import Console  # noqa: PLC0415  (heavy, and needed on a terminal alone)
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+
+    return Progress(
+        TextColumn("{task.percentage:>3.0f} %"),
+        BarColumn(bar_width=20),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[step]}", markup=False),
+        console=Console(stderr=True),
+    )

@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from rigrunner.api.events import Alarm, Outcome, RunEnded, RunStarted, StepStarted
+from rigrunner.cli.progress import clock_text, shown_progress
+
+WHEN = {"seq": 0, "utc": "2026-01-01T00:00:00Z"}
+STARTED = RunStarted(monotonic_s=100.0, run_id="R1", steps=12, estimated_s=200.0, **WHEN)
+STEP = StepStarted(
+    monotonic_s=150.0, step="main[0]", index=2, action="set", text="set load to 1000 N", **WHEN
+)
+ALARM = Alarm(monotonic_s=160.0, source="tester", text="no answer", **WHEN)
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def show(events, stream, monkeypatch):
+    monkeypatch.setattr("sys.stderr", stream)
+    with shown_progress() as progress:
+        for event in events:
+            progress(event)
+    return stream.getvalue()
+
+
+def ended(outcome):
+    return RunEnded(monotonic_s=150.0, outcome=outcome, **WHEN)
+
+
+def test_a_pipe_gets_one_line_per_step(monkeypatch):
+    shown = show([STARTED, STEP, ALARM], io.StringIO(), monkeypatch)
+    assert shown.splitlines() == [
+        "R1: 12 steps, 3 min 20 s",
+        "[ 3/12] set load to 1000 N",
+        "alarm: tester: no answer",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("outcome", "percent"), [(Outcome.COMPLETED, "100 %"), (Outcome.ABORTED, "25 %")]
+)
+def test_a_terminal_gets_a_bar_that_fills_only_if_the_run_completes(monkeypatch, outcome, percent):
+    monkeypatch.setenv("TERM", "xterm")
+    shown = show([STARTED, STEP, ended(outcome)], Terminal(), monkeypatch)
+    last = [line for line in shown.splitlines() if "%" in line][-1]
+    assert percent in last
+    assert str(outcome) in last
+
+
+def test_an_alarm_is_shown_on_a_terminal_too(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    assert "no answer" in show([STARTED, ALARM], Terminal(), monkeypatch)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.4, "0 s"), (59.6, "1 min 00 s"), (65, "1 min 05 s"), (7800, "2 h 10 min")],
+)
+def test_durations_are_written_as_a_person_says_them(seconds, text):
+    assert clock_text(seconds) == text
