@@ -1,0 +1,120 @@
+"""Cuts a recording of a swinging rig into cycles of the crank and puts them on its phase.
+
+Phase and frequency come from the angle channel alone. The crank phase is 0 in the middle of the
+forward stroke, where the swing angle passes 0 rising.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from rigrunner.api.errors import DataError
+from rigrunner.signal.kinematics import angular_velocity, swing_angle
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array
+
+HYSTERESIS = 0.3
+"""Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""
+
+REFINEMENTS = 4
+SPLINE_ORDER: Final = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """The whole cycles of a recording.
+
+    `starts` are fractional sample indices, shape (n + 1,): where each cycle starts, and where the
+    last one ends. `frequency_hz` is that of each cycle, shape (n,). `offset_rad` and `ratio` are
+    the angle channel's zero and the eccentric ratio that the measured swing shows.
+    """
+
+    starts: Array
+    frequency_hz: Array
+    offset_rad: float
+    ratio: float
+
+    @property
+    def count(self) -> int:
+        """How many whole cycles there are."""
+        return len(self.frequency_hz)
+
+
+def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
+    """Find the whole cycles in an angle of shape (n,), sampled at rate_hz.
+
+    Hysteresis finds the swings whatever the noise; then each start is refined by least squares of
+    the guide bar's kinematics of eccentric ratio `ratio` over the half turn around it, with the
+    offset and scale of the angle channel fitted over all of them. Raises DataError if the angle
+    does not swing through one whole cycle.
+    """
+    starts = _rough_starts(angle_rad)
+    if len(starts) < 2:  # noqa: PLR2004  (a cycle has two ends)
+        raise DataError(
+            "no whole cycle in the angle",
+            hint="record at least one whole swing, with the angle channel connected",
+        )
+    offset, scale = 0.0, 1.0
+    for _ in range(REFINEMENTS):
+        starts, offset, scale = _refine(angle_rad, starts, ratio)
+    return Cycles(starts, rate_hz / np.diff(starts), offset, scale * ratio)
+
+
+def _rough_starts(angle: Array) -> Array:
+    """Return about where the angle rises through the middle of its range."""
+    low, high = np.percentile(angle, [2, 98])
+    centred = angle - (low + high) / 2
+    limit = HYSTERESIS * (high - low) / 2
+    outside = np.flatnonzero(np.abs(centred) > limit)
+    side = np.sign(centred[outside])
+    rising = np.flatnonzero(np.diff(side) > 0)
+    return (outside[rising] + outside[rising + 1]) / 2
+
+
+def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, float]:
+    """Return better starts, and the angle's offset and scale against the kinematics."""
+    period = np.gradient(starts)
+    half = int(np.ceil(period.max() / 4))
+    index = np.rint(starts).astype(int)[:, None] + np.arange(-half, half + 1)
+    inside = (index >= 0) & (index < len(angle))
+    measured = angle[np.clip(index, 0, len(angle) - 1)]
+    phase = 2 * np.pi * (index - starts[:, None]) / period[:, None]
+    model = swing_angle(phase, ratio)
+    offset, scale = _line(model[inside], measured[inside])
+    residual = np.where(inside, measured - offset - scale * model, 0.0)
+    slope = np.where(inside, scale * angular_velocity(phase, 1 / period[:, None], ratio), 0.0)
+    late = -(slope * residual).sum(axis=1) / (slope**2).sum(axis=1)
+    return starts + late, offset, scale
+
+
+def _line(x: Array, y: Array) -> tuple[float, float]:
+    """Return offset and slope of the least-squares line through the points."""
+    x_mean, y_mean = x.mean(), y.mean()
+    slope = ((x - x_mean) * (y - y_mean)).sum() / ((x - x_mean) ** 2).sum()
+    return float(y_mean - slope * x_mean), float(slope)
+
+
+def resample(values: Array, starts: Array, n: int = 1024) -> Array:
+    """Return values of shape (samples,) as cycles of shape (len(starts) - 1, n).
+
+    Row k is sampled at n equal steps of the crank phase from starts[k] (n even), by a quintic
+    spline: flat to 1e-5 up to an eighth of the sampling rate. Where a cycle has more than n
+    samples, it is sampled more densely and its harmonics from n/2 on are dropped, so that all
+    samples count against the noise and none of it is folded down.
+    """
+    period = np.diff(starts)
+    dense = n * max(1, int(np.ceil(period.max() / n)))
+    position = starts[:-1, None] + period[:, None] * np.arange(dense) / dense
+    rows: Array = map_coordinates(values, position[None], order=SPLINE_ORDER, mode="mirror")
+    return rows if dense == n else _fewer_points(rows, n)
+
+
+def _fewer_points(rows: Array, n: int) -> Array:
+    spectrum = np.fft.rfft(rows, axis=1)[:, : n // 2 + 1] * (n / rows.shape[1])
+    spectrum[:, -1] = 0.0
+    return np.fft.irfft(spectrum, n, axis=1)
