@@ -61,7 +61,9 @@ def matches(expected: str, output: str) -> bool:
 
 def links(page: Path) -> list[str]:
     """Return the targets of all links and images of a page that lead to files here."""
-    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    text = re.sub(
+        r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
+    )
     targets = re.findall(r"\]\(([^)\s]+)\)", text)
     return [target for target in targets if not re.match(r"https?:|mailto:|#", target)]
 

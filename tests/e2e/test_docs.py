@@ -1,0 +1,162 @@
+"""Every command and code block of the README, the tutorials and the how-tos is executed."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+from helpers_docs import ROOT, code_blocks, links, matches, pages
+from rigrunner.api.errors import ExitCode
+from rigrunner.api.hooks import HookSpecs
+from rigrunner.cli.main import SUMMARIES, rigrunner
+
+RUN_BY_CI = "run by .ci/run, as it stands"
+RUN_ELSEWHERE = {
+    RUN_BY_CI,
+    "run by CI itself: it is the command that runs everything else",
+    "run by the reader alone: the test puts this entry point on the path instead",
+}
+SCRIPTS = [
+    ROOT / "README.md",
+    *sorted(ROOT.glob("docs/tutorial/*.md")),
+    *sorted(ROOT.glob("docs/how-to/*.md")),
+]
+
+
+def named(path):
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", SCRIPTS, ids=named)
+def test_every_block_of_the_page_works(page, tmp_path):
+    blocks = code_blocks(page)
+    install_entry_points(blocks, tmp_path)
+    output = ""
+    for block in blocks:
+        if block.elsewhere:
+            assert block.elsewhere in RUN_ELSEWHERE, f"{page}:{block.line}"
+        elif block.file:
+            (tmp_path / block.file).write_text(block.code, encoding="utf-8")
+        elif block.language == "text":
+            assert matches(block.code, output), f"{page}:{block.line} does not match\n{output}"
+        else:
+            output = execute(block, tmp_path, f"{page}:{block.line}")
+
+
+def execute(block, folder, where):
+    runners = {
+        "sh": ["bash", "-euo", "pipefail", "-c", block.code],
+        "python": [sys.executable, "-c", block.code],
+    }
+    assert block.language in runners, f"{where}: nobody knows how to run '{block.language}'"
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PYTHONPATH": str(folder),
+        "COLUMNS": "80",
+    }
+    done = subprocess.run(
+        runners[block.language],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        stdin=subprocess.DEVNULL,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{where} ended with {done.returncode}\n{done.stdout}"
+    return done.stdout
+
+
+def install_entry_points(blocks, folder):
+    """Do what `pip install` would do for the plugin that a page declares, without the network."""
+    for block in blocks:
+        if block.file == "pyproject.toml":
+            groups = tomllib.loads(block.code)["project"]["entry-points"]
+            lines = [
+                line
+                for group, entries in groups.items()
+                for line in (f"[{group}]", *(f"{name} = {at}" for name, at in entries.items()))
+            ]
+            info = folder / "example-1.0.dist-info"
+            info.mkdir()
+            (info / "METADATA").write_text("Metadata-Version: 2.1\nName: example\nVersion: 1.0\n")
+            (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
+
+
+def test_ci_runs_the_readme_commands_as_they_stand():
+    first = code_blocks(ROOT / "README.md")[0]
+    assert first.elsewhere == RUN_BY_CI
+    assert first.code.splitlines() == [
+        "python3 -m venv .venv && .venv/bin/pip install . && .venv/bin/rigrunner demo",
+        "python3 -m venv .venv && .venv/bin/pip install -e '.[test]' && .venv/bin/pytest",
+    ]
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    extract = re.search(r"awk '.*?' \"\$root/README.md\"", script)[0]
+    shown = subprocess.run(
+        ["bash", "-c", extract], env=os.environ | {"root": str(ROOT)}, capture_output=True,
+        text=True, check=True,
+    )  # fmt: skip
+    assert shown.stdout == first.code
+    assert "run_readme_command 1" in script
+    assert "run_readme_command 2" in script
+
+
+@pytest.mark.parametrize("page", pages(), ids=named)
+def test_every_link_leads_somewhere(page):
+    missing = [
+        target for target in links(page) if not (page.parent / target.partition("#")[0]).exists()
+    ]
+    assert missing == []
+
+
+@pytest.mark.parametrize("page", pages(), ids=named)
+def test_every_yaml_block_is_yaml(page):
+    for block in code_blocks(page):
+        if block.language == "yaml":
+            yaml.safe_load(block.code)
+
+
+def test_the_exit_codes_of_the_page_are_those_of_the_code():
+    text = (ROOT / "docs/reference/exit-codes.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d+) \| ([A-Z]+) \|", text, re.MULTILINE)
+    assert {(int(code), name) for code, name in rows} == {(c.value, c.name) for c in ExitCode}
+
+
+def test_every_hook_is_on_its_page():
+    text = (ROOT / "docs/reference/hooks.md").read_text(encoding="utf-8")
+    rows = set(re.findall(r"^\| `(rigrunner_\w+)` \|", text, re.MULTILINE))
+    assert rows == {name for name in vars(HookSpecs) if name.startswith("rigrunner_")}
+
+
+def test_every_command_and_option_is_on_its_page():
+    text = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
+    sections = dict(
+        re.findall(r"^## `rigrunner (\w+).*?`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    )
+    assert list(sections) == list(SUMMARIES)
+    for name, section in sections.items():
+        command = rigrunner.get_command(None, name)
+        options = {option for parameter in command.params for option in parameter.opts}
+        wanted = {option for option in options if option.startswith("--")} - {"--help"}
+        assert set(re.findall(r"^\| `(--[\w-]+)", section, re.MULTILINE)) == wanted, name
+
+
+@pytest.mark.parametrize(
+    ("expected", "output", "same"),
+    [
+        ("a\nc", "a\nb\nc", True),
+        ("c\na", "a\nb\nc", False),
+        ("run …_X is …", "run 2026_X is done", True),
+        ("1.5", "125", False),
+    ],
+)
+def test_output_is_compared_line_by_line(expected, output, same):
+    assert matches(expected, output) is same
