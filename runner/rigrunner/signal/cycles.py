@@ -87,7 +87,7 @@ def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, fl
     model = swing_angle(phase, ratio)
     offset, scale = _line(model[inside], measured[inside])
     residual = np.where(inside, measured - offset - scale * model, 0.0)
-    slope = np.where(inside, scale * angular_velocity(phase, 1 / period[:, None], ratio), 0.0)
+    slope = np.where(inside, scale * angular_velocity(phase, 1.0, ratio), 0.0) / period[:, None]
     late = -(slope * residual).sum(axis=1) / (slope**2).sum(axis=1)
     return starts + late, offset, scale
 
