@@ -1,0 +1,16 @@
+"""Numbers as a person reads them: never more digits than the uncertainty bears."""
+
+from __future__ import annotations
+
+import math
+
+
+def with_uncertainty(value: float, expanded: float) -> str:
+    """Return 'value ± U', U with two significant digits and the value to the same place.
+
+    This is the rounding of GUM 7.2.6. An uncertainty that is zero or not finite is shown as it is.
+    """
+    if not (math.isfinite(expanded) and expanded > 0):
+        return f"{value:.4g} ± {expanded:.2g}"
+    places = max(0, 1 - math.floor(math.log10(float(f"{expanded:.1e}"))))
+    return f"{value:.{places}f} ± {expanded:.{places}f}"
