@@ -86,6 +86,8 @@ class DriveInfo:
     sets_cycle_frequency: bool = False
     """True for the drive whose value is the frequency of the cyclic motion."""
     safe_value: float = 0.0
+    tolerance: float | None = None
+    """How far the read-back may be from the set-point; None: 1 % of the range."""
 
 
 @runtime_checkable

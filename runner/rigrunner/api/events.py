@@ -75,6 +75,8 @@ class Answer(Event):
     step: str
     text: str
     by: str
+    into: str = ""
+    """The name of the run's input that the answer becomes, if it does."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,6 +117,8 @@ class RunEnded(Event):
 
     outcome: Outcome
     reason: str = ""
+    read_back: Mapping[str, float] = field(default_factory=dict)
+    """What was read back of each drive after making safe: 'role.drive' in SI units."""
 
 
 class EventSink(Protocol):
