@@ -1,0 +1,110 @@
+"""How a device is called: inline, or from a thread of its own with a time limit on each call."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future, wait
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_T = TypeVar("_T")
+_Job = tuple["Callable[[], Any]", "Future[Any]"]
+
+
+class Caller(Protocol):
+    """Calls one device, one call at a time."""
+
+    def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+        """Return what the function returns; raise DeviceTimeoutError if that takes too long."""
+        ...
+
+    def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+        """Do the same even while an earlier call hangs: for what makes safe and closes."""
+        ...
+
+    def stop(self) -> None:
+        """Let go of the thread, if there is one."""
+        ...
+
+
+class InlineCaller:
+    """Calls a device that declares itself non-blocking."""
+
+    def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:  # noqa: ARG002  (the Protocol's)
+        """Return what the function returns."""
+        return function()
+
+    call_urgently = call
+
+    def stop(self) -> None:
+        """Do nothing: there is no thread."""
+
+
+class ThreadCaller:
+    """Calls a device from one daemon thread; a call that hangs is abandoned, not waited for."""
+
+    grace_s = 2.0
+    """How long an urgent call waits for the one before it."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._jobs: SimpleQueue[_Job | None] | None = None
+        self._last: Future[Any] | None = None
+        self._hangs = ""
+
+    def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+        """Call; raise DeviceTimeoutError, and from then on DeviceLostError."""
+        if self._hangs:
+            raise DeviceLostError(f"cannot {what}: an earlier call, '{self._hangs}', still hangs")
+        return self._run(what, function, timeout_s)
+
+    def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+        """Call, from a fresh thread if the one before does not come back within `grace_s`."""
+        if self._last is not None and not self._hangs:
+            wait([self._last], self.grace_s)
+        if self._last is not None and not self._last.done():
+            self._hangs = self._hangs or "a call that was interrupted"
+            self.stop()
+        return self._run(what, function, timeout_s)
+
+    def stop(self) -> None:
+        """Let the thread end after its present call; the next call starts a new one."""
+        if self._jobs is not None:
+            self._jobs.put(None)
+        self._jobs = self._last = None
+
+    def _run(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+        self._last = future = Future[Any]()
+        self._queue().put((function, future))
+        try:
+            return future.result(timeout_s)  # type: ignore[no-any-return]  # one queue, many types
+        except TimeoutError:
+            if future.done():
+                return future.result()  # type: ignore[no-any-return]  # came late, or its own error
+            future.cancel()
+            self._hangs = self._hangs or what
+            raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s") from None
+
+    def _queue(self) -> SimpleQueue[_Job | None]:
+        if self._jobs is None:
+            self._jobs = SimpleQueue()
+            threading.Thread(
+                target=_work, args=(self._jobs,), name=f"device {self._name}", daemon=True
+            ).start()
+        return self._jobs
+
+
+def _work(jobs: SimpleQueue[_Job | None]) -> None:
+    while (job := jobs.get()) is not None:
+        function, future = job
+        if not future.set_running_or_notify_cancel():
+            continue
+        try:
+            future.set_result(function())
+        except BaseException as error:  # noqa: BLE001  (handed to the caller, whatever it is)
+            future.set_exception(error)
