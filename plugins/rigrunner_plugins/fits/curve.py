@@ -1,0 +1,64 @@
+"""A fitted curve with its covariance, whatever its model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.data import Array
+
+RANGE_TOLERANCE = 0.005
+"""Relative: a rig's speed scatters by less, and an end of the range is still that set-point."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCurve:
+    """A curve through n points with p coefficients; satisfies `rigrunner.api.analysis.Curve`."""
+
+    formula: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    coefficients: Array
+    covariance: Array
+    dof: float
+    residuals: Array
+    residual_s: float
+    r_squared: float
+    valid_x: tuple[float, float]
+    value_and_spread: Callable[[Array], tuple[Array, Array]]
+    """At x of shape (m,): the curve (m,), and rows (m, p) whose norm is its standard uncertainty.
+
+    The rows are the curve's gradient times a square root of the covariance: so no uncertainty is
+    lost, nor negative, where coefficients are nearly dependent.
+    """
+
+    def predict(self, x: Array) -> tuple[Array, Array]:
+        """Return the curve at x (m,) and its standard uncertainty; DataError outside `valid_x`."""
+        x = np.atleast_1d(np.asarray(x, np.float64))
+        low, high = self.valid_x
+        outside = x[
+            (x < low - RANGE_TOLERANCE * abs(low)) | (x > high + RANGE_TOLERANCE * abs(high))
+        ]
+        if outside.size:
+            raise DataError(
+                f"the fit holds from {low:.6g} to {high:.6g}, not at {outside[0]:.6g}",
+                hint="a fit says nothing outside its points; measure there",
+            )
+        value, spread = self.value_and_spread(x)
+        return value, np.linalg.norm(spread, axis=1)
+
+
+def r_squared(y: Array, residuals: Array, *, about_mean: bool = True) -> float:
+    """Return 1 - RSS/TSS of values and residuals of shape (n,); nan where y does not vary.
+
+    Without an intercept the total is taken about zero, as NIST's StRD does.
+    """
+    total = float(np.sum((y - (y.mean() if about_mean else 0.0)) ** 2))
+    return 1 - float(np.sum(residuals**2)) / total if total > 0 else float("nan")

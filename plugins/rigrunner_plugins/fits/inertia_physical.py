@@ -1,0 +1,122 @@
+"""The no-load peak from the physics of the drive: support friction, damping and inertia.
+
+Beyond a reversal the rig's own torque is T = J alpha(phi) + b omega(phi) + T0 with the swing's
+acceleration alpha and velocity omega (guide-bar kinematics of `rigrunner.signal.kinematics`), and
+what the peak reading shows is its maximum over the forward stroke, omega >= 0:
+
+    Tg(f) = T0 + max over phi of (J alpha(phi; f) + b omega(phi; f))
+
+At low speed omega, which grows with f, decides; at high speed alpha, which grows with f^2; and the
+phase of the peak moves from mid-stroke to the reversal in between. This is why a quadratic in f
+leaves a pattern in its residuals. By the envelope theorem the derivatives of a maximum are those of
+its argument at the phase where it is reached (1, omega, alpha): Gauss-Newton needs no more.
+
+Neglected: presliding within a fraction of a degree of the reversal, and the drive line's resonance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.signal.kinematics import (
+    angular_acceleration,
+    angular_velocity,
+    max_acceleration,
+    max_velocity,
+    reversal_phase,
+)
+from rigrunner_plugins.fits.curve import FittedCurve, r_squared
+from rigrunner_plugins.fits.least_squares import Solution, solve
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array, Points
+    from rigrunner_plugins.fits.settings import InertiaPhysicalSettings
+
+PHASES = 1024
+ITERATIONS = 50
+STEP_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class InertiaPhysicalFit:
+    """Gauss-Newton least squares of T0, b and J; satisfies `rigrunner.api.analysis.Fit`."""
+
+    settings: InertiaPhysicalSettings
+
+    def __call__(self, points: Points) -> FittedCurve:
+        """Return the fitted curve; raise DataError where the points do not allow it."""
+        parameters = self._start(points)
+        for _ in range(ITERATIONS):
+            value, gradient = self._peak(points.x, parameters)
+            solution = _solve(gradient, points.y - value)
+            step = solution.coefficients.astype(np.float64)
+            parameters = parameters + step
+            if np.all(np.abs(step) <= STEP_TOLERANCE * np.abs(parameters).max()):
+                return self._curve(points, parameters, solution)
+        raise DataError("the physical fit of the no-load peaks does not converge")
+
+    @property
+    def _ratio(self) -> float:
+        return self.settings.eccentric / self.settings.centre_distance
+
+    def _start(self, points: Points) -> Array:
+        """Return T0, b, J of the linear fit with omega and alpha at their own maxima."""
+        omega = max_velocity(1.0, self._ratio) * points.x
+        alpha = max_acceleration(1.0, self._ratio) * points.x**2
+        design = np.column_stack([np.ones_like(omega), omega, alpha])
+        start = _solve(design, points.y).coefficients.astype(np.float64)
+        return np.maximum(start, [0.0, 1e-3 * abs(start[0]), 0.0])
+
+    def _peak(self, frequency_hz: Array, parameters: Array) -> tuple[Array, Array]:
+        """Return the peak (n,) and its gradient (n, 3) for T0, b, J."""
+        support, damping, inertia = parameters
+        phase = self._peak_phase(frequency_hz, damping, inertia)
+        omega = angular_velocity(phase, 1.0, self._ratio) * frequency_hz
+        alpha = angular_acceleration(phase, 1.0, self._ratio) * frequency_hz**2
+        gradient = np.column_stack([np.ones_like(omega), omega, alpha])
+        return gradient @ np.array([support, damping, inertia]), gradient
+
+    def _peak_phase(self, frequency_hz: Array, damping: float, inertia: float) -> Array:
+        """Return the phase (n,) of the maximum: the best of a grid, refined by a parabola."""
+        end = reversal_phase(self._ratio)
+        grid = np.linspace(-end, end, PHASES)
+        torque = damping * np.outer(frequency_hz, angular_velocity(grid, 1.0, self._ratio))
+        torque += inertia * np.outer(frequency_hz**2, angular_acceleration(grid, 1.0, self._ratio))
+        best = np.clip(torque.argmax(axis=1), 1, PHASES - 2)
+        before, at, after = (
+            np.take_along_axis(torque, (best + k)[:, None], axis=1)[:, 0] for k in (-1, 0, 1)
+        )
+        bend = before - 2 * at + after
+        shift = np.divide(before - after, 2 * bend, out=np.zeros_like(bend), where=bend < 0)
+        refined: Array = grid[best] + np.clip(shift, -1, 1) * (grid[1] - grid[0])
+        return refined
+
+    def _curve(self, points: Points, parameters: Array, solution: Solution) -> FittedCurve:
+        root = solution.residual_s * solution.factor
+        residuals = points.y - self._peak(points.x, parameters)[0]
+
+        def value_and_spread(x: Array) -> tuple[Array, Array]:
+            value, gradient = self._peak(x, parameters)
+            return value, gradient @ root
+
+        return FittedCurve(
+            formula="T = T0 + max over φ of [J·dω/dt + b·ω](φ, f)",
+            names=("T0", "b", "J"),
+            units=("N·m", "N·m·s/rad", "kg·m²"),
+            coefficients=parameters,
+            covariance=root @ root.T,
+            dof=float(solution.dof),
+            residuals=residuals,
+            residual_s=solution.residual_s,
+            r_squared=r_squared(points.y, residuals),
+            valid_x=(float(points.x.min()), float(points.x.max())),
+            value_and_spread=value_and_spread,
+        )
+
+
+def _solve(design: Array, y: Array) -> Solution:
+    return solve(design.astype(np.longdouble), y.astype(np.longdouble))
