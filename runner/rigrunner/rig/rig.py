@@ -12,7 +12,7 @@ from rigrunner.api.errors import DeviceError, DeviceRejectedError
 from rigrunner.rig.worker import InlineCaller, ThreadCaller
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
     from types import TracebackType
 
     from rigrunner.api.data import Block
@@ -112,7 +112,7 @@ class Rig:
 
     def stream(
         self, role: str, channels: Sequence[str], duration_s: float, stop: StopToken
-    ) -> Iterator[Block]:
+    ) -> Generator[Block]:
         """Yield the blocks of one device until the duration has passed or the token is set."""
         device = self._able(role, Streaming)  # type: ignore[type-abstract]  # a Protocol
         timeout_s = self._patience.answer_s + duration_s

@@ -1,0 +1,122 @@
+"""What each kind of step does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError, DataError
+from rigrunner.api.events import Answer, Prompt, Samples
+from rigrunner.engine.streams import check_stop, checked_stream
+from rigrunner.plan.actions import Ask, Confirm, Record, SetDrive, Settle, Zero
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import StopToken
+    from rigrunner.bus import Emitter
+    from rigrunner.engine.answers import AnswerSource
+    from rigrunner.plan.actions import Action
+    from rigrunner.rig import Rig
+
+_NAP_S = 0.1
+"""How long a wait goes on before the stop token is looked at again."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """What steps work with."""
+
+    rig: Rig
+    emit: Emitter
+    answers: AnswerSource
+    stop: StopToken
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a step found, in SI units by 'role.name', and what a simulator knows of it."""
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    truth: Mapping[str, float] = field(default_factory=dict)
+
+
+def action_name(action: Action) -> str:
+    """Return the step's keyword in the procedure language."""
+    return "set" if isinstance(action, SetDrive) else type(action).__name__.lower()
+
+
+def perform(path: str, action: Action, session: Session) -> Measured:
+    """Do one action of the plan; `path` names the step in questions and errors."""
+    match action:
+        case Confirm():
+            return _confirm(path, action, session)
+        case Ask():
+            return _ask(path, action, session)
+        case Zero():
+            return _zero(action, session)
+        case SetDrive():
+            return _set(action, session)
+        case Settle():
+            return _settle(action, session)
+        case Record():
+            return _record(action, session)
+
+
+def _confirm(path: str, action: Confirm, session: Session) -> Measured:
+    session.emit(Prompt, step=path, text=action.text, choices=("yes", "no"))
+    agreed = session.answers.confirm(path, action.text, action.unattended)
+    session.emit(Answer, step=path, text="yes" if agreed else "no", by=session.answers.by)
+    if not agreed:
+        raise AbortedError(f"{path}: '{action.text}' was answered with no")
+    return Measured()
+
+
+def _ask(path: str, action: Ask, session: Session) -> Measured:
+    session.emit(Prompt, step=path, text=action.text)
+    answer = session.answers.ask(path, action.text, action.unattended)
+    session.emit(Answer, step=path, text=answer, by=session.answers.by, into=action.into)
+    return Measured()
+
+
+def _zero(action: Zero, session: Session) -> Measured:
+    name, total, count = f"{action.role}.{action.channel}", 0.0, 0
+    for block in checked_stream(
+        session.rig, action.role, (action.channel,), action.duration_s, session.stop
+    ):
+        total, count = total + float(block.channels[name].sum()), count + block.samples
+    if not count:
+        raise DataError(f"{name}: no sample was taken in {action.duration_s:g} s at rest")
+    mean = total / count
+    if abs(mean) > action.within:
+        raise DataError(
+            f"{name} reads {mean:.4g} {action.unit} at rest,"
+            f" more than the {action.within:g} {action.unit} allowed",
+            hint="is the rig at rest and unloaded? if so, adjust the instrument's zero",
+        )
+    return Measured({name: mean}, {name: action.unit})
+
+
+def _set(action: SetDrive, session: Session) -> Measured:
+    name = f"{action.role}.{action.drive}"
+    actual = session.rig.set(action.role, action.drive, action.value)
+    return Measured({name: actual}, {name: action.unit})
+
+
+def _settle(action: Settle, session: Session) -> Measured:
+    clock = session.rig.clock
+    until_s = clock.monotonic_s() + action.duration_s
+    while (left_s := until_s - clock.monotonic_s()) > 0:
+        check_stop(session.stop)
+        clock.sleep(min(left_s, _NAP_S))
+    return Measured()
+
+
+def _record(action: Record, session: Session) -> Measured:
+    conditions, units = session.rig.conditions(action.role, action.channels)
+    for block in checked_stream(
+        session.rig, action.role, action.channels, action.duration_s, session.stop
+    ):
+        session.emit(Samples, recording=action.name, block=block)
+    return Measured(conditions, {**action.units, **units}, session.rig.truth(action.role))
