@@ -31,6 +31,11 @@ def message(text: str) -> None:
     _print(text, sys.stderr)
 
 
+def prompt(question: str) -> None:
+    """Print a question on stderr and leave the cursor behind it."""
+    _print(question, sys.stderr, end="")
+
+
 def error_label() -> str:
     """Return the word that begins an error, red on a terminal unless NO_COLOR is set."""
     return click.style("error:", fg="red", bold=True) if _colour(sys.stderr) else "error:"
@@ -55,11 +60,11 @@ def close_quietly() -> None:
             _silence(stream)
 
 
-def _print(text: str, stream: TextIO) -> None:
+def _print(text: str, stream: TextIO, end: str = "\n") -> None:
     encoding = stream.encoding or "utf-8"
     printable = text.encode(encoding, errors="replace").decode(encoding)
     try:
-        stream.write(f"{printable}\n")
+        stream.write(f"{printable}{end}")
         stream.flush()
     except BrokenPipeError:
         _silence(stream)

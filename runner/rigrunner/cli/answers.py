@@ -1,0 +1,52 @@
+"""A person at the terminal who is asked."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.cli.output import message, prompt
+
+if TYPE_CHECKING:
+    from rigrunner.cli.progress import ProgressSink
+    from rigrunner.cli.stopping import SignalStop
+
+_YES, _NO = ("y", "yes"), ("n", "no")
+
+
+class TerminalAnswers:
+    """Asks on stderr and reads the answer from stdin."""
+
+    by = "operator"
+
+    def __init__(self, stop: SignalStop, progress: ProgressSink) -> None:
+        self._stop = stop
+        self._progress = progress
+
+    def confirm(self, step: str, text: str, default: bool | None) -> bool:  # noqa: ARG002, FBT001  (the engine's signature)
+        """Ask until the answer is yes or no; nothing is taken for granted."""
+        while True:
+            answer = self._answer(f"{text} [yes/no] ").lower()
+            if answer in (*_YES, *_NO):
+                return answer in _YES
+            message("Please answer yes or no.")
+
+    def ask(self, step: str, text: str, default: str | None) -> str:  # noqa: ARG002  (the engine's signature)
+        """Ask until there is an answer; the unattended one is not this person's to give."""
+        while True:
+            answer = self._answer(f"{text}: ")
+            if answer:
+                return answer
+            message("Please give an answer.")
+
+    def _answer(self, question: str) -> str:
+        with self._progress.paused(), self._stop.while_asking():
+            prompt(question)
+            line = sys.stdin.readline()
+        if not line:
+            raise AbortedError(
+                "nobody answered: the input has ended",
+                hint="--unattended takes the procedure's own answers",
+            )
+        return line.strip()

@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import io
+import os
+import signal
+from contextlib import contextmanager
+
+import pytest
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.cli.answers import TerminalAnswers
+from rigrunner.cli.progress import LineProgress
+from rigrunner.cli.stopping import stop_on_signals
+
+
+@contextmanager
+def person(monkeypatch, typed):
+    monkeypatch.setattr("sys.stdin", typed if hasattr(typed, "readline") else io.StringIO(typed))
+    with stop_on_signals() as stop:
+        yield TerminalAnswers(stop, LineProgress())
+
+
+@pytest.mark.parametrize(("typed", "answer"), [("yes\n", True), ("Y\n", True), ("no\n", False)])
+def test_a_confirmation_is_yes_or_no(monkeypatch, typed, answer):
+    with person(monkeypatch, typed) as answers:
+        assert answers.confirm("setup[0]", "Guards closed?", default=True) is answer
+
+
+def test_return_alone_confirms_nothing(monkeypatch, capsys):
+    with person(monkeypatch, "\nperhaps\nno\n") as answers:
+        assert answers.confirm("setup[0]", "Guards closed?", default=True) is False
+    captured = capsys.readouterr()
+    assert captured.err.count("Please answer yes or no.") == 2
+    assert captured.out == ""
+
+
+def test_the_unattended_answer_is_not_put_into_a_persons_mouth(monkeypatch, capsys):
+    with person(monkeypatch, "\nSN-17\n") as answers:
+        assert answers.ask("inputs", "Serial number", default="DEMO-0001") == "SN-17"
+    assert "DEMO" not in capsys.readouterr().err
+
+
+def test_the_end_of_the_input_stops_the_run_and_names_the_way_out(monkeypatch):
+    with person(monkeypatch, "") as answers, pytest.raises(AbortedError, match="--unattended"):
+        answers.confirm("setup[0]", "Guards closed?", default=True)
+
+
+class SignalInsteadOfAnAnswer:
+    def readline(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        return "yes\n"
+
+
+def test_a_signal_while_asking_stops_the_run(monkeypatch):
+    stopped = pytest.raises(AbortedError, match="SIGTERM")
+    with person(monkeypatch, SignalInsteadOfAnAnswer()) as answers, stopped:
+        answers.confirm("setup[0]", "Guards closed?", default=True)
