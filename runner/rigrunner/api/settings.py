@@ -57,6 +57,8 @@ Temperature = Annotated[float, *_field("temperature")]
 MomentOfInertia = Annotated[float, *_field("moment of inertia")]
 RotationalDamping = Annotated[float, *_field("rotational damping")]
 AngularVelocity = Annotated[float, *_field("angular velocity")]
+FrequencyRate = Annotated[float, *_field("frequency rate")]
+ForceRate = Annotated[float, *_field("force rate")]
 
 AnyQuantity = Annotated[
     Quantity,
