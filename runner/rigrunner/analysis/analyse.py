@@ -1,0 +1,217 @@
+"""The one analysis that serves online, stored and batch: pure, without I/O or clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rigrunner.analysis.channels import torque_channel
+from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
+from rigrunner.analysis.decision import Limits, decide
+from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
+from rigrunner.analysis.prepare import prepare_point
+from rigrunner.api.analysis import Compensation, Sweep
+from rigrunner.api.errors import DataError
+from rigrunner.api.results import FittedTorque, Result
+from rigrunner.signal.peaks import peak_points
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.analysis import Check, Curve, Fit, SwingPoint
+    from rigrunner.api.data import Estimate, Points, RunData
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.results import Decision
+    from rigrunner.api.settings import Settings
+    from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
+
+
+class Lookup(Protocol):
+    """Finds plugins by kind and name."""
+
+    def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
+        """Return the callable of an 'outlier_rule', 'fit' or 'compensation'; raise PluginError."""
+        ...
+
+    def settings_of(self, kind: str, name: str) -> type[Settings]:
+        """Return the settings model of a plugin; raise PluginError."""
+        ...
+
+
+def analyse(
+    run: RunData,
+    no_load: RunData | None,
+    spec: AnalysisSpec,
+    *,
+    acceptance: Acceptance | None,
+    measurand: Measurand,
+    lookup: Lookup,
+) -> Result:
+    """Return the result of a run, with the no-load run that belongs to it where it needs one.
+
+    A compensation that the data forbid is marked not applicable, and the others stand. Raises
+    DataError where a recording cannot be prepared at all.
+    """
+    analysis = _Analysis(
+        run=run,
+        no_load_run=no_load,
+        spec=spec,
+        acceptance=acceptance,
+        measurand=measurand,
+        lookup=lookup,
+    )
+    return analysis.result()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Analysis:
+    run: RunData
+    no_load_run: RunData | None
+    spec: AnalysisSpec
+    acceptance: Acceptance | None
+    measurand: Measurand
+    lookup: Lookup
+
+    def result(self) -> Result:
+        loaded = self._points(self.run)
+        no_load = self._points(self.no_load_run) if self.no_load_run else ()
+        compensations = self._compensations(loaded, no_load)
+        headline, problem = self._headline(compensations)
+        raw = self._raw_headline(loaded)
+        return Result(
+            run=self.run,
+            no_load_run=self.no_load_run,
+            measurand=self.measurand.name,
+            symbol=self.measurand.symbol,
+            loaded=loaded,
+            no_load=no_load,
+            fits=self._fits(no_load or loaded),
+            compensations=compensations,
+            primary=self.spec.primary or "",
+            headline=headline,
+            raw_headline=raw,
+            decision=self._decision(headline, raw, problem),
+            checks=tuple(self._checks(loaded, no_load, compensations)),
+            notes=(problem,) if problem else (),
+            settings=self._settings(),
+        )
+
+    def _points(self, run: RunData) -> tuple[SwingPoint, ...]:
+        rule = self._make("outlier_rule", self.spec.outliers)
+        return tuple(prepare_point(each, run, self.spec, rule) for each in run.recordings)
+
+    def _make(self, kind: str, reference: PluginRef) -> Any:
+        return self.lookup.make(kind, reference.name, reference.settings)
+
+    def _fits(self, points: tuple[SwingPoint, ...]) -> tuple[FittedTorque, ...]:
+        peaks = peak_points(points)
+        return tuple(_fitted(each.name, self._make("fit", each), peaks) for each in self.spec.fits)
+
+    def _compensations(
+        self, loaded: tuple[SwingPoint, ...], no_load: tuple[SwingPoint, ...]
+    ) -> dict[str, Compensation]:
+        return {
+            each.name: self._compensation(each, loaded, no_load) for each in self.spec.compensations
+        }
+
+    def _compensation(
+        self,
+        reference: PluginRef,
+        loaded: tuple[SwingPoint, ...],
+        no_load: tuple[SwingPoint, ...],
+    ) -> Compensation:
+        method = self._make("compensation", reference)
+        try:
+            sweep = Sweep(loaded, no_load, self.run.rig, self._instrument(), self._first_fit())
+            return method(sweep)  # type: ignore[no-any-return]  # the lookup gives the right kind
+        except DataError as error:
+            return Compensation(self.measurand.name, (), not_applicable=str(error))
+
+    def _first_fit(self) -> Fit:
+        if not self.spec.fits:
+            return _no_fit
+        return self._make("fit", self.spec.fits[0])  # type: ignore[no-any-return]  # a fit
+
+    def _instrument(self) -> TorqueInstrument:
+        channel = torque_channel(self.run.recordings[0], self.run.instruments)
+        if channel not in self.run.instruments:
+            raise DataError(
+                f"the register of instruments has no {channel}",
+                hint="enter its accuracy under instruments: in the station",
+            )
+        return self.run.instruments[channel]
+
+    def _headline(self, compensations: Mapping[str, Compensation]) -> tuple[Estimate | None, str]:
+        """Return the headline, or None and why there is none though one was asked for."""
+        name = self.spec.primary
+        if not name:
+            return None, ""
+        primary = compensations[name]
+        if primary.points:
+            return compensated_mean(primary.points), ""
+        return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
+
+    def _raw_headline(self, loaded: tuple[SwingPoint, ...]) -> Estimate | None:
+        try:
+            instrument = self._instrument()
+        except DataError:
+            return None
+        zeroed = instrument.channel in self.run.zeros
+        return raw_peak_mean(loaded, instrument, zeroed=zeroed)
+
+    def _decision(
+        self, headline: Estimate | None, raw: Estimate | None, problem: str
+    ) -> Decision | None:
+        if self.acceptance is None:
+            return None
+        limits = Limits.between(
+            self.acceptance.limit.min, self.acceptance.limit.max, self.acceptance.limit.source
+        )
+        return decide(limits, self.acceptance.rule, headline, raw, problem)
+
+    def _checks(
+        self,
+        loaded: tuple[SwingPoint, ...],
+        no_load: tuple[SwingPoint, ...],
+        compensations: Mapping[str, Compensation],
+    ) -> Iterator[Check]:
+        yield from run_checks(self.run, loaded)
+        if self.no_load_run is not None:
+            yield from run_checks(self.no_load_run, no_load, "no-load run: ")
+            yield zero_drift_check(self.run, self.no_load_run)
+        primary = compensations.get(self.spec.primary or "")
+        if primary is None or not primary.points:
+            return
+        torques = {point.set_frequency_hz: point.torque.value for point in primary.points}
+        yield positive_check(torques)
+        radius = self.run.rig.swing_radius
+        if radius is not None:
+            yield friction_check(torques, loaded[0].load_n, radius)
+
+    def _settings(self) -> dict[str, object]:
+        """Return the analysis as it was asked for, with the defaults of the plugins."""
+        return {
+            "despike": None if self.spec.despike is None else self.spec.despike.model_dump(),
+            "outliers": self._resolved("outlier_rule", self.spec.outliers),
+            "fits": [self._resolved("fit", each) for each in self.spec.fits],
+            "compensations": [
+                self._resolved("compensation", each) for each in self.spec.compensations
+            ],
+            "primary": self.spec.primary,
+        }
+
+    def _resolved(self, kind: str, reference: PluginRef) -> dict[str, object]:
+        model = self.lookup.settings_of(kind, reference.name)
+        settings = model.model_validate(dict(reference.settings))
+        return {"name": reference.name, "settings": settings.model_dump(mode="json")}
+
+
+def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:
+    try:
+        return FittedTorque(name, points, fit(points))
+    except DataError as error:
+        return FittedTorque(name, points, None, problem=str(error))
+
+
+def _no_fit(points: Points) -> Curve:  # noqa: ARG001  (a fit takes points)
+    raise DataError("the procedure names no fit", hint="add one under analysis: fits:")

@@ -1,0 +1,34 @@
+"""The peaks of a prepared set-point as the peak methods read them."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Component
+from rigrunner.api.data import Points
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import SwingPoint
+
+
+def mean_peak(point: SwingPoint) -> tuple[float, Component]:
+    """Return the mean of the kept raw peaks in N·m, and its type A uncertainty (GUM 4.2)."""
+    values = point.peak_nm[point.peak_kept]
+    u = float(values.std(ddof=1)) / sqrt(len(values))
+    scatter = Component("scatter between cycles", u, float(len(values) - 1), "t", common=False)
+    return float(values.mean()), scatter
+
+
+def peak_points(points: Sequence[SwingPoint]) -> Points:
+    """Return the mean peaks over the measured frequency, with their type A uncertainty."""
+    peaks = [mean_peak(point) for point in points]
+    return Points(
+        x=np.array([point.frequency_hz.value for point in points]),
+        y=np.array([value for value, _ in peaks]),
+        u_y=np.array([scatter.u for _, scatter in peaks]),
+    )
