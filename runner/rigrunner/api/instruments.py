@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from datetime import date
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rigrunner.api.settings import (
     Frequency,
+    IsoDate,
     Length,
     MomentOfInertia,
     Ratio,
@@ -23,16 +23,16 @@ class LowPass(Settings):
 
     type: Literal["butterworth"] = "butterworth"
     order: Annotated[int, Field(ge=1, le=8)] = 2
-    corner: Frequency
+    corner: Annotated[Frequency, Field(gt=0)]
 
 
 class TorqueAccuracy(Settings):
     """Limits of error of a torque transducer, each half the width of a rectangular distribution."""
 
-    gain: Ratio
-    offset: Torque
-    drift: Torque
-    nonlinearity: Annotated[Ratio, Field(description="of full scale")]
+    gain: Annotated[Ratio, Field(ge=0)]
+    offset: Annotated[Torque, Field(ge=0)]
+    drift: Annotated[Torque, Field(ge=0)]
+    nonlinearity: Annotated[Ratio, Field(ge=0, description="of full scale")]
 
 
 class TorqueInstrument(Settings):
@@ -44,9 +44,9 @@ class TorqueInstrument(Settings):
     serial: str
     certificate: str = ""
     laboratory: str = ""
-    calibrated: date | None = None
-    due: date | None = None
-    full_scale: Torque
+    calibrated: IsoDate | None = None
+    due: IsoDate | None = None
+    full_scale: Annotated[Torque, Field(gt=0)]
     accuracy: TorqueAccuracy
     low_pass: LowPass | None = None
 
@@ -58,21 +58,27 @@ class RigDescription(Settings):
     """
 
     mandrel: str
-    eccentric: Length
-    centre_distance: Length
+    eccentric: Annotated[Length, Field(gt=0)]
+    centre_distance: Annotated[Length, Field(gt=0)]
     inertia: Annotated[
-        MomentOfInertia, Field(description="design value, for the plan's prediction")
+        MomentOfInertia, Field(gt=0, description="design value, for the plan's prediction")
     ]
     support_friction: Annotated[
-        Torque, Field(description="design value, for the plan's prediction")
+        Torque, Field(ge=0, description="design value, for the plan's prediction")
     ]
     support_damping: Annotated[
-        RotationalDamping, Field(description="design value, for the plan's prediction")
+        RotationalDamping, Field(ge=0, description="design value, for the plan's prediction")
     ]
     swing_radius: Annotated[
         Length | None,
-        Field(description="radius of the bearing's sliding surface, for mu = T/(F r)"),
+        Field(gt=0, description="radius of the bearing's sliding surface, for mu = T/(F r)"),
     ] = None
+
+    @model_validator(mode="after")
+    def _the_bar_swings(self) -> Self:
+        if self.eccentric >= self.centre_distance:
+            raise ValueError("eccentric must be less than centre_distance, or the bar goes round")
+        return self
 
     @property
     def eccentric_ratio(self) -> float:

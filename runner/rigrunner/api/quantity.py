@@ -25,6 +25,7 @@ class Unit:
 
 
 _DEG = math.pi / 180
+_MINUS = "\N{MINUS SIGN}"
 
 UNITS: tuple[Unit, ...] = (
     Unit("N·m", "torque"),
@@ -78,8 +79,12 @@ _BY_SYMBOL = {unit.symbol: unit for unit in UNITS}
 _BY_SPELLING = _BY_SYMBOL | {
     spelling: _BY_SYMBOL[symbol] for spelling, symbol in _SPELLINGS.items()
 }
-_QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+\b")
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
+_MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
+_COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
+_GROUP = 3
+_LONGEST = 40
 
 
 class QuantityError(RigrunnerError, ValueError):
@@ -88,13 +93,14 @@ class QuantityError(RigrunnerError, ValueError):
 
 def unit(symbol: str) -> Unit:
     """Return the unit of that symbol or spelling; raise QuantityError with a suggestion."""
-    known = _BY_SPELLING.get(symbol.strip())
+    wanted = symbol.strip()
+    known = _BY_SPELLING.get(wanted)
     if known is not None:
         return known
     by_case = {spelling.lower(): found.symbol for spelling, found in _BY_SPELLING.items()}
-    near = difflib.get_close_matches(symbol.strip().lower(), by_case, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(wanted[:_LONGEST].lower(), by_case, n=1, cutoff=0.5)
     hint = f"did you mean '{by_case[near[0]]}'?" if near else f"known units: {_listing()}"
-    raise QuantityError(f"unknown unit '{symbol.strip()}'", hint=hint)
+    raise QuantityError(f"unknown unit '{_clip(wanted)}'", hint=hint)
 
 
 def units_of(dimension: str) -> list[str]:
@@ -120,34 +126,42 @@ class Quantity:
         return self.unit.dimension
 
     def __str__(self) -> str:
-        """Return the quantity as it may be written in a file."""
-        return f"{self.number:.12g} {self.unit.symbol}"
+        """Return the quantity as a file may have it; reading that gives the same quantity."""
+        return f"{repr(self.number).removesuffix('.0')} {self.unit.symbol}"
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
     """Read '1.5 kN' and the like; raise QuantityError for anything a person might regret.
 
-    Refused: a missing unit, a unit of another dimension, a decimal comma, inf and nan.
+    Refused: a missing unit, a unit of another dimension, a decimal comma, digits in groups, inf and
+    nan.
     """
-    stripped = text.strip()
-    if _DECIMAL_COMMA.match(stripped):
-        raise QuantityError(
-            f"'{text}' has a decimal comma", hint=f"write '{stripped.replace(',', '.', 1)}'"
-        )
+    stripped, shown = text.strip().replace(_MINUS, "-"), f"'{_clip(text)}'"
     match = _QUANTITY.fullmatch(stripped)
     if match is None:
-        raise QuantityError(f"'{text}' is not a number with a unit", hint=_example(dimension))
+        raise QuantityError(f"{shown} is not a number with a unit", hint=_example(dimension))
     if not match[2]:
-        raise QuantityError(f"'{text}' has no unit", hint=_example(dimension))
+        raise QuantityError(f"{shown} has no unit", hint=_example(dimension))
+    if _MORE_DIGITS.match(match[2]) and match[2] not in _BY_SPELLING:
+        raise _marked_digits(stripped)
     quantity = Quantity(float(match[1]), unit(match[2]))
     if not math.isfinite(quantity.si):
-        raise QuantityError(f"'{text}' is too large to be meant")
+        raise QuantityError(f"{shown} is too large to be meant")
     if dimension is not None and quantity.dimension != dimension:
-        raise QuantityError(
-            f"'{text}' is a {quantity.dimension}, but a {dimension} is needed",
-            hint=_example(dimension),
-        )
+        kinds = f"{_with_article(quantity.dimension)}, not {_with_article(dimension)}"
+        raise QuantityError(f"{shown} is {kinds}", hint=_example(dimension))
     return quantity
+
+
+def _marked_digits(text: str) -> QuantityError:
+    """Return the refusal of '1,5 N', '1,000 N' and '1 000 N', of which one may mean two numbers."""
+    comma = _COMMA.match(text)
+    if comma is None:
+        hint = "write digits without spaces or marks between them, such as '1000.5 N'"
+        return QuantityError(f"'{_clip(text)}' has more than one number", hint=hint)
+    as_point = f"'{_clip(text.replace(',', '.', 1))}'"
+    as_group = f" or '{_clip(text.replace(',', '', 1))}'" if len(comma[1]) == _GROUP else ""
+    return QuantityError(f"'{_clip(text)}' has a decimal comma", hint=f"write {as_point}{as_group}")
 
 
 def si_symbol(dimension: str) -> str:
@@ -163,6 +177,14 @@ def _example(dimension: str | None) -> str:
         if dimension
         else "such as '10 Hz'"
     )
+
+
+def _with_article(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def _clip(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
 def _listing() -> str:

@@ -6,10 +6,11 @@ number without its unit is how rigs get broken. From Python give a text or a `Qu
 
 from __future__ import annotations
 
+from datetime import date
 from functools import partial
-from typing import Annotated
+from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 from rigrunner.api.quantity import Quantity, QuantityError, parse_quantity, units_of
 
@@ -23,16 +24,32 @@ class Settings(BaseModel):
 def _read(dimension: str | None, value: object) -> Quantity:
     if isinstance(value, Quantity):
         value = str(value)
-    if not isinstance(value, str):
-        example = units_of(dimension)[0] if dimension else "Hz"
-        raise QuantityError(
-            f"{value!r} is not a number with a unit", hint=f"write it as '{value} {example}'"
-        )
-    return parse_quantity(value, dimension)
+    if isinstance(value, str):
+        return parse_quantity(value, dimension)
+    symbol = units_of(dimension)[0] if dimension else "Hz"
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        raise QuantityError(f"{value} has no unit", hint=f"write it as '{value} {symbol}'")
+    what = "nothing" if value is None else f"a {type(value).__name__}"
+    raise QuantityError(
+        f"got {what}, allowed is a number with a unit", hint=f"such as '10 {symbol}'"
+    )
 
 
 def _read_si(dimension: str, value: object) -> float:
     return _read(dimension, value).si
+
+
+def _read_yes_no(value: object) -> object:
+    return {"yes": True, "no": False}.get(value, value) if isinstance(value, str) else value
+
+
+def _read_date(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    try:
+        return date.fromisoformat(value)
+    except ValueError as error:
+        raise ValueError(f"'{value[:20]}' is not a date; write it as 2026-01-31") from error
 
 
 def _schema(dimension: str) -> WithJsonSchema:
@@ -59,6 +76,18 @@ RotationalDamping = Annotated[float, *_field("rotational damping")]
 AngularVelocity = Annotated[float, *_field("angular velocity")]
 FrequencyRate = Annotated[float, *_field("frequency rate")]
 ForceRate = Annotated[float, *_field("force rate")]
+
+YesNo = Annotated[
+    bool, BeforeValidator(_read_yes_no), WithJsonSchema({"enum": ["yes", "no", True, False]})
+]
+"""A yes or no; the only type for which the texts 'yes' and 'no' are more than texts."""
+
+IsoDate = Annotated[date, BeforeValidator(_read_date)]
+"""A date such as 2026-01-31."""
+
+Item = TypeVar("Item")
+ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
+"""A list in YAML, which a frozen model holds as a tuple: `ListOf[Frequency]`."""
 
 AnyQuantity = Annotated[
     Quantity,
