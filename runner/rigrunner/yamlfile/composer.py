@@ -1,0 +1,165 @@
+"""From parser events to a tree with places, never trusting what is coming next.
+
+libyaml's own composer recurses in C without a limit and resolves aliases and tags; building the
+tree from its events here leaves nothing to switch off.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import yaml
+
+from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.yamlfile.document import Document, Marks, Path, dotted
+from rigrunner.yamlfile.scalars import ScalarError, read_plain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MAX_DEPTH = 40
+MAX_VALUES = 50_000
+MAX_PROBLEMS = 50
+_DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
+
+
+def compose(events: Iterator[yaml.Event], text: str, name: str) -> Document:
+    """Return the one document that the events describe; raise InvalidFileError."""
+    return _Composer(events, text, name).document()
+
+
+class _Composer:
+    def __init__(self, events: Iterator[yaml.Event], text: str, name: str) -> None:
+        self._events = events
+        self._text = text
+        self._name = name
+        self._marks: dict[Path, Marks] = {}
+        self._problems: list[Problem] = []
+
+    def document(self) -> Document:
+        """Return the document; raise InvalidFileError with all problems that were found."""
+        self._next(yaml.StreamStartEvent)
+        if isinstance(next(self._events), yaml.StreamEndEvent):
+            self._stop("the file is empty", None)
+        first = next(self._events)
+        data = self._value(first, (), first)
+        self._next(yaml.DocumentEndEvent)
+        after = next(self._events)
+        if not isinstance(after, yaml.StreamEndEvent):
+            self._stop("a second document begins here", after, hint="one file, one document")
+        if self._problems:
+            raise InvalidFileError(self._problems)
+        return Document(self._name, data, self._marks)
+
+    def _value(self, event: yaml.Event, path: Path, key: yaml.Event) -> Any:
+        self._remember(event, path, key)
+        self._refuse_machinery(event, path)
+        if isinstance(event, yaml.MappingStartEvent):
+            return self._mapping(path)
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self._sequence(path)
+        return self._scalar(event, path)
+
+    def _remember(self, event: yaml.Event, path: Path, key: yaml.Event) -> None:
+        if len(path) > MAX_DEPTH:
+            self._stop(f"nested more than {MAX_DEPTH} deep", event)
+        if len(self._marks) >= MAX_VALUES:
+            self._stop(f"the file has more than {MAX_VALUES:,} values", event)
+        self._marks[path] = Marks(_place(event), _place(key))
+
+    def _refuse_machinery(self, event: yaml.Event, path: Path) -> None:
+        anchor, tag = getattr(event, "anchor", None), getattr(event, "tag", None)
+        if isinstance(event, yaml.AliasEvent):
+            hint = "write the value out, or use a parameter: $name"
+            self._report(f"the alias *{anchor} is not allowed", event, path, hint)
+        elif anchor is not None:
+            self._report(f"the anchor &{anchor} is not allowed", event, path, "leave it out")
+        if tag is not None:
+            self._report(f"the tag {tag} is not allowed", event, path, "put text in quotes")
+
+    def _mapping(self, path: Path) -> dict[str, Any]:
+        mapping: dict[str, Any] = {}
+        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
+            value_event = next(self._events)
+            key = self._key(event, value_event, path)
+            if key in mapping:
+                first = Location(self._name, *self._marks[(*path, key)].key)
+                self._report(f"the key '{key}' stands twice; first at {first}", event, path)
+            mapping[key] = self._value(value_event, (*path, key), event)
+        return mapping
+
+    def _key(self, event: yaml.Event, value: yaml.Event, path: Path) -> str:
+        self._refuse_machinery(event, path)
+        if not isinstance(event, yaml.ScalarEvent):
+            self._stop("a key has to be a text", event)
+        text = _clip(event.value)
+        if self._is_decimal_comma(event, value):
+            message = f"there is a decimal comma before '{text}'"
+            self._report(message, event, path, f"write a point: '.{text}'")
+        elif event.implicit[0] and not isinstance(_read_or_none(event.value), str):
+            message = f"the key {text or '(empty)'} is not a text"
+            self._report(message, event, path, f"put it in quotes: '{text}'")
+        return str(event.value)
+
+    def _sequence(self, path: Path) -> list[Any]:
+        items: list[Any] = []
+        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            items.append(self._value(event, (*path, len(items)), event))
+        return items
+
+    def _scalar(self, event: yaml.Event, path: Path) -> Any:
+        if not isinstance(event, yaml.ScalarEvent):
+            return None
+        if not event.implicit[0]:
+            return event.value
+        try:
+            return read_plain(event.value)
+        except ScalarError as error:
+            self._report(error.message, event, path, error.hint)
+            return None
+
+    def _is_decimal_comma(self, key: yaml.ScalarEvent, value: yaml.Event) -> bool:
+        """Say whether `{max: 1,5 N}` was written, which YAML reads as max: 1 and '5 N': null."""
+        return (
+            isinstance(value, yaml.ScalarEvent)
+            and value.implicit[0]
+            and not value.value
+            and _DIGITS_THEN_TEXT.fullmatch(key.value) is not None
+            and self._character_before(key) == ","
+        )
+
+    def _character_before(self, event: yaml.Event) -> str:
+        index = event.start_mark.index if event.start_mark else 0
+        return self._text[index - 1 : index]
+
+    def _next(self, expected: type[yaml.Event]) -> None:
+        event = next(self._events)
+        if not isinstance(event, expected):
+            self._stop("not YAML", event)
+
+    def _report(self, message: str, event: yaml.Event, path: Path, hint: str = "") -> None:
+        location = Location(self._name, *_place(event))
+        self._problems.append(Problem(message, location, dotted(path), hint))
+        if len(self._problems) >= MAX_PROBLEMS:
+            self._stop("more problems follow; mend these first", event)
+
+    def _stop(self, message: str, event: yaml.Event | None, hint: str = "") -> NoReturn:
+        location = Location(self._name, *(_place(event) if event else ()))
+        raise InvalidFileError([*self._problems, Problem(message, location, hint=hint)])
+
+
+def _place(event: yaml.Event) -> tuple[int, int]:
+    mark = event.start_mark
+    return (mark.line + 1, mark.column + 1) if mark else (1, 1)
+
+
+def _read_or_none(text: str) -> bool | float | str | None:
+    try:
+        return read_plain(text)
+    except ScalarError:
+        return None
+
+
+def _clip(text: str, length: int = 40) -> str:
+    return text if len(text) <= length else f"{text[:length]}…"

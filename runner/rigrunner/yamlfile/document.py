@@ -1,0 +1,72 @@
+"""A YAML document as a plain tree, with the place of every key and value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import Location
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+Path = tuple[str | int, ...]
+"""The way to a value in the tree: keys and indices from the root."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Line and column, from 1, of a value and of its key (of a list item: of the item)."""
+
+    value: tuple[int, int]
+    key: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """A document's tree of dicts, lists and scalars, and where each part of it stands."""
+
+    name: str
+    data: Any
+    marks: Mapping[Path, Marks]
+    origins: Mapping[Path, Path] = field(default_factory=dict)
+    """Where values come from that were put in from elsewhere in the document."""
+
+    def where(self, path: Path, *, key: bool = False) -> Location:
+        """Return the place of the value (or its key); of the nearest parent if it is not there."""
+        for length in range(len(path), -1, -1):
+            marks = self.marks.get(path[:length])
+            if marks is not None:
+                line, column = marks.key if key and length == len(path) else marks.value
+                return Location(self.name, line, column)
+        return Location(self.name)
+
+    def origin(self, path: Path) -> Location | None:
+        """Return where the value was written that stands here by reference, or None."""
+        for length in range(len(path), 0, -1):
+            source = self.origins.get(path[:length])
+            if source is not None:
+                return self.where(source + path[length:])
+        return None
+
+    def part(self, path: Path) -> Any:
+        """Return the subtree at that path, or None where there is none."""
+        node = self.data
+        for step in path:
+            if not has_part(node, step):
+                return None
+            node = node[step]
+        return node
+
+
+def has_part(node: object, step: object) -> bool:
+    """Say whether a mapping has that key, or a list that index."""
+    if isinstance(node, dict):
+        return step in node
+    return isinstance(node, list) and isinstance(step, int) and 0 <= step < len(node)
+
+
+def dotted(path: Path) -> str:
+    """Return a path as a person writes it: `main[1].sweep.over`."""
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
+    return text.removeprefix(".")

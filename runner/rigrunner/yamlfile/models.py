@@ -1,0 +1,57 @@
+"""Which keys a model knows at a place that a pydantic error names."""
+
+from __future__ import annotations
+
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, Tag
+
+
+def known_keys(model_type: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Return the keys of the model that stands at `loc`; none where no model stands there."""
+    current: Any = model_type
+    for step in loc:
+        current = _inside(current, step)
+    models = [part for part in _alternatives(current) if _is_model(part)]
+    return tuple(_fields(models[0])) if len(models) == 1 else ()
+
+
+def _inside(annotation: Any, step: int | str) -> Any:
+    alternatives = _alternatives(annotation)
+    for part in alternatives:
+        if len(alternatives) > 1 and step in _names(part):
+            return part
+    for part in alternatives:
+        if _is_model(part) and step in _fields(part):
+            return _fields(part)[str(step)]
+        if get_origin(part) in {list, tuple, dict}:
+            return get_args(part)[1 if get_origin(part) is dict else 0]
+    return None
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    bare = _bare(annotation)
+    if get_origin(bare) in {Union, UnionType}:
+        return [part for part in get_args(bare) if part is not NoneType]
+    return [annotation]
+
+
+def _bare(annotation: Any) -> Any:
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+
+
+def _names(annotation: Any) -> list[str]:
+    """Return how pydantic may name an alternative of a union in a location."""
+    tags = [part.tag for part in get_args(annotation)[1:] if isinstance(part, Tag)]
+    return [*tags, getattr(_bare(annotation), "__name__", "")]
+
+
+def _is_model(annotation: Any) -> bool:
+    bare = _bare(annotation)
+    return isinstance(bare, type) and issubclass(bare, BaseModel)
+
+
+def _fields(annotation: Any) -> dict[str, Any]:
+    fields = _bare(annotation).model_fields
+    return {field.alias or name: field.annotation for name, field in fields.items()}

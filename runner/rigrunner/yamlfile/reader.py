@@ -1,0 +1,111 @@
+"""From a file to a Document; whatever a file holds, the answer is a message within a second."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import yaml
+
+from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.yamlfile.composer import compose
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.yamlfile.document import Document
+
+MAX_BYTES = 1_000_000
+_UTF8_BOM = b"\xef\xbb\xbf"
+_UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+_NOT_TEXT = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def read(path: Path) -> Document:
+    """Return the document in that file; raise InvalidFileError with all that is wrong in it."""
+    return parse(read_text(path), str(path))
+
+
+def read_text(path: Path) -> str:
+    """Return the file's text, without a byte order mark; raise InvalidFileError."""
+    name = str(path)
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise _refused(name, f"cannot be read: {error.strerror or error}") from error
+    if len(content) > MAX_BYTES:
+        raise _too_large(name)
+    return _decode(content, name)
+
+
+def parse(text: str, name: str) -> Document:
+    """Return the document in a text; `name` stands for the file in messages.
+
+    Raises InvalidFileError with all that is wrong.
+    """
+    if len(text) > MAX_BYTES:
+        raise _too_large(name)
+    found = _NOT_TEXT.search(text)
+    if found:
+        message = f"the character U+{ord(found[0]):04X} does not belong into a text file"
+        raise _refused(name, message, _position(text, found.start()), "is this a YAML file?")
+    try:
+        return compose(yaml.parse(text, Loader=_LOADER), text, name)
+    except yaml.MarkedYAMLError as error:
+        raise _syntax_error(error, text, name) from error
+
+
+def _decode(content: bytes, name: str) -> str:
+    if content.startswith(_UTF16_BOMS):
+        raise _refused(name, "the file is UTF-16, not UTF-8", hint="save it as UTF-8")
+    body = content.removeprefix(_UTF8_BOM)
+    try:
+        return body.decode("utf-8")
+    except UnicodeDecodeError as error:
+        before = body[: error.start].decode("utf-8")
+        message = f"the byte 0x{body[error.start]:02X} is not UTF-8"
+        place = _position(before, len(before))
+        raise _refused(name, message, place, "save the file as UTF-8") from error
+
+
+def _syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> InvalidFileError:
+    mark = error.problem_mark or error.context_mark
+    if mark is None:
+        return _refused(name, f"not YAML: {error.problem or error.context}")
+    lines = text.splitlines()
+    line = lines[mark.line] if mark.line < len(lines) else ""
+    place = (mark.line + 1, mark.column + 1)
+    if "\t" in line[: len(line) - len(line.lstrip())]:
+        return _refused(name, "a tab indents this line", place, "indent with spaces")
+    message = f"not YAML: {error.problem or error.context}"
+    return _refused(name, message, place, _syntax_hint(line, mark.column, str(error.problem)))
+
+
+def _syntax_hint(line: str, column: int, problem: str) -> str:
+    if line[column : column + 1] in {"%", "@", "`"}:
+        return f"put a text that begins with {line[column]} in quotes"
+    if "mapping values" in problem:
+        return "put a text that holds ': ' in quotes"
+    if "end of stream" in problem:
+        return "a quote or bracket is not closed"
+    if "expected" in problem:
+        return "look at the indentation, commas, brackets and quotes here and in the line above"
+    return ""
+
+
+def _position(text: str, index: int) -> tuple[int, int]:
+    line_start = text.rfind("\n", 0, index) + 1
+    return text.count("\n", 0, index) + 1, index - line_start + 1
+
+
+def _too_large(name: str) -> InvalidFileError:
+    return _refused(name, f"the file is larger than {MAX_BYTES:,} bytes")
+
+
+def _refused(
+    name: str, message: str, place: tuple[int, int] | None = None, hint: str = ""
+) -> InvalidFileError:
+    location = Location(name, *place) if place else Location(name)
+    return InvalidFileError([Problem(message, location, hint=hint)])

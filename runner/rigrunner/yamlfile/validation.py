@@ -1,0 +1,68 @@
+"""From a document to a frozen model, or every problem at once with its place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.yamlfile.document import dotted, has_part
+from rigrunner.yamlfile.models import known_keys
+from rigrunner.yamlfile.wording import Finding, describe
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+    from rigrunner.yamlfile.document import Document, Path
+
+Model = TypeVar("Model", bound=BaseModel)
+MAX_PROBLEMS = 50
+
+
+def validate(model_type: type[Model], document: Document, at: Path = ()) -> Model:
+    """Return the model of the document, or of its part at that path.
+
+    A part that is absent or empty counts as an empty mapping. Raises InvalidFileError with every
+    problem: where it stands, which field it is, what was got and what is allowed.
+    """
+    data = document.part(at)
+    try:
+        return model_type.model_validate({} if data is None else data)
+    except ValidationError as error:
+        found = error.errors(include_url=False)
+        problems = [_problem(model_type, document, at, details) for details in found[:MAX_PROBLEMS]]
+        if len(found) > MAX_PROBLEMS:
+            rest = f"{len(found) - MAX_PROBLEMS} more problems follow; mend these first"
+            problems.append(Problem(rest, document.where(at)))
+        raise InvalidFileError(problems) from error
+
+
+def _problem(
+    model_type: type[BaseModel], document: Document, at: Path, details: ErrorDetails
+) -> Problem:
+    kind, loc = details["type"], details["loc"]
+    path = at + _path_in_file(document.part(at), loc, keep_last=kind == "missing")
+    keys = known_keys(model_type, loc[:-1]) if kind == "extra_forbidden" else ()
+    finding = describe(details, keys)
+    at_key = kind in {"extra_forbidden", "missing"} or loc[-1:] == ("[key]",)
+    location = document.where(path, key=at_key)
+    return Problem(finding.message, location, dotted(path), _hint(document, path, finding))
+
+
+def _hint(document: Document, path: Path, finding: Finding) -> str:
+    origin = document.origin(path)
+    written = f"it is written at {origin}" if origin else ""
+    return "; ".join(part for part in (finding.hint, written) if part)
+
+
+def _path_in_file(data: Any, loc: tuple[int | str, ...], *, keep_last: bool) -> Path:
+    """Return the location without what pydantic adds to it: tags of unions and '[key]'."""
+    path: list[str | int] = []
+    for index, step in enumerate(loc):
+        if has_part(data, step):
+            data = data[step]
+            path.append(step)
+        elif keep_last and index == len(loc) - 1:
+            path.append(step)
+    return tuple(path)

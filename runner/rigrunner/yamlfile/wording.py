@@ -1,0 +1,105 @@
+"""What went wrong in a field, in a technician's words: what was got, what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import RigrunnerError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pydantic_core import ErrorDetails
+
+_ALLOWED = {
+    "string_type": "a text",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a mapping of names to values",
+    "model_type": "a mapping of names to values",
+    "model_attributes_type": "a mapping of names to values",
+    "literal_error": "{expected}",
+    "greater_than": "more than {gt}",
+    "greater_than_equal": "{ge} or more",
+    "less_than": "less than {lt}",
+    "less_than_equal": "{le} or less",
+    "multiple_of": "a multiple of {multiple_of}",
+    "too_short": "{min_length} or more",
+    "too_long": "{max_length} or fewer",
+    "string_too_short": "a text of {min_length} or more characters",
+    "string_too_long": "a text of {max_length} or fewer characters",
+}
+_LONGEST = 60
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong, and what to do."""
+
+    message: str
+    hint: str = ""
+
+
+def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
+    """Return what a pydantic error means; `keys` are those that are known where one is not."""
+    kind, loc, got = details["type"], details["loc"], details["input"]
+    context = details.get("ctx", {})
+    if kind == "missing":
+        return Finding(f"the key '{loc[-1]}' is missing")
+    if kind == "extra_forbidden":
+        return Finding(f"unknown key '{clip(str(loc[-1]))}'", key_hint(str(loc[-1]), keys))
+    if isinstance(error := context.get("error"), RigrunnerError):
+        return Finding(error.message, error.hint)
+    if kind not in _ALLOWED:
+        return Finding(_own_words(details, context), str(context.get("hint", "")))
+    allowed = _ALLOWED[kind].format(**context)
+    return Finding(f"got {show(got)}, allowed is {allowed}", _scalar_hint(kind, got, context))
+
+
+def show(value: object) -> str:
+    """Return a value as it is named in a message: short, and saying what kind it is."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"'{clip(value)}'"
+    if isinstance(value, dict):
+        return f"a mapping of {clip(', '.join(map(str, value))) or 'nothing'}"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    return clip(str(value))
+
+
+def clip(text: str) -> str:
+    """Return the text, shortened where it would fill the screen."""
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def key_hint(got: str, known: Sequence[str]) -> str:
+    """Return which key was probably meant, and which there are."""
+    near = difflib.get_close_matches(got[:_LONGEST], known, n=1)
+    meant = f"did you mean '{near[0]}'? " if near else ""
+    return f"{meant}known keys: {', '.join(known)}" if known else ""
+
+
+def _own_words(details: ErrorDetails, context: Mapping[str, Any]) -> str:
+    message = str(context.get("error", details["msg"]))
+    return message if details["type"] == "value_error" else message[:1].lower() + message[1:]
+
+
+def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
+    if kind == "string_type" and isinstance(got, (bool, int, float)):
+        return f"put it in quotes: '{show(got)}'"
+    if kind == "literal_error" and isinstance(got, str):
+        allowed = re.findall("'([^']*)'", str(context["expected"]))
+        near = difflib.get_close_matches(got[:_LONGEST], allowed, n=1)
+        return f"did you mean '{near[0]}'?" if near else ""
+    return ""
