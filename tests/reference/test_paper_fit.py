@@ -1,0 +1,82 @@
+"""The paper's quadratic, recomputed (Wang et al., Machines 2025, 13(11), 976, Table 2, Eq. 1)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from rigrunner.api.data import Points
+from rigrunner_plugins.compensations.paper_equation import published_curve
+from rigrunner_plugins.fits.polynomial import PolynomialFit
+from rigrunner_plugins.fits.settings import PolynomialSettings
+
+TABLE_2_HZ = [1, 5, 10, 15, 20, 25, 30, 35]
+TABLE_2_NM = ["0.83", "1.21", "1.64", "2.32", "3.01", "3.96", "5.12", "6.91"]
+
+
+def exact_quadratic():
+    """Return c0, c1, c2 by Cramer's rule on the normal equations, in rational numbers."""
+    x = [Fraction(f) for f in TABLE_2_HZ]
+    y = [Fraction(t) for t in TABLE_2_NM]
+    normal = [[sum(f ** (i + j) for f in x) for j in range(3)] for i in range(3)]
+    right = [sum(t * f**i for f, t in zip(x, y, strict=True)) for i in range(3)]
+    whole = determinant(normal)
+    return [determinant(replaced(normal, right, column)) / whole for column in range(3)]
+
+
+def determinant(m):
+    (a, b, c), (d, e, f), (g, h, i) = m
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+
+
+def replaced(m, values, column):
+    return [
+        [value if j == column else entry for j, entry in enumerate(row)]
+        for row, value in zip(m, values, strict=True)
+    ]
+
+
+@pytest.fixture
+def curve():
+    points = Points(np.array(TABLE_2_HZ, float), np.array(TABLE_2_NM, float))
+    return PolynomialFit(PolynomialSettings())(points)
+
+
+def test_coefficients_are_the_exact_fractions(curve):
+    exact = exact_quadratic()
+    assert exact[2] == Fraction(97813, 24141600)
+    assert exact[1] == Fraction(1785697, 72424800)
+    assert exact[0] == Fraction(5536529, 6035400)
+    assert curve.coefficients == pytest.approx([float(value) for value in exact], rel=1e-13)
+
+
+def test_rounded_to_the_paper_digits_it_is_equation_1(curve):
+    assert curve.coefficients.round(4).tolist() == [0.9173, 0.0247, 0.0041]
+
+
+def test_goodness_of_fit(curve):
+    assert np.sum(curve.residuals**2) == pytest.approx(0.11088321928400216, rel=1e-12)
+    assert curve.dof == 5
+    assert curve.residual_s == pytest.approx(0.1489182455, abs=5e-11)
+    assert curve.r_squared == pytest.approx(0.9964003863, abs=5e-11)
+
+
+def test_uncertainty_and_correlation_of_the_coefficients(curve):
+    u = np.sqrt(np.diag(curve.covariance))
+    assert u == pytest.approx([0.13527251, 0.01801029, 0.00048683], abs=5e-9)
+    correlation = curve.covariance / np.outer(u, u)
+    assert correlation[2, 1] == pytest.approx(-0.965764, abs=5e-7)
+    assert correlation[2, 0] == pytest.approx(0.691316, abs=5e-7)
+    assert correlation[1, 0] == pytest.approx(-0.825575, abs=5e-7)
+
+
+def test_published_coefficients_miss_table_2_by_five_percent_on_average():
+    """The paper's '1.53 %' is the 35 Hz point alone."""
+    table = np.array(TABLE_2_NM, float)
+    relative = np.abs(published_curve().residuals) / table
+    assert relative[-1] == pytest.approx(0.0153, abs=5e-5)
+    assert relative.mean() == pytest.approx(0.0488, abs=5e-5)
+    assert relative.max() == pytest.approx(0.1399, abs=5e-5)
+    assert relative.argmax() == 0
