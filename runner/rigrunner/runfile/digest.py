@@ -1,0 +1,52 @@
+"""The identity of what was measured."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from rigrunner.api.data import Array
+
+
+class RecordingDigest:
+    """SHA-256 over name, rate, set-points, units and samples of one recording, block by block.
+
+    It is the digest of a JSON text (keys sorted, no spaces) that holds the digest of each channel's
+    samples as little-endian float64, so that it can be checked without this program.
+    """
+
+    def __init__(
+        self, name: str, rate_hz: float, setpoints: Mapping[str, float], units: Mapping[str, str]
+    ) -> None:
+        self._known = {
+            "name": name,
+            "rate_hz": float(rate_hz),
+            "setpoints": {key: float(value) for key, value in setpoints.items()},
+            "units": dict(units),
+        }
+        self._channels: dict[str, hashlib._Hash] = {}
+
+    def update(self, channels: Mapping[str, Array]) -> None:
+        """Take further samples of every channel."""
+        for channel, values in channels.items():
+            found = self._channels.setdefault(channel, hashlib.sha256())
+            found.update(np.ascontiguousarray(values, "<f8").data)
+
+    def hexdigest(self) -> str:
+        """Return the digest of all that was taken."""
+        channels = {channel: found.hexdigest() for channel, found in self._channels.items()}
+        text = json.dumps(
+            {**self._known, "channels": channels}, sort_keys=True, separators=(",", ":")
+        )
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def run_digest(recording_digests: Iterable[str]) -> str:
+    """Return the SHA-256 over the digests of a run's recordings, one a line, in order."""
+    return hashlib.sha256("".join(f"{one}\n" for one in recording_digests).encode()).hexdigest()

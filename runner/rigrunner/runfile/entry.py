@@ -1,0 +1,200 @@
+"""A whole run as a NeXus entry: the layout of `run.h5`, written and read in one place."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.codec import event_from, event_text
+from rigrunner.runfile.digest import run_digest
+from rigrunner.runfile.hdf5 import (
+    free_name,
+    new_group,
+    open_file,
+    read_text,
+    read_texts,
+    read_values,
+    write_ascii,
+    write_text,
+    write_texts,
+    write_values,
+    write_verbatim,
+)
+from rigrunner.runfile.loose import PART_GROUP
+from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
+from rigrunner.runfile.recordings import read_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+    import h5py
+
+    from rigrunner.api.events import Event
+    from rigrunner.runfile.loose import Journal
+    from rigrunner.runfile.model import SweepPlot
+
+_HEADER_TEXTS = (
+    "run_id",
+    "started_utc",
+    "procedure_id",
+    "procedure_revision",
+    "procedure_title",
+    "station_id",
+)
+_VERBATIM = ("procedure_text", "station_text", "plan_text")
+_END_TEXTS = ("ended_utc", "outcome", "reason")
+
+
+def write_entry(entry: h5py.Group, journal: Journal) -> None:
+    """Write all but recordings and analysis into an empty entry."""
+    header = journal.header
+    entry.attrs["title"] = header.procedure_title[:1000]
+    for name in _HEADER_TEXTS:
+        write_text(entry, name, getattr(header, name))
+    for name, text in zip(_END_TEXTS, journal.end(), strict=True):
+        write_text(entry, name, text)
+    texts = new_group(entry, "texts", "NXcollection")
+    for name in _VERBATIM:
+        write_verbatim(texts, name, getattr(header, name))
+    write_texts(entry, "inputs", header.inputs)
+    write_texts(entry, "provenance", header.provenance)
+    write_values(entry, "zeros", *journal.zeros())
+    _write_events(entry, journal.events)
+    truth = new_group(entry, "verification", "NXcollection")
+    for recording, values in journal.truth.items():
+        name = free_name(truth, recording)
+        write_values(truth, name, values, {})
+        write_text(truth[name], "name", recording)
+
+
+def add_recordings(entry: h5py.Group, parts: Iterable[Path]) -> None:
+    """Copy the recordings out of files of their own into an entry, in order, byte by byte."""
+    finished = new_group(entry, "recordings", "NXcollection")
+    incomplete = new_group(entry, "incomplete", "NXcollection")
+    for path in parts:
+        with open_file(path) as file:
+            part = file[PART_GROUP]
+            group = finished if part.attrs["complete"] else incomplete
+            file.copy(part, group, free_name(group, str(part.attrs["name"])))
+    recordings = _in_order(finished)
+    entry.attrs["sha256"] = run_digest(str(group.attrs["sha256"]) for group in recordings)
+    for first in recordings[:1]:
+        finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
+
+
+def write_analysis(
+    entry: h5py.Group, document: Mapping[str, Any] | None, plot: SweepPlot | None
+) -> None:
+    """Write the first analysis: its document verbatim, and what a viewer plots first."""
+    if document is None:
+        return
+    group = new_group(entry, "analysis", "NXprocess")
+    write_verbatim(group, "result", json.dumps(document, ensure_ascii=False))
+    if plot is not None:
+        _write_plot(group, plot)
+        group.attrs["default"], entry.attrs["default"] = "torque", "analysis"
+
+
+def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
+    """Read what is known without the samples."""
+    texts = {name: read_text(entry, name) for name in _HEADER_TEXTS}
+    verbatim = {name: read_text(entry["texts"], name) for name in _VERBATIM}
+    recordings = _in_order(entry["recordings"])
+    return RunInfo(
+        path=path,
+        sealed=True,
+        header=RunHeader(
+            **texts,
+            **verbatim,
+            inputs=read_texts(entry["inputs"]),
+            provenance=read_texts(entry["provenance"]),
+        ),
+        **{name: read_text(entry, name) for name in _END_TEXTS},
+        recording_names=tuple(str(group.attrs["name"]) for group in recordings),
+        digest=_checked_digest(entry, recordings, path),
+    )
+
+
+def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
+    """Read a run whole, with the no-load run that is embedded in it."""
+    return StoredRun(
+        info=read_entry_info(entry, path),
+        recordings=tuple(read_recording(group) for group in _in_order(entry["recordings"])),
+        incomplete=tuple(read_recording(group) for group in _in_order(entry["incomplete"])),
+        zeros=read_values(entry["zeros"])[0],
+        events=_read_events(entry),
+        result_document=_read_document(entry),
+        no_load=read_entry(entry["no_load"], path) if "no_load" in entry else None,
+    )
+
+
+def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
+    """Read what a simulator knew, by recording."""
+    groups = entry["verification"].values()
+    return {read_text(group, "name"): read_values(group)[0] for group in groups}
+
+
+def _write_events(entry: h5py.Group, events: tuple[Event, ...]) -> None:
+    group = new_group(entry, "events", "NXcollection")
+    group.create_dataset("seq", data=np.array([one.seq for one in events], np.int64))
+    times = group.create_dataset("monotonic_s", data=np.array([one.monotonic_s for one in events]))
+    times.attrs["units"] = "s"
+    write_ascii(group, "utc", [one.utc for one in events])
+    write_ascii(group, "kind", [type(one).__name__ for one in events])
+    write_ascii(group, "step", [getattr(one, "step", "") for one in events])
+    write_ascii(group, "text", [getattr(one, "text", "") for one in events])
+    write_ascii(group, "json", [event_text(one) for one in events])
+
+
+def _read_events(entry: h5py.Group) -> tuple[Event, ...]:
+    found = (event_from(bytes(text)) for text in entry["events/json"][()])
+    return tuple(event for event in found if event is not None)
+
+
+def _write_plot(analysis: h5py.Group, plot: SweepPlot) -> None:
+    group = new_group(analysis, "torque", "NXdata")
+    columns = {
+        "frequency": (plot.frequency_hz, "Hz", "frequency / Hz"),
+        "compensated": (plot.compensated_nm, "N·m", "compensated torque / N·m"),
+        "compensated_errors": (plot.u_nm, "N·m", "standard uncertainty / N·m"),
+        "raw": (plot.raw_nm, "N·m", "raw peak torque / N·m"),
+    }
+    for name, (values, unit, long_name) in columns.items():
+        dataset = group.create_dataset(name, data=np.asarray(values, "<f8"))
+        dataset.attrs.update({"units": unit, "long_name": long_name})
+    group.attrs.update(
+        {
+            "title": "torque over frequency",
+            "signal": "compensated",
+            "auxiliary_signals": ["raw"],
+            "axes": ["frequency"],
+        }
+    )
+
+
+def _read_document(entry: h5py.Group) -> dict[str, Any] | None:
+    if "analysis" not in entry:
+        return None
+    document: dict[str, Any] = json.loads(read_text(entry["analysis"], "result"))
+    return document
+
+
+def _name(group: h5py.Group) -> str:
+    return str(group.name).rpartition("/")[2]
+
+
+def _in_order(group: h5py.Group) -> list[h5py.Group]:
+    return sorted(group.values(), key=lambda one: int(one.attrs["number"]))
+
+
+def _checked_digest(entry: h5py.Group, recordings: list[h5py.Group], path: Path) -> str:
+    digest = run_digest(str(group.attrs["sha256"]) for group in recordings)
+    if digest != entry.attrs["sha256"]:
+        raise DataError(
+            f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
+        )
+    return digest

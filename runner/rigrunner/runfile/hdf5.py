@@ -1,0 +1,135 @@
+"""HDF5 in the shape that viewers and other languages read: the few habits of this project.
+
+Short texts are UTF-8 attributes, long ones uint8 datasets; string columns are fixed ASCII; files
+open in readers that have HDF5 1.10.
+"""
+
+from __future__ import annotations
+
+import re
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.durable import publish, temporary, writing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+_LONGEST_ATTRIBUTE = 32_000
+"""In bytes; HDF5 itself ends at 64 kB, and several attributes share an object's header."""
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[h5py.File]:
+    """Give an HDF5 file that appears under its name whole and durable, or not at all."""
+    with writing(path):
+        with h5py.File(temporary(path), "w", libver=("earliest", "v110")) as file:
+            yield file
+        publish(path)
+
+
+@contextmanager
+def open_file(path: Path) -> Iterator[h5py.File]:
+    """Give an HDF5 file for reading; raise DataError where it, or its content, cannot be read."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except FileNotFoundError as error:
+        raise DataError(f"there is no file {path}") from error
+    except PermissionError as error:
+        raise DataError(f"{path} must not be read: {error.strerror}") from error
+    except (OSError, RuntimeError) as error:
+        raise DataError(
+            f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
+            hint=str(error),
+        ) from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error
+
+
+def new_group(parent: h5py.Group, name: str, nx_class: str) -> h5py.Group:
+    """Make a group of a NeXus class."""
+    group = parent.create_group(name)
+    group.attrs["NX_class"] = nx_class
+    return group
+
+
+def free_name(parent: h5py.Group, name: str) -> str:
+    """Return a name for a member of a group that every HDF5 reader takes, such as 'tester_torque'.
+
+    What it stands for is kept in the member's attribute 'name'.
+    """
+    safe = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "unnamed"
+    candidate, number = safe, 2
+    while candidate in parent:
+        candidate, number = f"{safe}_{number}", number + 1
+    return candidate
+
+
+def write_text(group: h5py.Group, name: str, text: str) -> None:
+    """Write a text as an attribute, or as a uint8 dataset where it is too long for one."""
+    if len(text.encode(errors="surrogateescape")) > _LONGEST_ATTRIBUTE or "\0" in text:
+        write_verbatim(group, name, text)
+    else:
+        group.attrs[name] = text
+
+
+def write_verbatim(group: h5py.Group, name: str, text: str) -> None:
+    """Write a text, byte by byte, as a uint8 dataset."""
+    data = np.frombuffer(text.encode(errors="surrogateescape"), np.uint8)
+    group.create_dataset(name, data=data)
+
+
+def read_text(group: h5py.Group, name: str) -> str:
+    """Read what `write_text` or `write_verbatim` wrote."""
+    if name in group.attrs:
+        return str(group.attrs[name])
+    return bytes(group[name][()]).decode(errors="surrogateescape")
+
+
+def write_texts(parent: h5py.Group, name: str, texts: Mapping[str, str]) -> None:
+    """Write named texts as a group of their own."""
+    group = new_group(parent, name, "NXcollection")
+    for number, (key, text) in enumerate(texts.items()):
+        entry = new_group(group, f"{number:03d}", "NXcollection")
+        write_text(entry, "name", key)
+        write_text(entry, "text", text)
+
+
+def read_texts(group: h5py.Group) -> dict[str, str]:
+    """Read what `write_texts` wrote."""
+    return {read_text(entry, "name"): read_text(entry, "text") for entry in group.values()}
+
+
+def write_values(
+    parent: h5py.Group, name: str, values: Mapping[str, float], units: Mapping[str, str]
+) -> None:
+    """Write named numbers, each a float64 scalar with its unit, as a group of their own."""
+    group = new_group(parent, name, "NXcollection")
+    for key, value in values.items():
+        dataset = group.create_dataset(free_name(group, key), data=np.float64(value))
+        dataset.attrs["name"] = key
+        if key in units:
+            dataset.attrs["units"] = units[key]
+
+
+def read_values(group: h5py.Group) -> tuple[dict[str, float], dict[str, str]]:
+    """Read what `write_values` wrote: values and units by name."""
+    values = {str(item.attrs["name"]): float(item[()]) for item in group.values()}
+    units = {
+        str(item.attrs["name"]): str(item.attrs["units"])
+        for item in group.values()
+        if "units" in item.attrs
+    }
+    return values, units
+
+
+def write_ascii(group: h5py.Group, name: str, texts: Sequence[str], **storage: Any) -> None:
+    """Write a column of texts as fixed-length ASCII; what is not ASCII becomes an escape."""
+    column = np.array([text.encode("ascii", "backslashreplace") for text in texts], "S")
+    group.create_dataset(name, data=column if len(texts) else np.empty(0, "S1"), **storage)

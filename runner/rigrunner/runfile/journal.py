@@ -1,0 +1,127 @@
+"""An append-only file of records, each with its length and checksum.
+
+What was appended before the writer died is read back; a torn or damaged record ends the reading.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import time
+import zlib
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, BinaryIO
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+MAGIC = b"RIGJ\x01\r\n\x00"
+"""Byte 4 is the version of the framing."""
+_HEAD = struct.Struct("<IBI")
+"""Length of the payload, kind, CRC-32 over both and the payload."""
+_SYNC_EVERY_S = 1.0
+
+
+class Kind(IntEnum):
+    """What a record holds."""
+
+    HEADER = 1
+    EVENT = 2
+    TRUTH = 3
+    BLOCK = 4
+
+
+@dataclass(frozen=True)
+class Record:
+    """One intact record; `end` is where the next one begins in the file."""
+
+    kind: int
+    payload: bytes
+    end: int
+
+
+class JournalWriter:
+    """Appends records. Raises OSError; a record that could not be written whole is taken back."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file = path.open("xb", buffering=0)
+        self._end = len(MAGIC)
+        self._synced_s = time.monotonic()
+        self._write(MAGIC)
+
+    def append(self, kind: Kind, *parts: bytes | memoryview) -> None:
+        """Append one record whose payload is the parts in order; the system has it on return."""
+        length = sum(len(part) for part in parts)
+        head = _HEAD.pack(length, kind, _checksum(length, kind, parts))
+        try:
+            for part in (head, *parts):
+                self._write(part)
+        except OSError:
+            with suppress(OSError):
+                os.ftruncate(self._file.fileno(), self._end)
+            raise
+        self._end += _HEAD.size + length
+
+    def sync(self) -> None:
+        """Wait until all is on the disk."""
+        os.fsync(self._file.fileno())
+        self._synced_s = time.monotonic()
+
+    def sync_sometimes(self) -> None:
+        """Sync if that was not done for a second."""
+        if time.monotonic() - self._synced_s > _SYNC_EVERY_S:
+            self.sync()
+
+    def close(self) -> None:
+        """Close the file; idempotent."""
+        self._file.close()
+
+    def _write(self, data: bytes | memoryview) -> None:
+        left = memoryview(data)
+        while left:
+            left = left[self._file.write(left) or 0 :]
+
+
+def read_records(path: Path) -> Iterator[Record]:
+    """Yield the intact records from the beginning to the first that is torn or damaged.
+
+    Raises DataError if the file is no journal; one that is too short to say so has no records.
+    """
+    with path.open("rb") as file:
+        magic = file.read(len(MAGIC))
+        if magic != MAGIC[: len(magic)]:
+            raise DataError(f"{path} is not a journal of this version of Rigrunner")
+        size = path.stat().st_size
+        while record := _next(file, size):
+            yield record
+
+
+def unread_bytes(path: Path, records_end: int | None) -> int:
+    """Return how many bytes follow the last intact record, which ends at `records_end`."""
+    return path.stat().st_size - (len(MAGIC) if records_end is None else records_end)
+
+
+def _next(file: BinaryIO, size: int) -> Record | None:
+    head = file.read(_HEAD.size)
+    if len(head) < _HEAD.size:
+        return None
+    length, kind, checksum = _HEAD.unpack(head)
+    if length > size - file.tell():
+        return None
+    payload = file.read(length)
+    if checksum != _checksum(length, kind, (payload,)):
+        return None
+    return Record(kind, payload, file.tell())
+
+
+def _checksum(length: int, kind: int, parts: tuple[bytes | memoryview, ...]) -> int:
+    checksum = zlib.crc32(_HEAD.pack(length, kind, 0))
+    for part in parts:
+        checksum = zlib.crc32(part, checksum)
+    return checksum

@@ -1,0 +1,178 @@
+"""A run that is not sealed: its journal, its finished recordings, and what was not yet folded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded, StepStarted
+from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
+from rigrunner.runfile.digest import run_digest
+from rigrunner.runfile.hdf5 import open_file
+from rigrunner.runfile.journal import Kind, read_records, unread_bytes
+from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
+from rigrunner.runfile.recordings import Shape, assemble, facts_of, read_facts, read_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.api.data import Block, Recording
+    from rigrunner.api.events import Event
+    from rigrunner.runfile.folder import RunFolder
+    from rigrunner.runfile.recordings import RecordingFacts
+
+PART_GROUP = "recording"
+NEVER_ENDED = "the run has not ended, or its program was killed"
+
+
+@dataclass(frozen=True)
+class Journal:
+    """What the journal of events says."""
+
+    header: RunHeader
+    events: tuple[Event, ...]
+    truth: Mapping[str, Mapping[str, float]]
+    notes: tuple[str, ...]
+
+    def zeros(self) -> tuple[dict[str, float], dict[str, str]]:
+        """Return the latest zero of each channel, and the units."""
+        values: dict[str, float] = {}
+        units: dict[str, str] = {}
+        for event in self.events:
+            if isinstance(event, StepEnded) and event.action == "zero":
+                values |= event.values
+                units |= event.units
+        return values, units
+
+    def end(self) -> tuple[str, str, str]:
+        """Return when the run ended, its outcome and the reason."""
+        last = next((one for one in reversed(self.events) if isinstance(one, RunEnded)), None)
+        if last is not None:
+            return last.utc, str(last.outcome), last.reason
+        latest_utc = self.events[-1].utc if self.events else self.header.started_utc
+        return latest_utc, str(Outcome.ERROR), NEVER_ENDED
+
+
+@dataclass(frozen=True)
+class SampleJournal:
+    """The blocks of one recording that is not a file of its own yet."""
+
+    path: Path
+    number: int
+    name: str
+    shape: Shape
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the intact blocks."""
+        return (block for _, block in _blocks(self.path))
+
+    def facts(self, events: Iterable[Event]) -> RecordingFacts:
+        """Return all but the samples, from the events of its step."""
+        mine = [one for one in events if getattr(one, "recording", "") == self.name]
+        started = [one for one in mine if isinstance(one, StepStarted)]
+        ended = [one for one in mine if isinstance(one, StepEnded)]
+        return facts_of(
+            self.number, self.shape, started[-1] if started else _unknown_start(self.name),
+            ended[-1] if ended else None,
+        )  # fmt: skip
+
+
+def read_journal(files: RunFolder) -> Journal:
+    """Read the journal of events; raise DataError if not even its header is intact."""
+    headers: list[RunHeader] = []
+    events: list[Event] = []
+    truth: dict[str, dict[str, float]] = {}
+    end: int | None = None
+    for record in read_records(files.events):
+        end = record.end
+        if record.kind == Kind.HEADER:
+            headers.append(header_from(record.payload, str(files.events)))
+        elif record.kind == Kind.EVENT and (event := event_from(record.payload)):
+            events.append(event)
+        elif record.kind == Kind.TRUTH:
+            truth.update([truth_from(record.payload)])
+    if not headers:
+        raise DataError(f"{files.path} is not a run: its journal ends before the run's header")
+    lost = unread_bytes(files.events, end)
+    notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
+    return Journal(_with_answers(headers[0], events), tuple(events), truth, notes)
+
+
+def unfolded(files: RunFolder) -> list[SampleJournal]:
+    """Return the journals of samples that are not files of their own yet."""
+    found = (
+        open_samples(path)
+        for path in files.sample_journals()
+        if not files.part(_number(path)).exists()
+    )
+    return [journal for journal in found if journal is not None]
+
+
+def open_samples(path: Path) -> SampleJournal | None:
+    """Return a journal of samples; None if not even its first block is intact."""
+    name, first, samples = "", None, 0
+    for name, block in _blocks(path):  # noqa: B007  (the name is the same in all)
+        first, samples = first or block, samples + block.samples
+    if first is None:
+        return None
+    return SampleJournal(
+        path, _number(path), name, Shape(first.rate_hz, tuple(first.channels), samples)
+    )
+
+
+def read_loose(files: RunFolder) -> StoredRun:
+    """Read a run that is not sealed, as far as it got."""
+    journal = read_journal(files)
+    found = [_read_part(path) for path in files.finished_parts()]
+    for samples in unfolded(files):
+        facts = samples.facts(journal.events)
+        found.append((facts, *assemble(facts, samples.blocks())))
+    found.sort(key=lambda one: one[0].number)
+    finished = [one for one in found if one[0].complete]
+    ended_utc, outcome, reason = journal.end()
+    return StoredRun(
+        info=RunInfo(
+            path=files.path,
+            sealed=False,
+            header=journal.header,
+            ended_utc=ended_utc,
+            outcome=outcome,
+            reason=reason,
+            recording_names=tuple(facts.name for facts, _, _ in finished),
+            digest=run_digest(digest for _, _, digest in finished),
+        ),
+        recordings=tuple(recording for _, recording, _ in finished),
+        incomplete=tuple(recording for facts, recording, _ in found if not facts.complete),
+        zeros=journal.zeros()[0],
+        events=journal.events,
+        result_document=None,
+        no_load=None,
+        notes=journal.notes,
+    )
+
+
+def _read_part(path: Path) -> tuple[RecordingFacts, Recording, str]:
+    with open_file(path) as file:
+        group = file[PART_GROUP]
+        return read_facts(group), read_recording(group), str(group.attrs["sha256"])
+
+
+def _blocks(path: Path) -> Iterator[tuple[str, Block]]:
+    return (block_from(one.payload) for one in read_records(path) if one.kind == Kind.BLOCK)
+
+
+def _number(path: Path) -> int:
+    return int(path.stem)
+
+
+def _with_answers(header: RunHeader, events: Iterable[Event]) -> RunHeader:
+    answers = {one.into: one.text for one in events if isinstance(one, Answer) and one.into}
+    return replace(header, inputs={**header.inputs, **answers})
+
+
+def _unknown_start(name: str) -> StepStarted:
+    return StepStarted(
+        seq=0, monotonic_s=0.0, utc="", step="", index=0, action="record", text="", recording=name
+    )

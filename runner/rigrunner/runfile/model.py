@@ -1,0 +1,92 @@
+"""What a stored run holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner.api.data import Array, Recording
+    from rigrunner.api.events import Event
+
+FORMAT = 1
+"""The version of the journal and of `run.h5`; a reader refuses a newer one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunHeader:
+    """What is known of a run before it begins; texts are kept verbatim."""
+
+    run_id: str
+    started_utc: str
+    procedure_id: str
+    procedure_revision: str
+    procedure_title: str
+    station_id: str
+    procedure_text: str
+    station_text: str
+    plan_text: str = ""
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    provenance: Mapping[str, str] = field(default_factory=dict)
+    """Versions of program, packages and plugins, identities of devices: name to text."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunInfo:
+    """What is known of a stored run without reading a sample."""
+
+    path: Path
+    """The file or folder that it was read from."""
+    sealed: bool
+    header: RunHeader
+    """With the answers that became inputs while it ran."""
+    ended_utc: str
+    outcome: str
+    """'completed', 'aborted' or 'error'; a run that never ended counts as 'error'."""
+    reason: str
+    recording_names: tuple[str, ...]
+    """The finished recordings, in the order in which they were made."""
+    digest: str
+    """SHA-256 over the finished recordings: the identity of what was measured."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StoredRun:
+    """A run read back whole. The truth of a simulator is not in it: see `read_truth`."""
+
+    info: RunInfo
+    recordings: tuple[Recording, ...]
+    incomplete: tuple[Recording, ...]
+    """What was saved of recordings that were broken off."""
+    zeros: Mapping[str, float]
+    """The latest zero reading of each zeroed channel, in SI units."""
+    events: tuple[Event, ...]
+    result_document: Mapping[str, Any] | None
+    """The first analysis, as in `result.json`."""
+    no_load: StoredRun | None
+    """The no-load run that the first analysis used, as embedded in the sealed file."""
+    notes: tuple[str, ...] = ()
+    """What is odd about the files, in words."""
+
+    @property
+    def header(self) -> RunHeader:
+        """What was known before the run began."""
+        return self.info.header
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over the finished recordings."""
+        return self.info.digest
+
+
+@dataclass(frozen=True, eq=False)
+class SweepPlot:
+    """What a viewer shows first of an analysed run: arrays of shape (n,), in Hz and N·m."""
+
+    frequency_hz: Array
+    raw_nm: Array
+    compensated_nm: Array
+    u_nm: Array

@@ -1,0 +1,80 @@
+"""Reading a run back, sealed or not."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.codec import check_format
+from rigrunner.runfile.entry import read_entry, read_entry_info, read_entry_truth
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.hdf5 import open_file
+from rigrunner.runfile.loose import read_journal, read_loose
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    import h5py
+
+    from rigrunner.runfile.model import RunInfo, StoredRun
+
+ENTRY = "entry"
+FORMAT_ATTRIBUTE = "rigrunner_format"
+
+
+def read(path: Path) -> StoredRun:
+    """Read a run folder, sealed or not, or a `run.h5`; samples come back bit by bit the same.
+
+    Raises DataError if it is not a run, is truncated or damaged, is of a newer version, or if its
+    recordings are not those that were digested when they were made.
+    """
+    sealed = sealed_file_of(path)
+    if sealed is None:
+        return read_loose(RunFolder(path))
+    with _entry_of(sealed) as entry:
+        return read_entry(entry, sealed)
+
+
+def read_info(path: Path) -> RunInfo:
+    """Read what is known of a run without its samples; raises as `read` does."""
+    sealed = sealed_file_of(path)
+    if sealed is None:
+        return read_loose(RunFolder(path)).info
+    with _entry_of(sealed) as entry:
+        return read_entry_info(entry, sealed)
+
+
+def read_truth(path: Path) -> Mapping[str, Mapping[str, float]]:
+    """Read what a simulator knew, by recording: for verification, never for an analysis."""
+    sealed = sealed_file_of(path)
+    if sealed is None:
+        return read_journal(RunFolder(path)).truth
+    with _entry_of(sealed) as entry:
+        return read_entry_truth(entry)
+
+
+def sealed_file_of(path: Path) -> Path | None:
+    """Return the sealed file of a run; None for a run that is not sealed; raise DataError."""
+    if path.is_file():
+        return path
+    if not path.exists():
+        raise DataError(f"there is no run {path}")
+    files = RunFolder(path)
+    if files.sealed_file.exists():
+        return files.sealed_file
+    if not files.events.exists():
+        raise DataError(
+            f"{path} is not a run", hint="a run folder holds run.h5, or a journal while it lasts"
+        )
+    return None
+
+
+@contextmanager
+def _entry_of(path: Path) -> Iterator[h5py.Group]:
+    with open_file(path) as file:
+        if FORMAT_ATTRIBUTE not in file.attrs:
+            raise DataError(f"{path} is an HDF5 file, but not a run of Rigrunner")
+        check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
+        yield file[ENTRY]

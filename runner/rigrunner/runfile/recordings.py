@@ -1,0 +1,224 @@
+"""One recording as a NeXus NXdata group that viewers plot at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Block, Recording
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.digest import RecordingDigest
+from rigrunner.runfile.hdf5 import free_name, read_values, write_values
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    import h5py
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.events import StepEnded, StepStarted
+
+_CHUNK = 16_384
+_FILTERS = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
+"""What every HDF5 reads; other filters are faster, but their readers need a plugin."""
+_AXIS = "time"
+
+
+@dataclass(frozen=True)
+class RecordingFacts:
+    """All of a recording but its samples."""
+
+    name: str
+    number: int
+    """The place in the run's order of recordings."""
+    rate_hz: float
+    channels: tuple[str, ...]
+    samples: int
+    started_utc: str
+    complete: bool
+    setpoints: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    conditions: Mapping[str, float] = field(default_factory=dict)
+
+    def recording(self, channels: Mapping[str, Array]) -> Recording:
+        """Return the recording with these samples."""
+        return Recording(
+            name=self.name,
+            rate_hz=self.rate_hz,
+            started_utc=self.started_utc,
+            setpoints=self.setpoints,
+            channels=channels,
+            units=self.units,
+            conditions=self.conditions,
+        )
+
+    def digest(self) -> RecordingDigest:
+        """Return the digest, to be fed with samples."""
+        units = {channel: self.units.get(channel, "") for channel in self.channels}
+        return RecordingDigest(self.name, self.rate_hz, self.setpoints, units)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What the blocks of a recording have in common, and how many samples they hold."""
+
+    rate_hz: float
+    channels: tuple[str, ...]
+    samples: int
+
+
+def facts_of(
+    number: int, shape: Shape, started: StepStarted, ended: StepEnded | None
+) -> RecordingFacts:
+    """Return what the events of its step and its blocks say of a recording."""
+    found = ended if ended is not None and ended.ok else None
+    return RecordingFacts(
+        name=started.recording,
+        number=number,
+        rate_hz=shape.rate_hz,
+        channels=shape.channels,
+        samples=shape.samples,
+        started_utc=started.utc,
+        complete=found is not None,
+        setpoints=started.setpoints,
+        units={**started.units, **(found.units if found else {})},
+        conditions=found.values if found else {},
+    )
+
+
+def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[Block]) -> None:
+    """Write a recording into an empty group; memory does not grow with its length."""
+    _write_facts(group, facts)
+    time = group.create_dataset(_AXIS, (facts.samples,), "<f8", **_storage(facts))
+    time.attrs.update({"units": "s", "long_name": "time / s"})
+    columns = {name: _new_column(group, name, facts) for name in facts.channels}
+    _mark_signal(group, facts, columns)
+    digest, at = facts.digest(), 0
+    for channels, count in _in_chunks(blocks, facts.channels):
+        for name, values in channels.items():
+            columns[name][at : at + count] = values
+        time[at : at + count] = np.arange(at, at + count) / facts.rate_hz
+        digest.update(channels)
+        at += count
+    group.attrs["sha256"] = digest.hexdigest()
+
+
+def read_facts(group: h5py.Group) -> RecordingFacts:
+    """Read all but the samples."""
+    setpoints, setpoint_units = read_values(group["setpoints"])
+    conditions, condition_units = read_values(group["conditions"])
+    columns = _columns(group)
+    units = {
+        name: str(item.attrs["units"]) for name, item in columns.items() if "units" in item.attrs
+    }
+    return RecordingFacts(
+        name=str(group.attrs["name"]),
+        number=int(group.attrs["number"]),
+        rate_hz=float(group.attrs["rate_hz"]),
+        channels=tuple(columns),
+        samples=int(group.attrs["samples"]),
+        started_utc=str(group.attrs["started_utc"]),
+        complete=bool(group.attrs["complete"]),
+        setpoints=setpoints,
+        units={**setpoint_units, **condition_units, **units},
+        conditions=conditions,
+    )
+
+
+def read_recording(group: h5py.Group) -> Recording:
+    """Read a recording; raise DataError if it is not what was digested when it was written."""
+    facts = read_facts(group)
+    channels = {
+        name: np.asarray(column[()], np.float64) for name, column in _columns(group).items()
+    }
+    digest = facts.digest()
+    digest.update(channels)
+    if digest.hexdigest() != group.attrs["sha256"]:
+        raise DataError(
+            f"{group.file.filename}: recording '{facts.name}' is not what was recorded:"
+            " its SHA-256 does not match"
+        )
+    return facts.recording(channels)
+
+
+def assemble(facts: RecordingFacts, blocks: Iterable[Block]) -> tuple[Recording, str]:
+    """Return a recording made of its blocks, in memory, and its digest."""
+    parts = [channels for channels, _ in _in_chunks(blocks, facts.channels)]
+    channels = {
+        name: np.concatenate([part[name] for part in parts]) if parts else np.empty(0)
+        for name in facts.channels
+    }
+    digest = facts.digest()
+    digest.update(channels)
+    return facts.recording(channels), digest.hexdigest()
+
+
+def _write_facts(group: h5py.Group, facts: RecordingFacts) -> None:
+    group.attrs.update(
+        {
+            "NX_class": "NXdata",
+            "title": facts.name,
+            "name": facts.name,
+            "number": facts.number,
+            "rate_hz": facts.rate_hz,
+            "samples": facts.samples,
+            "started_utc": facts.started_utc,
+            "complete": np.uint8(facts.complete),
+        }
+    )
+    write_values(group, "setpoints", facts.setpoints, facts.units)
+    write_values(group, "conditions", facts.conditions, facts.units)
+
+
+def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.Dataset:
+    name, unit = free_name(group, channel), facts.units.get(channel)
+    column = group.create_dataset(name, (facts.samples,), "<f8", **_storage(facts))
+    column.attrs.update({"name": channel, "column": facts.channels.index(channel)})
+    column.attrs["long_name"] = f"{channel} / {unit}" if unit else channel
+    if unit is not None:
+        column.attrs["units"] = unit
+    return column
+
+
+def _mark_signal(
+    group: h5py.Group, facts: RecordingFacts, columns: Mapping[str, h5py.Dataset]
+) -> None:
+    """Say what a viewer plots first: the torque, or else the first channel."""
+    torques = [name for name in facts.channels if facts.units.get(name) == "N·m"]
+    for name in (torques or list(facts.channels))[:1]:
+        group.attrs.update({"signal": columns[name].name.rpartition("/")[2], "axes": [_AXIS]})
+
+
+def _columns(group: h5py.Group) -> dict[str, h5py.Dataset]:
+    """Return the channels' datasets by channel, in the order in which they were recorded."""
+    found = sorted(
+        (item for item in group.values() if "column" in item.attrs),
+        key=lambda item: int(item.attrs["column"]),
+    )
+    return {str(item.attrs["name"]): item for item in found}
+
+
+def _storage(facts: RecordingFacts) -> dict[str, object]:
+    return {"chunks": (min(facts.samples, _CHUNK),), **_FILTERS} if facts.samples else {}
+
+
+def _in_chunks(
+    blocks: Iterable[Block], names: tuple[str, ...]
+) -> Iterator[tuple[dict[str, Array], int]]:
+    """Join small blocks: a write costs far more than what it writes."""
+    waiting: list[Block] = []
+    count = 0
+    for block in blocks:
+        waiting.append(block)
+        count += block.samples
+        if count >= _CHUNK:
+            yield _joined(waiting, names), count
+            waiting, count = [], 0
+    if count:
+        yield _joined(waiting, names), count
+
+
+def _joined(blocks: list[Block], names: tuple[str, ...]) -> dict[str, Array]:
+    return {name: np.concatenate([block.channels[name] for block in blocks]) for name in names}

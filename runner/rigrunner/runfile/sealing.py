@@ -1,0 +1,93 @@
+"""From journal and finished recordings to the one file that is never written again."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.entry import add_recordings, write_analysis, write_entry
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.hdf5 import new_file, new_group, open_file
+from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
+from rigrunner.runfile.model import FORMAT
+from rigrunner.runfile.reading import ENTRY, FORMAT_ATTRIBUTE, sealed_file_of
+from rigrunner.runfile.recordings import write_recording
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+    import h5py
+
+    from rigrunner.api.events import Event
+    from rigrunner.runfile.loose import SampleJournal
+    from rigrunner.runfile.model import SweepPlot
+
+_NOT_EMBEDDED = ("verification", "no_load", "analysis")
+
+
+def seal(
+    folder: Path,
+    result_document: Mapping[str, Any] | None = None,
+    plot: SweepPlot | None = None,
+    no_load: Path | None = None,
+) -> Path:
+    """Make `run.h5` of a run that is over, or was killed, and return its path.
+
+    The file appears whole, by one rename, and read-only; journal and single recordings are removed
+    once it is on the disk. `no_load` is the run (file or folder) that the result was computed with:
+    it is embedded. Raises DataError if the run is sealed already or cannot be written.
+    """
+    files = RunFolder(folder)
+    if files.sealed_file.exists():
+        raise DataError(f"{files.sealed_file} is sealed, and is never written again")
+    journal = read_journal(files)
+    for samples in unfolded(files):
+        fold(files, samples, journal.events)
+    with new_file(files.sealed_file) as file:
+        file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: FORMAT})
+        entry = new_group(file, ENTRY, "NXentry")
+        _write_loose(entry, files)
+        write_analysis(entry, result_document, plot)
+        if no_load is not None:
+            _embed(entry, no_load)
+    _remove_loose(files)
+    return files.sealed_file
+
+
+def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> None:
+    """Make a journal of samples a durable file of its own, and remove the journal."""
+    files.parts.mkdir(exist_ok=True)
+    with new_file(files.part(samples.number)) as file:
+        group = file.create_group(PART_GROUP)
+        write_recording(group, samples.facts(events), samples.blocks())
+    samples.path.unlink()
+
+
+def _write_loose(entry: h5py.Group, files: RunFolder) -> None:
+    write_entry(entry, read_journal(files))
+    add_recordings(entry, files.finished_parts())
+
+
+def _embed(entry: h5py.Group, no_load: Path) -> None:
+    group = new_group(entry, "no_load", "NXsubentry")
+    sealed = sealed_file_of(no_load)
+    if sealed is None:
+        _write_loose(group, RunFolder(no_load))
+        return
+    with open_file(sealed) as file:
+        source = file[ENTRY]
+        group.attrs.update(
+            {name: source.attrs[name] for name in source.attrs if name != "NX_class"}
+        )
+        for name in source:
+            if name not in _NOT_EMBEDDED:
+                file.copy(source[name], group, name)
+    group.attrs["default"] = "recordings"
+
+
+def _remove_loose(files: RunFolder) -> None:
+    """Remove what the sealed file replaces; what cannot be removed does no harm."""
+    shutil.rmtree(files.journal, ignore_errors=True)
+    shutil.rmtree(files.parts, ignore_errors=True)

@@ -1,0 +1,114 @@
+"""The critical sink that keeps a run: journal first, then one durable file per recording."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Event, RunStarted, Samples, StepEnded, StepStarted
+from rigrunner.runfile.codec import block_bytes, event_text, header_bytes, truth_bytes
+from rigrunner.runfile.durable import sync_folder, writing
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.journal import JournalWriter, Kind
+from rigrunner.runfile.loose import open_samples
+from rigrunner.runfile.sealing import fold, seal
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner.runfile.model import RunHeader, SweepPlot
+
+
+class RunWriter:
+    """Takes the events of one run into its folder. Raises DataError if it cannot.
+
+    When the event of a finished recording was taken, the recording is on the disk.
+    """
+
+    def __init__(self, folder: Path, header: RunHeader) -> None:
+        self._files = RunFolder(folder)
+        with writing(folder):
+            self._files.journal.mkdir(parents=True)
+            self._events = JournalWriter(self._files.events)
+            self._events.append(Kind.HEADER, header_bytes(header))
+            self._events.sync()
+            for path in (self._files.journal, folder, folder.parent):
+                sync_folder(path)
+        self._recordings = 0
+        self._samples: JournalWriter | None = None
+        self._started: StepStarted | None = None
+
+    @property
+    def folder(self) -> Path:
+        """The run's folder."""
+        return self._files.path
+
+    def __call__(self, event: Event) -> None:
+        """Take one event."""
+        with writing(self.folder):
+            match event:
+                case Samples():
+                    self._take_samples(event)
+                case StepStarted(recording=name) if name:
+                    self._begin_recording(event)
+                case StepEnded(recording=name) if name:
+                    self._end_recording(event)
+                case _:
+                    self._append(event)
+
+    def seal(
+        self,
+        result_document: Mapping[str, Any] | None = None,
+        plot: SweepPlot | None = None,
+        no_load: Path | None = None,
+    ) -> Path:
+        """Close the journal and make `run.h5`; see `rigrunner.runfile.seal`."""
+        self.close()
+        return seal(self.folder, result_document, plot, no_load)
+
+    def close(self) -> None:
+        """Close the journal; the folder stays as it is and can be read. Idempotent."""
+        self._close_samples()
+        self._events.close()
+
+    def _append(self, event: Event) -> None:
+        self._events.append(Kind.EVENT, event_text(event).encode())
+        if isinstance(event, (StepStarted, StepEnded, RunStarted)):
+            self._events.sync_sometimes()
+        else:
+            self._events.sync()
+
+    def _begin_recording(self, event: StepStarted) -> None:
+        self._append(event)
+        self._events.sync()
+        self._recordings += 1
+        self._started = event
+
+    def _take_samples(self, event: Samples) -> None:
+        if self._started is None or self._started.recording != event.recording:
+            raise DataError(f"samples of '{event.recording}' came outside of its step")
+        if self._samples is None:
+            self._samples = JournalWriter(self._files.samples(self._recordings))
+        self._samples.append(Kind.BLOCK, *block_bytes(event.recording, event.block))
+        self._samples.sync_sometimes()
+
+    def _end_recording(self, event: StepEnded) -> None:
+        if event.truth:
+            self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
+        self._append(event)
+        self._events.sync()
+        started, self._started = self._started, None
+        path = self._close_samples()
+        samples = open_samples(path) if path else None
+        if event.ok and (samples is None or started is None):
+            raise DataError(f"recording '{event.recording}' ended without a sample")
+        if event.ok and samples is not None and started is not None:
+            fold(self._files, samples, (started, event))
+
+    def _close_samples(self) -> Path | None:
+        if self._samples is None:
+            return None
+        self._samples.close()
+        path, self._samples = self._samples.path, None
+        return path
