@@ -1,0 +1,213 @@
+"""The device around a simulated rig: drives, channels, streams, and the truth behind them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from rigrunner.api.data import Block
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner_plugins.devices.drives import Drives
+from rigrunner_plugins.devices.simulated.sampling import (
+    RigState,
+    noise_source,
+    rig_source,
+    sample,
+    true_frequency_hz,
+)
+from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner_plugins.devices.simulated.sampling import SimulatedRig
+    from rigrunner_plugins.devices.simulated.settings import TesterSettings
+
+BLOCK_S = 0.1
+READINGS = 2**32
+"""Repetitions from here on number single readings, so that they leave the streams' noise alone."""
+
+LOAD_NOISE_N = 0.5
+TEMPERATURE_K, TEMPERATURE_NOISE_K = 296.15, 0.02
+HUMIDITY, HUMIDITY_NOISE = 0.45, 0.002
+CHANNELS = (
+    ChannelInfo("angle", "rad", "Swing angle"),
+    ChannelInfo("torque", "N·m", "Torque in the shaft"),
+    ChannelInfo("load", "N", "Radial load"),
+    ChannelInfo("temperature", "K", "Temperature of the bearing"),
+    ChannelInfo("humidity", "1", "Relative humidity"),
+)
+
+
+class SimulatedTester:
+    """A swing tester that exists only as a SimulatedRig; a Device with every ability.
+
+    Constant errors follow from the seed; noise from seed, set-points and how often these were
+    recorded in this set-up, so that the order of recordings does not matter.
+    """
+
+    non_blocking = True
+
+    def __init__(
+        self, model: str, settings: TesterSettings, rig: SimulatedRig, context: DeviceContext
+    ) -> None:
+        self._model = model
+        self._settings = settings
+        self._rig = rig
+        self._clock = context.clock
+        self._errors = draw_constant_errors(rig.sensors, rig_source(settings.seed))
+        self._drives = Drives(_drives(settings), context.clock)
+        self._connected_s: float | None = None
+        self._repetitions: Counter[tuple[float, float]] = Counter()
+        self._readings = 0
+        self._truth: Mapping[str, float] = {}
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """The channels that can be read or streamed."""
+        return CHANNELS
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """Frequency and load."""
+        return self._drives.infos
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        return self._rig.sensors.sample_rate_hz
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Begin a set-up: its drift and its repetitions start anew."""
+        if self._settings.simulate == "unplugged":
+            raise DeviceNotFoundError(
+                f"no {self._model} answered within {timeout_s:g} s",
+                hint="the station simulates an unplugged device; set 'simulate: ready'",
+            )
+        self._connected_s = self._clock.monotonic_s()
+        self._repetitions.clear()
+        self._readings = 0
+        serial = f"SIM-{self._settings.seed:04d}"
+        return Identity("Rigrunner", self._model, serial, simulated=True)
+
+    def close(self) -> None:
+        """Release the connection; the rig stays as it is."""
+        self._connected_s = None
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Stop the swing, then take the load away."""
+        return self._drives.make_safe()
+
+    def set(self, drive: str, value: float) -> None:
+        """Move a drive at its rate; return when it is there."""
+        self._need_connection()
+        self._drives.set(drive, value)
+
+    def read_back(self, drive: str) -> float:
+        """Return what the drive believes; a frequency error does not show here."""
+        self._need_connection()
+        return self._drives.read_back(drive)
+
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return one sample of each channel."""
+        state = self._state()
+        _check(channels)
+        self._readings += 1
+        values = self._sample(state, 1, READINGS + self._readings)
+        return {name: float(values[name][0]) for name in channels}
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield blocks of at most 0.1 s at the pace of the clock."""
+        state = self._state()
+        _check(channels)
+        values = self._sample(state, round(duration_s * self.sample_rate_hz), self._repeat(state))
+        self._truth = self._truth_of(state)
+        return self._blocks({name: values[name] for name in channels}, stop)
+
+    def truth(self) -> Mapping[str, float]:
+        """Return what was true of the rig in the last stream; nothing if it was at rest."""
+        return dict(self._truth)
+
+    def _blocks(self, values: Mapping[str, Array], stop: StopToken) -> Iterator[Block]:
+        rate_hz, started_s = self.sample_rate_hz, self._clock.monotonic_s()
+        size = max(1, int(BLOCK_S * rate_hz))
+        for first in range(0, max(map(len, values.values()), default=0), size):
+            if stop.is_set():
+                return
+            self._need_connection()
+            part = {name: array[first : first + size] for name, array in values.items()}
+            block = Block(rate_hz, first, started_s + first / rate_hz, part)
+            due_s = started_s + (first + block.samples) / rate_hz
+            self._clock.sleep(max(0.0, due_s - self._clock.monotonic_s()))
+            yield block
+
+    def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
+        """Return the samples of all channels."""
+        rng = noise_source(self._settings.seed, state, repetition)
+        angle, torque = sample(self._rig, state, samples, self._errors, rng)
+        return {
+            "angle": angle,
+            "torque": torque,
+            "load": rng.normal(state.load_n, LOAD_NOISE_N, samples),
+            "temperature": rng.normal(TEMPERATURE_K, TEMPERATURE_NOISE_K, samples),
+            "humidity": rng.normal(HUMIDITY, HUMIDITY_NOISE, samples),
+        }
+
+    def _truth_of(self, state: RigState) -> Mapping[str, float]:
+        frequency_hz = true_frequency_hz(self._rig, state)
+        if frequency_hz == 0:
+            return {}
+        return self._rig.steady_state(state.load_n, frequency_hz).truth
+
+    def _repeat(self, state: RigState) -> int:
+        """Return how often these set-points have been streamed before."""
+        setpoints = (state.frequency_hz, state.load_n)
+        self._repetitions[setpoints] += 1
+        return self._repetitions[setpoints] - 1
+
+    def _state(self) -> RigState:
+        elapsed_s = self._clock.monotonic_s() - self._need_connection()
+        actual = self._drives.actual
+        return RigState(actual["frequency"], actual["load"], elapsed_s)
+
+    def _need_connection(self) -> float:
+        if self._connected_s is None:
+            raise DeviceLostError(f"the {self._model} is not connected")
+        return self._connected_s
+
+
+def _check(channels: Sequence[str]) -> None:
+    known = [info.name for info in CHANNELS]
+    unknown = [name for name in channels if name not in known]
+    if unknown:
+        raise DeviceRejectedError(
+            f"there is no channel '{unknown[0]}'", hint=f"there are: {', '.join(known)}"
+        )
+
+
+def _drives(settings: TesterSettings) -> tuple[DriveInfo, ...]:
+    """Frequency first: a rig is made safe by stopping it before its load is taken away."""
+    return (
+        DriveInfo(
+            name="frequency",
+            unit="Hz",
+            long_name="Swing frequency",
+            minimum=0.0,
+            maximum=settings.max_frequency,
+            rate_per_s=settings.frequency_rate,
+            sets_cycle_frequency=True,
+        ),
+        DriveInfo(
+            name="load",
+            unit="N",
+            long_name="Radial load",
+            minimum=0.0,
+            maximum=settings.max_load,
+            rate_per_s=settings.load_rate,
+        ),
+    )
