@@ -7,11 +7,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import DeviceRecord, hookimpl
+from rigrunner.api.hooks import (
+    CompensationRecord,
+    DeviceRecord,
+    FitRecord,
+    OutlierRuleRecord,
+    hookimpl,
+)
+from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
+from rigrunner_plugins.fits.settings import InertiaPhysicalSettings, PolynomialSettings
+from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
 if TYPE_CHECKING:
+    from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api.hooks import NoSettings
 
 
 @hookimpl
@@ -32,3 +43,81 @@ def _swing_tester_sim(settings: SwingTesterSimSettings, context: DeviceContext) 
     from rigrunner_plugins.devices.swing_tester_sim.device import make  # noqa: PLC0415  (numpy)
 
     return make(settings, context)
+
+
+@hookimpl
+def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
+    """Return the rules for gross errors."""
+    return [
+        OutlierRuleRecord(
+            name="grubbs",
+            help="Grubbs' test, repeated until it finds no gross error",
+            settings=GrubbsSettings,
+            factory=_grubbs,
+        ),
+        OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all),
+    ]
+
+
+def _grubbs(settings: GrubbsSettings) -> OutlierRule:
+    from rigrunner_plugins.outlier_rules.grubbs import Grubbs  # noqa: PLC0415  (scipy)
+
+    return Grubbs(settings)
+
+
+def _keep_all(_: NoSettings) -> OutlierRule:
+    from rigrunner_plugins.outlier_rules.keep_all import keep_all  # noqa: PLC0415  (numpy)
+
+    return keep_all
+
+
+@hookimpl
+def rigrunner_fits() -> list[FitRecord]:
+    """Return the fits of torque over frequency."""
+    return [
+        FitRecord(
+            name="polynomial",
+            help="Least-squares polynomial; of degree 2 it is the paper's Eq. (1)",
+            settings=PolynomialSettings,
+            factory=_polynomial,
+        ),
+        FitRecord(
+            name="inertia_physical",
+            help="Support friction, damping and inertia from the drive's kinematics",
+            settings=InertiaPhysicalSettings,
+            factory=_inertia_physical,
+        ),
+    ]
+
+
+def _polynomial(settings: PolynomialSettings) -> Fit:
+    from rigrunner_plugins.fits.polynomial import PolynomialFit  # noqa: PLC0415  (numpy)
+
+    return PolynomialFit(settings)
+
+
+def _inertia_physical(settings: InertiaPhysicalSettings) -> Fit:
+    from rigrunner_plugins.fits.inertia_physical import (  # noqa: PLC0415  (numpy)
+        InertiaPhysicalFit,
+    )
+
+    return InertiaPhysicalFit(settings)
+
+
+@hookimpl
+def rigrunner_compensations() -> list[CompensationRecord]:
+    """Return the ways to take the rig's part out of the measured torque."""
+    return [
+        CompensationRecord(
+            name="paper_peak",
+            help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
+            settings=PaperPeakSettings,
+            factory=_paper_peak,
+        ),
+    ]
+
+
+def _paper_peak(settings: PaperPeakSettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.paper_peak import PaperPeak  # noqa: PLC0415  (numpy)
+
+    return PaperPeak(settings)
