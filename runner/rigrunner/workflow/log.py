@@ -1,0 +1,69 @@
+"""The plain text log beside a run: what happened, when, a line each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Self
+
+from rigrunner.api.events import (
+    Alarm,
+    Answer,
+    Event,
+    Intervention,
+    Prompt,
+    RunEnded,
+    RunStarted,
+    StepEnded,
+    StepStarted,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from types import TracebackType
+
+
+class RunLog:
+    """An event sink that writes `run.log`, each line flushed."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("a", encoding="utf-8")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+    def __call__(self, event: Event) -> None:
+        """Write the event as a line; samples leave none."""
+        text = event_text(event)
+        if text:
+            self._file.write(f"{event.utc} {text}\n")
+            self._file.flush()
+
+
+def event_text(event: Event) -> str:  # noqa: PLR0911  (one line for each kind of event)
+    """Return an event in words; an empty text for one that a reader need not see."""
+    match event:
+        case RunStarted():
+            return f"run {event.run_id} started: {event.steps} steps, {event.estimated_s:.0f} s"
+        case StepStarted():
+            return f"{event.step}: {event.text}"
+        case StepEnded(ok=False):
+            return f"{event.step}: failed"
+        case Prompt():
+            return f"{event.step}: asked: {event.text}"
+        case Answer():
+            return f"{event.step}: answered '{event.text}' ({event.by})"
+        case Alarm():
+            return f"ALARM {event.source}: {event.text}"
+        case Intervention():
+            return f"{event.action} by {event.by}: {event.reason}"
+        case RunEnded():
+            return f"run {event.outcome}{f': {event.reason}' if event.reason else ''}"
+        case _:
+            return ""

@@ -1,0 +1,132 @@
+"""The no-load run for a loaded one: found or named, and refused where it does not belong to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.events import Outcome
+from rigrunner.runfile import read, read_info
+from rigrunner.station import parse_station
+from rigrunner.workflow.locate import find_run, run_names
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+    from pathlib import Path
+
+    from rigrunner.procedure import NoLoadSpec
+    from rigrunner.runfile import RunInfo
+    from rigrunner.station import Station
+
+FREQUENCY_TOLERANCE = 0.005
+"""How far, relatively, a set frequency of the two runs may differ and still be the same one."""
+
+
+@dataclass(frozen=True)
+class LoadedRun:
+    """What of a loaded run decides which no-load run belongs to it."""
+
+    station: Station
+    started: datetime
+    drive: str
+    """The drive that sets the cycle frequency, 'role.drive'."""
+    frequencies_hz: Collection[float]
+
+
+def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
+    """Return the named no-load run, or the latest that fits; raise DataError saying what would."""
+    name = named or (None if spec.from_ == "latest" else spec.from_)
+    if name is not None:
+        path = find_run(name, runs)
+        _refuse(path, list(_objections(path, spec, loaded)))
+        return path
+    refused: list[str] = []
+    for candidate in reversed(run_names(runs)):
+        objections = list(_objections(runs / candidate, spec, loaded))
+        if not objections:
+            return runs / candidate
+        if _is_no_load(runs / candidate, spec):
+            refused.append(f"{candidate}: {objections[0]}")
+    raise _none_found(spec, loaded, runs, refused)
+
+
+def _objections(path: Path, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
+    """Yield why a run cannot serve, in words; the cheap questions first."""
+    try:
+        info = read_info(path)
+        first = next(_formal_objections(info, spec, loaded), None)
+        yield from (_missing_frequencies(path, loaded) if first is None else (first,))
+    except RigrunnerError as error:
+        yield str(error)
+
+
+def _formal_objections(info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
+    header = info.header
+    if header.procedure_id != spec.procedure:
+        yield f"it is a run of {header.procedure_id}, not of {spec.procedure}"
+    if info.outcome != Outcome.COMPLETED:
+        yield f"it was not completed ({info.outcome})"
+    yield from _differences(
+        parse_station(header.station_text, header.station_id).model, spec, loaded
+    )
+    age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
+    if age > limit:
+        yield f"it is {_days(age)} old, but at most {_days(limit)} is allowed"
+
+
+def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
+    pairs = {
+        "station": (station.id, loaded.station.id),
+        "mandrel": (station.rig.mandrel, loaded.station.rig.mandrel),
+    }
+    for what in spec.same:
+        theirs, ours = pairs[what]
+        if theirs != ours:
+            yield f"its {what} is '{theirs}', but '{ours}' is needed"
+
+
+def _missing_frequencies(path: Path, loaded: LoadedRun) -> Iterator[str]:
+    there = [each.setpoints.get(loaded.drive, 0.0) for each in read(path).recordings]
+    missing = [
+        wanted
+        for wanted in loaded.frequencies_hz
+        if not any(abs(has - wanted) <= FREQUENCY_TOLERANCE * wanted for has in there)
+    ]
+    if missing:
+        yield f"it has no recording at {', '.join(f'{hz:g} Hz' for hz in missing)}"
+
+
+def _refuse(path: Path, objections: list[str]) -> None:
+    if objections:
+        raise DataError(
+            f"{path} cannot serve as the no-load run: {objections[0]}",
+            hint="name another with --no-load, or run the no-load procedure on this rig",
+        )
+
+
+def _is_no_load(path: Path, spec: NoLoadSpec) -> bool:
+    try:
+        return read_info(path).header.procedure_id == spec.procedure
+    except RigrunnerError:
+        return False
+
+
+def _none_found(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, refused: list[str]) -> DataError:
+    same = {"station": loaded.station.id, "mandrel": loaded.station.rig.mandrel}
+    needed = ", ".join(f"{what} '{same[what]}'" for what in spec.same)
+    seen = f"; looked at and refused: {'; '.join(refused)}" if refused else ""
+    return DataError(
+        f"there is no no-load run in {runs}{seen}",
+        hint=f"needed: a completed run of {spec.procedure}, {needed}, at most {_days(_max_age(spec))} old; "
+        "run that procedure first, or name a run with --no-load",
+    )
+
+
+def _max_age(spec: NoLoadSpec) -> timedelta:
+    return timedelta(seconds=spec.max_age)
+
+
+def _days(age: timedelta) -> str:
+    return f"{age / timedelta(days=1):.3g} d"

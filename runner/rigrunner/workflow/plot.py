@@ -1,0 +1,26 @@
+"""What a viewer of HDF5 files shows first of an analysed run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.runfile import SweepPlot
+
+if TYPE_CHECKING:
+    from rigrunner.api.results import Result
+
+
+def sweep_plot(result: Result) -> SweepPlot | None:
+    """Return raw and compensated torque of the primary method; None where there is none."""
+    primary = result.compensations.get(result.primary)
+    if primary is None or not primary.points:
+        return None
+    raw = {point.set_frequency_hz: point.peak_nm[point.peak_kept].mean() for point in result.loaded}
+    return SweepPlot(
+        frequency_hz=np.array([point.frequency_hz for point in primary.points]),
+        raw_nm=np.array([raw[point.set_frequency_hz] for point in primary.points]),
+        compensated_nm=np.array([point.torque.value for point in primary.points]),
+        u_nm=np.array([point.torque.u for point in primary.points]),
+    )

@@ -1,0 +1,80 @@
+"""From two files to a run that is ready to start: nothing of the rig is touched yet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import DeviceContext
+from rigrunner.plan import check_plugins, make_plan, predict
+from rigrunner.plan.actions import Record
+from rigrunner.procedure import load_procedure
+from rigrunner.station import load_station
+from rigrunner.workflow.noload import LoadedRun, find_no_load
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock, Device
+    from rigrunner.plan import Plan, Prediction
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.registry import Registry
+    from rigrunner.station import LoadedStation
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A procedure on a station, checked in every way that needs no rig."""
+
+    procedure: LoadedProcedure
+    station: LoadedStation
+    devices: Mapping[str, Device]
+    plan: Plan
+    registry: Registry
+    clock: Clock
+
+    @property
+    def prediction(self) -> Prediction:
+        """What torque is to be expected where, and how much disk the run takes."""
+        return predict(self.procedure, self.station, self.plan)
+
+
+def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -> Planned:
+    """Load and check both files and plan the run; raise InvalidFileError with all problems."""
+    loaded_procedure, loaded_station = load_procedure(procedure), load_station(station)
+    check_plugins(loaded_procedure, loaded_station, registry)
+    devices = {
+        role: registry.make(
+            "device", entry.plugin, entry.settings, DeviceContext(role, clock, station.parent)
+        )
+        for role, entry in loaded_station.model.devices.items()
+    }
+    plan = make_plan(loaded_procedure, loaded_station, devices)
+    return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock)
+
+
+def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
+    """Return the no-load run that the planned run needs; None if it needs none; raise DataError."""
+    spec = planned.procedure.model.analysis.no_load
+    if spec is None:
+        return None
+    drive = _cycle_drive(planned.devices)
+    records = [step.action for step in planned.plan.steps if isinstance(step.action, Record)]
+    loaded = LoadedRun(
+        station=planned.station.model,
+        started=planned.clock.utc(),
+        drive=drive,
+        frequencies_hz=sorted({record.setpoints[drive] for record in records}),
+    )
+    return find_no_load(spec, loaded, runs, named)
+
+
+def _cycle_drive(devices: Mapping[str, Device]) -> str:
+    """Return the drive that sets the cycle frequency; the plan has seen to it that there is one."""
+    return next(
+        f"{role}.{drive.name}"
+        for role, device in devices.items()
+        for drive in device.drives
+        if drive.sets_cycle_frequency
+    )

@@ -1,0 +1,40 @@
+"""With what a run was made: versions of program, packages and plugins, and who answered."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from rigrunner import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import Identity
+    from rigrunner.registry import Registry
+
+PACKAGES = ("numpy", "scipy", "h5py", "pydantic", "pyyaml", "pluggy")
+
+
+def software(registry: Registry) -> dict[str, str]:
+    """Return the versions of all that has a part in the numbers, by name."""
+    providers = {str(plugin.provider) for plugin in registry.plugins}
+    packages = {name: version(name) for name in PACKAGES}
+    return {
+        "Rigrunner": __version__,
+        "Python": platform.python_version(),
+        **packages,
+        "plugin providers": ", ".join(sorted(providers)),
+    }
+
+
+def identities(found: Mapping[str, Identity]) -> dict[str, str]:
+    """Return who answered at each role, in words."""
+    return {f"device {role}": _identity(identity) for role, identity in found.items()}
+
+
+def _identity(identity: Identity) -> str:
+    simulated = " (simulated)" if identity.simulated else ""
+    words = (identity.maker, identity.model, identity.serial, identity.firmware)
+    return " ".join(word for word in words if word) + simulated

@@ -1,0 +1,154 @@
+"""A run from start to sealed folder: measure, analyse, seal, report."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import ExitCode, RigrunnerError
+from rigrunner.api.events import Outcome
+from rigrunner.api.results import Verdict
+from rigrunner.bus import Bus
+from rigrunner.clock import utc_text
+from rigrunner.engine import run_plan
+from rigrunner.plan import plan_text
+from rigrunner.rig import Rig
+from rigrunner.runfile import RunHeader, RunWriter, create_run_folder
+from rigrunner.workflow.log import RunLog
+from rigrunner.workflow.plot import sweep_plot
+from rigrunner.workflow.provenance import identities, software
+from rigrunner.workflow.report import write_report
+from rigrunner.workflow.stored import analyse_run
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import Identity, StopToken
+    from rigrunner.api.events import EventSink
+    from rigrunner.api.results import Result
+    from rigrunner.engine import AnswerSource, RunSummary
+    from rigrunner.workflow.prepare import Planned
+
+RESULT_FILE = "result.json"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FinishedRun:
+    """What a run left behind."""
+
+    folder: Path
+    outcome: Outcome
+    reason: str
+    error: BaseException | None
+    """The first error of the run, or else that of its analysis."""
+    result: Result | None = None
+    report: Path | None = None
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """How a command that did this run ends."""
+        if isinstance(self.error, KeyboardInterrupt):
+            return ExitCode.INTERRUPTED
+        if self.outcome is Outcome.ABORTED:
+            return ExitCode.ABORTED
+        if self.error is not None:
+            known = isinstance(self.error, RigrunnerError)
+            return self.error.exit_code if known else ExitCode.BUG
+        return verdict_code(self.result)
+
+
+def verdict_code(result: Result | None) -> ExitCode:
+    """Return the exit code of a completed run: its verdict, where there is one to give."""
+    if result is None or result.decision is None:
+        return ExitCode.PASS
+    codes = {Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
+    return codes.get(result.decision.verdict, ExitCode.UNDECIDED)
+
+
+def execute(
+    planned: Planned,
+    *,
+    runs: Path,
+    inputs: Mapping[str, str],
+    no_load: Path | None,
+    answers: AnswerSource,
+    stop: StopToken,
+    listeners: Sequence[EventSink] = (),
+) -> FinishedRun:
+    """Connect the rig, run the plan, seal the folder and write the report.
+
+    Raises a DeviceError if the rig cannot be connected, and DataError if the folder cannot be
+    made; from then on what happens is in the FinishedRun, and the rig is made safe on every way.
+    """
+    rig = Rig(planned.devices, planned.clock)
+    identified = rig.connect()
+    try:
+        writer = _new_folder(planned, runs, inputs, identified)
+        with RunLog(writer.folder / "run.log") as log:
+            bus = Bus(critical=[writer], guarded=[log, *listeners])
+            run_id = writer.folder.name
+            summary = run_plan(planned.plan, rig, bus, planned.clock, answers, stop, run_id)
+    finally:
+        rig.make_safe()
+        rig.close()
+    return _finish(planned, writer, summary, no_load)
+
+
+def _new_folder(
+    planned: Planned, runs: Path, inputs: Mapping[str, str], identified: Mapping[str, Identity]
+) -> RunWriter:
+    procedure, station = planned.procedure, planned.station
+    started = planned.clock.utc()
+    folder = create_run_folder(runs, started, procedure.model.id, inputs.get("specimen", ""))
+    header = RunHeader(
+        run_id=folder.name,
+        started_utc=utc_text(started),
+        procedure_id=procedure.model.id,
+        procedure_revision=procedure.model.revision,
+        procedure_title=procedure.model.title,
+        station_id=station.model.id,
+        procedure_text=procedure.text,
+        station_text=station.text,
+        plan_text=plan_text(planned.plan),
+        inputs=inputs,
+        provenance=software(planned.registry) | identities(identified),
+    )
+    return RunWriter(folder, header)
+
+
+def _finish(
+    planned: Planned, writer: RunWriter, summary: RunSummary, no_load: Path | None
+) -> FinishedRun:
+    """Analyse what was recorded, seal it whatever comes of that, and report."""
+    writer.close()
+    result, problem = None, summary.error
+    if summary.outcome is Outcome.COMPLETED:
+        result, problem = _analysed(planned, writer.folder, no_load)
+    content = None if result is None else document(result)
+    plot = None if result is None else sweep_plot(result)
+    writer.seal(content, plot, no_load)
+    report = None
+    if content is not None:
+        text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+        (writer.folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
+        report = write_report(writer.folder, planned.registry, result=result)
+    return FinishedRun(
+        folder=writer.folder,
+        outcome=summary.outcome,
+        reason=summary.reason,
+        error=problem,
+        result=result,
+        report=report,
+    )
+
+
+def _analysed(
+    planned: Planned, folder: Path, no_load: Path | None
+) -> tuple[Result | None, BaseException | None]:
+    try:
+        return analyse_run(folder, planned.registry, no_load), None
+    except Exception as error:  # noqa: BLE001  (what was measured must be sealed all the same)
+        return None, error

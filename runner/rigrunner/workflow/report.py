@@ -1,0 +1,80 @@
+"""From a stored run to its report, by a report format's plugin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document import document
+from rigrunner.api.events import Alarm, Answer, Intervention, RunEnded
+from rigrunner.api.hooks import ReportFormatRecord
+from rigrunner.api.results import ReportInput
+from rigrunner.runfile import read, read_truth
+from rigrunner.workflow.log import event_text
+from rigrunner.workflow.stored import analyse_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.results import Result
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+
+DEFAULT_FORMAT = "html"
+
+
+def write_report(
+    path: Path,
+    registry: Registry,
+    *,
+    result: Result | None = None,
+    out: Path | None = None,
+    kind: str = DEFAULT_FORMAT,
+) -> Path:
+    """Write the report of a run and return its path; the same run gives the same bytes.
+
+    `result` saves analysing again where that was just done. Left out, `out` is `report` with the
+    format's suffix in the run folder. Raises DataError and PluginError.
+    """
+    record = registry.find("report_format", kind).record
+    assert isinstance(record, ReportFormatRecord)  # noqa: S101  (the kind says so)
+    folder = path if path.is_dir() else path.parent
+    target = out or folder / f"report{record.suffix}"
+    render = registry.make("report_format", kind, {})
+    target.write_bytes(render(report_input(path, registry, result)))
+    return target
+
+
+def report_input(path: Path, registry: Registry, result: Result | None = None) -> ReportInput:
+    """Return what a report format is given for a stored run."""
+    stored = read(path)
+    found = result or analyse_run(path, registry)
+    return ReportInput(
+        result=found,
+        document=document(found),
+        truth=read_truth(path),
+        provenance=_provenance(stored, found),
+        events=tuple(_told(stored)),
+    )
+
+
+def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
+    header = stored.header
+    no_load = result.no_load_run
+    return {
+        "run": header.run_id,
+        "digest of the recordings (SHA-256)": stored.digest,
+        "procedure": f"{header.procedure_id} revision {header.procedure_revision}",
+        "station": header.station_id,
+        **({"no-load run": no_load.run_id} if no_load else {}),
+        **({"digest of the no-load recordings (SHA-256)": no_load.digest} if no_load else {}),
+        **header.provenance,
+    }
+
+
+def _told(stored: StoredRun) -> list[dict[str, str]]:
+    """Return what a person answered or did, and what went wrong, in order."""
+    return [
+        {"utc": event.utc, "kind": type(event).__name__.lower(), "text": event_text(event)}
+        for event in stored.events
+        if isinstance(event, (Answer, Alarm, Intervention, RunEnded))
+    ]

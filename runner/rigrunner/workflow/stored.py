@@ -1,0 +1,74 @@
+"""From a run on disk to what the analysis may know of it, and to its result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.analyse import analyse
+from rigrunner.api.data import RunData
+from rigrunner.procedure import parse_procedure
+from rigrunner.runfile import read
+from rigrunner.station import parse_station
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.results import Result
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import StoredRun
+
+
+@dataclass(frozen=True, eq=False)
+class OpenRun:
+    """A stored run with its data in the form that the analysis takes."""
+
+    path: Path
+    stored: StoredRun
+    data: RunData
+
+
+def open_run(path: Path) -> OpenRun:
+    """Open a run folder, sealed or not, or a `run.h5`; raise DataError."""
+    stored = read(path)
+    return OpenRun(path, stored, run_data(stored))
+
+
+def analyse_run(path: Path, registry: Registry, no_load: Path | None = None) -> Result:
+    """Analyse a stored run as its procedure says; raise DataError.
+
+    The no-load run is the one given, or else the one that is embedded in the file.
+    """
+    stored = read(path)
+    other = read(no_load) if no_load is not None else stored.no_load
+    procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+    return analyse(
+        run_data(stored),
+        run_data(other) if other is not None else None,
+        procedure.analysis,
+        acceptance=procedure.acceptance,
+        measurand=procedure.measurand,
+        lookup=registry,
+    )
+
+
+def run_data(stored: StoredRun) -> RunData:
+    """Return what an analysis may know of a stored run."""
+    header, info = stored.header, stored.info
+    station = parse_station(header.station_text, header.station_id).model
+    return RunData(
+        run_id=header.run_id,
+        procedure_id=header.procedure_id,
+        procedure_revision=header.procedure_revision,
+        procedure_title=header.procedure_title,
+        station_id=header.station_id,
+        started_utc=header.started_utc,
+        ended_utc=info.ended_utc,
+        outcome=info.outcome,
+        inputs=header.inputs,
+        rig=station.rig,
+        instruments={instrument.channel: instrument for instrument in station.instruments},
+        zeros=stored.zeros,
+        recordings=stored.recordings,
+        digest=stored.digest,
+    )
