@@ -14,6 +14,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSche
 
 from rigrunner.api.quantity import Quantity, QuantityError, parse_quantity, units_of
 
+_YES_NO = {"yes": True, "no": False}
+
 
 class Settings(BaseModel):
     """Frozen, strict, no unknown keys: the base of every model that is read from YAML."""
@@ -26,13 +28,12 @@ def _read(dimension: str | None, value: object) -> Quantity:
         value = str(value)
     if isinstance(value, str):
         return parse_quantity(value, dimension)
-    symbol = units_of(dimension)[0] if dimension else "Hz"
+    such_as = f"10 {units_of(dimension)[0]}" if dimension else "10 Hz"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        raise QuantityError(f"{value} has no unit", hint=f"write it as '{value} {symbol}'")
+        hint = f"write it as '{value}{such_as[2:]}'" if dimension else f"such as '{such_as}'"
+        raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else f"a {type(value).__name__}"
-    raise QuantityError(
-        f"got {what}, allowed is a number with a unit", hint=f"such as '10 {symbol}'"
-    )
+    raise QuantityError(f"got {what}, allowed is a number with a unit", hint=f"such as '{such_as}'")
 
 
 def _read_si(dimension: str, value: object) -> float:
@@ -40,7 +41,11 @@ def _read_si(dimension: str, value: object) -> float:
 
 
 def _read_yes_no(value: object) -> object:
-    return {"yes": True, "no": False}.get(value, value) if isinstance(value, str) else value
+    if not isinstance(value, str):
+        return value
+    if value not in _YES_NO:
+        raise ValueError(f"got '{value[:20]}', allowed is yes or no")
+    return _YES_NO[value]
 
 
 def _read_date(value: object) -> object:

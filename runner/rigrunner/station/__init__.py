@@ -1,1 +1,8 @@
 """The station: devices, rig description and instrument register."""
+
+from __future__ import annotations
+
+from rigrunner.station.loading import LoadedStation, load_station, parse_station
+from rigrunner.station.model import DeviceBinding, Station
+
+__all__ = ["DeviceBinding", "LoadedStation", "Station", "load_station", "parse_station"]

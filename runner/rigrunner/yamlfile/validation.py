@@ -45,9 +45,13 @@ def _problem(
     path = at + _path_in_file(document.part(at), loc, keep_last=kind == "missing")
     keys = known_keys(model_type, loc[:-1]) if kind == "extra_forbidden" else ()
     finding = describe(details, keys)
-    at_key = kind in {"extra_forbidden", "missing"} or loc[-1:] == ("[key]",)
-    location = document.where(path, key=at_key)
-    return Problem(finding.message, location, dotted(path), _hint(document, path, finding))
+    if kind == "missing":
+        return Problem(finding.message, document.where(path[:-1], key=True), dotted(path))
+    if kind == "extra_forbidden" or loc[-1:] == ("[key]",):
+        return Problem(finding.message, document.where(path, key=True), dotted(path), finding.hint)
+    return Problem(
+        finding.message, document.where(path), dotted(path), _hint(document, path, finding)
+    )
 
 
 def _hint(document: Document, path: Path, finding: Finding) -> str:

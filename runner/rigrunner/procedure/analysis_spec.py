@@ -1,0 +1,72 @@
+"""What a procedure asks of the analysis."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.settings import Duration, ListOf, Settings
+from rigrunner.yamlfile.names import Identifier, Text
+
+LATEST = "latest"
+_DAY_S = 86400.0
+
+
+class PluginRef(Settings):
+    """A plugin by its name, with settings or without: `grubbs` or `{grubbs: {alpha: 0.05}}`."""
+
+    name: Text
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, value: object) -> object:
+        if isinstance(value, str):
+            return {"name": value}
+        if isinstance(value, dict) and set(value) == {"name", "settings"}:
+            return value
+        if not isinstance(value, dict) or len(value) != 1:
+            raise ValueError("a plugin is written as 'name', or as 'name: {setting: value}'")
+        name, settings = next(iter(value.items()))
+        return {"name": name, "settings": {} if settings is None else settings}
+
+
+class Hampel(Settings):
+    """Samples that stand out of the window around them are replaced by its median."""
+
+    window: Annotated[int, Field(ge=3, le=1001)] = 11
+
+
+class Despike(Settings):
+    """How spikes of single samples are removed."""
+
+    hampel: Hampel
+
+    @property
+    def window(self) -> int:
+        """How many samples a spike is compared with."""
+        return self.hampel.window
+
+
+class NoLoadSpec(Settings):
+    """Which run the rig's own part comes from, and what it must have in common with this one."""
+
+    source: Annotated[str, Field(alias="from", min_length=1)] = LATEST
+    """'latest', or a run by its folder or name."""
+    procedure: Identifier
+    max_age: Annotated[Duration, Field(gt=0)] = 30 * _DAY_S
+    same: ListOf[Literal["station", "mandrel"]] = ("station", "mandrel")
+
+
+class AnalysisSpec(Settings):
+    """The analysis section; a procedure without one records and computes nothing."""
+
+    no_load: NoLoadSpec | None = None
+    despike: Despike | None = None
+    outliers: PluginRef | None = None
+    fits: ListOf[PluginRef] = ()
+    """Of the no-load peaks over frequency; the first serves compensations that need one."""
+    compensations: ListOf[PluginRef] = ()
+    primary: str = ""
+    """The compensation that the headline and the verdict use."""

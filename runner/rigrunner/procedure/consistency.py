@@ -1,0 +1,84 @@
+"""What no single field of a procedure can see: parts that do not fit together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import Problem
+from rigrunner.procedure.steps import AskStep, SweepStep
+from rigrunner.yamlfile.document import dotted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.procedure.analysis_spec import PluginRef
+    from rigrunner.procedure.model import Procedure
+    from rigrunner.procedure.steps import Step
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
+
+
+def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
+    """Return every contradiction within a procedure, with its place."""
+    return [
+        Problem(message, document.where(path), dotted(path), hint)
+        for check in (_compensation, _acceptance, _repeated_plugins, _answers)
+        for path, message, hint in check(procedure)
+    ]
+
+
+Complaint = tuple["Path", str, str]
+
+
+def _compensation(procedure: Procedure) -> Iterator[Complaint]:
+    spec = procedure.analysis
+    names = [each.name for each in spec.compensations]
+    allowed = ", ".join(names) or "none, as there are no compensations"
+    if spec.primary and spec.primary not in names:
+        message = f"got '{spec.primary}', which is not among the compensations"
+        yield ("analysis", "primary"), message, f"allowed: {allowed}"
+    if names and not spec.primary:
+        yield ("analysis",), "the key 'primary' is missing", f"say which one counts: {allowed}"
+    if names and spec.no_load is None:
+        hint = "add 'no_load: {from: latest, procedure: ID}'"
+        yield ("analysis", "compensations"), "compensations need a no-load run", hint
+
+
+def _acceptance(procedure: Procedure) -> Iterator[Complaint]:
+    if procedure.acceptance is not None and not procedure.analysis.compensations:
+        hint = "add analysis.compensations, or leave the limit out"
+        yield ("acceptance",), "a limit needs a compensated torque to decide on", hint
+
+
+def _repeated_plugins(procedure: Procedure) -> Iterator[Complaint]:
+    spec = procedure.analysis
+    for section, plugins in (("fits", spec.fits), ("compensations", spec.compensations)):
+        for index in _repeated(plugins):
+            name = plugins[index].name
+            yield ("analysis", section, index), f"'{name}' stands twice", "name it once"
+
+
+def _repeated(plugins: Sequence[PluginRef]) -> list[int]:
+    seen = Counter[str]()
+    found = []
+    for index, plugin in enumerate(plugins):
+        if seen[plugin.name]:
+            found.append(index)
+        seen[plugin.name] += 1
+    return found
+
+
+def _answers(procedure: Procedure) -> Iterator[Complaint]:
+    for section in ("setup", "main", "teardown"):
+        for path, step in _steps(getattr(procedure, section), (section,)):
+            if isinstance(step, AskStep) and step.ask.into in procedure.inputs:
+                message = f"the input '{step.ask.into}' is asked at the start already"
+                yield (*path, "ask", "into"), message, "choose another name, or drop the input"
+
+
+def _steps(steps: Sequence[Step], path: Path) -> Iterator[tuple[Path, Step]]:
+    for index, step in enumerate(steps):
+        yield (*path, index), step
+        if isinstance(step, SweepStep):
+            yield from _steps(step.sweep.steps, (*path, index, "sweep", "steps"))

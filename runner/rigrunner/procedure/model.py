@@ -1,0 +1,83 @@
+"""A procedure as frozen models, in SI units where a dimension is known."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rigrunner.api.quantity import QuantityError, unit, units_of
+from rigrunner.api.settings import ListOf, Settings, Torque
+from rigrunner.procedure.analysis_spec import AnalysisSpec
+from rigrunner.procedure.steps import Step
+from rigrunner.yamlfile.names import Identifier, Name, Text
+
+
+def _torque_unit(symbol: str) -> str:
+    known = unit(symbol)
+    if known.dimension != "torque":
+        hint = f"units of torque: {', '.join(units_of('torque'))}"
+        raise QuantityError(f"'{symbol}' is a unit of {known.dimension}, not of torque", hint=hint)
+    return known.symbol
+
+
+class Measurand(Settings):
+    """What is measured: its symbol, its name in words, the unit of the report."""
+
+    symbol: Text
+    name: Text
+    unit: Annotated[str, AfterValidator(_torque_unit)] = "N·m"
+
+
+class Input(Settings):
+    """What is asked at the start; `unattended` is the answer where nobody is there."""
+
+    ask: Text
+    unattended: str | None = None
+
+
+class Limit(Settings):
+    """What the measurand may be, in N·m, and who says so."""
+
+    max: Torque | None = None
+    min: Torque | None = None
+    source: Text
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        if self.max is None and self.min is None:
+            raise ValueError("a limit needs max, min, or both")
+        if self.max is not None and self.min is not None and self.min >= self.max:
+            raise ValueError(f"min ({self.min:g} N·m) must be below max ({self.max:g} N·m)")
+        return self
+
+
+class Acceptance(Settings):
+    """The limit and the rule by which it is decided; agreed before anything is measured."""
+
+    limit: Limit
+    rule: Literal["simple", "guard_band_u"] = "simple"
+
+
+Scalar = str | bool | int | float
+Parameter = Scalar | list[Scalar]
+
+
+class Procedure(Settings):
+    """A procedure: what is measured, what is done, how it is analysed, what is acceptable."""
+
+    rigrunner: Literal["procedure/1"]
+    id: Identifier
+    revision: Text
+    title: Text
+    description: str = ""
+    measurand: Measurand
+    inputs: dict[Name, Input] = Field(default_factory=dict)
+    uses: Annotated[dict[Name, Text], Field(min_length=1)]
+    """Role to the type of device that fills it."""
+    parameters: dict[Name, Parameter] = Field(default_factory=dict)
+    setup: ListOf[Step] = ()
+    main: Annotated[ListOf[Step], Field(min_length=1)]
+    teardown: ListOf[Step] = ()
+    analysis: AnalysisSpec = AnalysisSpec()
+    acceptance: Acceptance | None = None
