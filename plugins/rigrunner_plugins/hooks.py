@@ -15,6 +15,7 @@ from rigrunner.api.hooks import (
     hookimpl,
 )
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
+from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.fits.settings import InertiaPhysicalSettings, PolynomialSettings
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
@@ -114,6 +115,18 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             settings=PaperPeakSettings,
             factory=_paper_peak,
         ),
+        CompensationRecord(
+            name="template_inverse",
+            help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
+            settings=TemplateInverseSettings,
+            factory=_template_inverse,
+        ),
+        CompensationRecord(
+            name="energy",
+            help="Running torque: work of a swing over its way, loaded minus no-load",
+            settings=EnergySettings,
+            factory=_energy,
+        ),
     ]
 
 
@@ -121,3 +134,17 @@ def _paper_peak(settings: PaperPeakSettings) -> CompensationMethod:
     from rigrunner_plugins.compensations.paper_peak import PaperPeak  # noqa: PLC0415  (numpy)
 
     return PaperPeak(settings)
+
+
+def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.template_inverse import (  # noqa: PLC0415  (scipy)
+        TemplateInverse,
+    )
+
+    return TemplateInverse(settings)
+
+
+def _energy(settings: EnergySettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.energy import Energy  # noqa: PLC0415  (numpy)
+
+    return Energy(settings)

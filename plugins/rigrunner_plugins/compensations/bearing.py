@@ -1,0 +1,115 @@
+"""The bearing's torque over one swing, and the starting torque in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.averaging import leave_one_out_means, robust_mean
+from rigrunner_plugins.compensations.swing import interpolated, strokes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.data import Array
+    from rigrunner_plugins.compensations.drive_line import DriveLine
+    from rigrunner_plugins.compensations.support_friction import SupportFriction
+
+
+@dataclass(frozen=True, eq=False)
+class MeanSwing:
+    """The mean torque of one recording over its swing, shape (n,), without each cycle too."""
+
+    frequency_hz: float
+    torque_nm: Array
+    replicates_nm: Array
+    """Leave-one-out means, shape (cycles, n)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reversals:
+    """Where the starting torque is looked for: the samples shortly after each reversal."""
+
+    forward: NDArray[np.intp]
+    backward: NDArray[np.intp]
+
+    def both(self, bearing_nm: Array) -> tuple[Array, Array]:
+        """Return the greatest torque against each stroke, of waveforms of shape (..., n)."""
+        return (
+            bearing_nm[..., self.forward].max(axis=-1),
+            -bearing_nm[..., self.backward].min(axis=-1),
+        )
+
+    def torque(self, bearing_nm: Array) -> Array:
+        """Return their mean: a constant error of the sensor falls out of it."""
+        forward, backward = self.both(bearing_nm)
+        return np.asarray((forward + backward) / 2)
+
+
+def mean_swing(point: SwingPoint, size: int) -> MeanSwing:
+    """Return the robust mean over the kept cycles, on `size` phases."""
+    mean, _ = robust_mean(point.torque_nm, point.kept)
+    replicates = leave_one_out_means(point.torque_nm, point.kept)
+    return MeanSwing(
+        point.frequency_hz.value, interpolated(mean, size), interpolated(replicates, size)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A loaded run and its template."""
+
+    loaded: MeanSwing
+    no_load: MeanSwing
+
+
+def bearing_torque(line: DriveLine, friction: SupportFriction, pair: Pair) -> Array:
+    """Return the torque that only the loaded run has, at the load, shape (n,).
+
+    The difference of the two runs with the drive line undone. What the support's friction differs
+    by, because the coupling twists otherwise under load, and what the inertia does if the runs were
+    not quite at the same frequency, is taken out.
+    """
+    return _rest(line, friction, pair.loaded) - _rest(line, friction, pair.no_load)
+
+
+def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
+    """Return what neither inertia nor the support's known friction explains of one run."""
+    frequency = mean.frequency_hz
+    inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
+    twist = line.share * line.twist(mean.torque_nm, frequency)
+    at_load = line.at_load(mean.torque_nm, frequency)
+    return at_load - inertial - friction.torque(frequency, twist)
+
+
+def reversals(
+    line: DriveLine, friction: SupportFriction, loaded: MeanSwing, window_rad: float
+) -> Reversals:
+    """Return the samples within the window after each reversal of the load."""
+    twist = line.share * line.twist(loaded.torque_nm, loaded.frequency_hz)
+    forward, backward = (
+        stroke.index[(stroke.distance_rad > 0) & (stroke.distance_rad <= window_rad)]
+        for stroke in strokes(friction.swing.angle_rad - twist)
+    )
+    return Reversals(forward, backward)
+
+
+def replicates(line: DriveLine, bearing_nm: Array, run: MeanSwing, sign: int) -> Array:
+    """Return the bearing's torque without each cycle of one run, shape (cycles, n).
+
+    `sign` is +1 for the loaded run, -1 for the no-load run. That the twist changes too is second
+    order.
+    """
+    change = run.replicates_nm - run.torque_nm
+    return bearing_nm + sign * line.at_load(change, run.frequency_hz)
+
+
+def starting_torque(
+    line: DriveLine, friction: SupportFriction, pair: Pair, window_rad: float
+) -> float:
+    """Return the starting torque in N·m."""
+    where = reversals(line, friction, pair.loaded, window_rad)
+    return float(where.torque(bearing_torque(line, friction, pair)))

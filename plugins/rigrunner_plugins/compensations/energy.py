@@ -1,0 +1,96 @@
+"""Running torque from the work of one swing: what the bearing takes up over the way it goes.
+
+T = W / (4 Theta): W is the loop integral of the torque over the angle, loaded minus no-load, and
+4 Theta the way of one swing. Forces that store and give back (inertia, spring) do no work over a
+whole swing, so no drive line need be known; but this is the mean torque under way, not the starting
+torque.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Trace
+from rigrunner.api.data import Estimate
+from rigrunner.signal.averaging import jackknife, leave_one_out_means, robust_mean
+from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.compensations import checks
+from rigrunner_plugins.compensations.matching import pairs
+from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import Sweep, SwingPoint
+    from rigrunner.api.data import Array
+    from rigrunner_plugins.compensations.settings import EnergySettings
+    from rigrunner_plugins.compensations.swing import Swing
+
+MEASURAND = "load-induced running torque, mean over the swing"
+NOTES = ("The mean torque under way, not the starting torque: it has no peak in it.",)
+
+
+@dataclass(frozen=True)
+class Energy:
+    """The compensation `energy`."""
+
+    settings: EnergySettings
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return the running torque per frequency; DataError for one without no-load partner."""
+        matched = pairs(sweep, self.settings.frequency_match)
+        ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
+        points = tuple(self._point(sweep, ratio, *pair) for pair in matched)
+        recordings = (*sweep.loaded, *sweep.no_load)
+        found = (checks.positive(points), checks.enough_cycles(recordings))
+        return Compensation(MEASURAND, points, checks=found, notes=NOTES)
+
+    def _point(
+        self, sweep: Sweep, ratio: float, loaded: SwingPoint, no_load: SwingPoint
+    ) -> CompensatedPoint:
+        swing = make_swing(ratio, loaded.torque_nm.shape[-1])
+        means = [robust_mean(point.torque_nm, point.kept)[0] for point in (loaded, no_load)]
+        raw, rig = (float(running_torque(swing, mean)) for mean in means)
+        components = (
+            _repeatability("repeatability, loaded", swing, loaded),
+            _repeatability("repeatability, no load", swing, no_load),
+            *self._limits(sweep, raw - rig, rig),
+        )
+        return CompensatedPoint(
+            set_frequency_hz=loaded.set_frequency_hz,
+            frequency_hz=loaded.frequency_hz.value,
+            raw_nm=raw,
+            rig_nm=rig,
+            torque=Estimate(raw - rig, *combine(components)),
+            components=components,
+            trace=Trace(loaded.angle_rad, means[0], means[1], means[0] - means[1]),
+        )
+
+    def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Component, ...]:
+        """Return what is known by limits of error only; an offset does no work over a swing."""
+        accuracy = sweep.instrument.accuracy
+        half_widths = {
+            "sensor gain": accuracy.gain * torque,
+            "sensor non-linearity": 4 * accuracy.nonlinearity * torque,
+            "support friction under load": self.settings.support_load_dependence * rig,
+        }
+        return tuple(
+            Component(name, abs(value) / sqrt(3), inf, "rectangular", common=True)
+            for name, value in half_widths.items()
+        )
+
+
+def running_torque(swing: Swing, torque_nm: Array) -> Array:
+    """Return the work of swings of shape (..., n) over the way of a swing, in N·m.
+
+    The sum over equal steps of phase is exact for periodic waveforms up to the harmonic n/2.
+    """
+    work = (torque_nm * swing.velocity_per_hz).mean(axis=-1)
+    return np.asarray(work / np.abs(swing.velocity_per_hz).mean())
+
+
+def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Component:
+    values = running_torque(swing, leave_one_out_means(point.torque_nm, point.kept))
+    return Component(name, jackknife(values), len(values) - 1, "normal", common=False)

@@ -1,0 +1,224 @@
+"""Learns the drive line and the support's friction from the no-load sweep alone.
+
+Every harmonic k of the torque at every frequency f obeys
+
+    X_k(f) = LP H(k f) (J alpha_k f^2 + A_k + B_k f + share W_k(f))
+
+where LP is known, alpha the kinematics', A + B f the support's friction of any shape, and W what
+it changes because the coupling twists (`support_friction`). For given fn, z, J and share the A_k
+and B_k follow by linear least squares, each harmonic on its own, so that only four unknowns are
+searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10(2), 1973). W needs a
+result and is renewed until it stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from rigrunner.api.errors import DataError
+from rigrunner.signal.averaging import robust_mean
+from rigrunner_plugins.compensations.drive_line import DriveLine
+from rigrunner_plugins.compensations.support_friction import SupportFriction, make_friction
+from rigrunner_plugins.compensations.swing import interpolated
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.data import Array
+    from rigrunner.api.instruments import LowPass
+    from rigrunner_plugins.compensations.swing import Swing
+
+    Complex = NDArray[np.complex128]
+
+HARMONICS = 72
+"""Of each swing, if they lie below a quarter of the sampling rate."""
+
+LEAST_FREQUENCIES = 4
+ROUNDS = 8
+SHARE_PRIOR = (0.5, 1 / sqrt(12))
+"""Nothing known: as likely anywhere from 0 to 1 (mean and standard deviation)."""
+
+BOUNDS = ([1.0, 1e-4, 1e-9, -1.0], [1e5, 1.0, inf, 2.0])
+START_HZ = np.geomspace(60.0, 2500.0, 75)
+START_DAMPING = (0.02, 0.06, 0.15)
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What the no-load sweep says of the rig.
+
+    `covariance` is that of (fn, z, J, share), shape (4, 4), with the degrees of freedom of the
+    residual; `misfit` is the residual's rms over what the scatter of the cycles lets expect.
+    """
+
+    line: DriveLine
+    friction: SupportFriction
+    covariance: Array
+    dof: float
+    misfit: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Observed:
+    """Harmonics 1..K of the no-load torque, one row per frequency."""
+
+    frequency_hz: Array
+    """Shape (F, 1)."""
+    harmonics: Complex
+    """Shape (F, K)."""
+    weight: Array
+    """1 over the standard uncertainty of a harmonic; 0 where it is not used. Shape (F, K)."""
+    acceleration: Complex
+    """Of the kinematics at 1 Hz, shape (K,)."""
+
+    @property
+    def harmonic_hz(self) -> Array:
+        """The frequency of each harmonic, shape (F, K)."""
+        return self.frequency_hz * np.arange(1, self.harmonics.shape[1] + 1)
+
+
+def identify(points: Sequence[SwingPoint], swing: Swing, low_pass: LowPass) -> Identified:
+    """Return drive line and support friction; raise DataError for too few frequencies."""
+    if len(points) < LEAST_FREQUENCIES:
+        raise DataError(
+            f"the no-load sweep has {len(points)} frequencies, but {LEAST_FREQUENCIES} are needed "
+            "to learn the rig's resonance",
+            hint="record the no-load sweep over the whole range of frequencies",
+        )
+    observed = _observe(points, swing)
+    line, twist_change = _start(observed, low_pass), np.zeros_like(observed.harmonics)
+    waveforms = [interpolated(robust_mean(p.torque_nm, p.kept)[0], swing.size) for p in points]
+    for _ in range(ROUNDS):
+        line, jacobian, residual = _solve(observed, line, twist_change)
+        friction = _friction(observed, line, twist_change, swing)
+        twist_change = _twist_change(observed, line, friction, waveforms)
+    return _identified(observed, line, friction, jacobian, residual)
+
+
+def _observe(points: Sequence[SwingPoint], swing: Swing) -> _Observed:
+    frequency = np.array([[p.frequency_hz.value] for p in points])
+    rate = np.array([[p.sample_rate_hz] for p in points])
+    means, u = zip(*(_harmonics(p) for p in points), strict=True)
+    used = frequency * np.arange(1, HARMONICS + 1) < rate / 4
+    acceleration = _spectrum(swing.acceleration_per_hz2)
+    return _Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)
+
+
+def _harmonics(point: SwingPoint) -> tuple[Complex, float]:
+    """Return the mean's harmonics and the standard uncertainty of one, over the kept cycles."""
+    mean, _ = robust_mean(point.torque_nm, point.kept)
+    scatter = _spectrum(point.torque_nm[point.kept])
+    variance = scatter.var(axis=0, ddof=1) / len(scatter)
+    return _spectrum(mean), float(np.sqrt(variance.mean()))
+
+
+def _spectrum(waveform: Array) -> Complex:
+    spectrum: Complex = np.fft.rfft(waveform, axis=-1)[..., 1 : HARMONICS + 1]
+    return np.asarray(spectrum / waveform.shape[-1])
+
+
+def _waveform(spectrum: Complex, size: int) -> Array:
+    padded = np.zeros(size // 2 + 1, complex)
+    padded[1 : HARMONICS + 1] = spectrum
+    return np.fft.irfft(padded, size) * size
+
+
+def _start(observed: _Observed, low_pass: LowPass) -> DriveLine:
+    """Return the best of a coarse search; J from the highest frequency's first harmonic."""
+    top = int(np.argmax(observed.frequency_hz))
+    inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
+    inertia = abs(observed.harmonics[top, 0].imag / inertial.imag)
+    lines = [
+        DriveLine(hz, damping, inertia, 0.0, low_pass)
+        for hz in START_HZ
+        for damping in START_DAMPING
+    ]
+    nothing = np.zeros_like(observed.harmonics)
+    return min(lines, key=lambda line: float(np.sum(_residual(observed, line, nothing) ** 2)))
+
+
+def _linear(observed: _Observed, line: DriveLine, change: Complex) -> tuple[Complex, Complex]:
+    """Return the weighted basis of A_k and B_k, shape (K, F, 2), and what it shall fit, (K, F)."""
+    response = line.sensor(observed.harmonic_hz) * observed.weight
+    known = line.inertia_kgm2 * observed.acceleration * observed.frequency_hz**2
+    wanted = observed.weight * observed.harmonics - response * (known + line.share * change)
+    basis = np.stack([response, response * observed.frequency_hz], axis=-1)
+    return basis.transpose(1, 0, 2), wanted.T
+
+
+def _residual(observed: _Observed, line: DriveLine, change: Complex) -> Array:
+    basis, wanted = _linear(observed, line, change)
+    q, _ = np.linalg.qr(basis)
+    explained = q @ (q.conj().transpose(0, 2, 1) @ wanted[..., None])
+    residual = wanted - explained[..., 0]
+    prior = (line.share - SHARE_PRIOR[0]) / SHARE_PRIOR[1]
+    return np.concatenate([residual.real.ravel(), residual.imag.ravel(), [prior]])
+
+
+def vector(line: DriveLine) -> Array:
+    """Return (fn, z, J, share), in the order of `Identified.covariance`."""
+    return np.array([line.natural_hz, line.damping_ratio, line.inertia_kgm2, line.share])
+
+
+def with_vector(line: DriveLine, values: Array) -> DriveLine:
+    """Return the drive line with other values of (fn, z, J, share)."""
+    natural, damping, inertia, share = map(float, values)
+    return replace(
+        line, natural_hz=natural, damping_ratio=damping, inertia_kgm2=inertia, share=share
+    )
+
+
+def _solve(observed: _Observed, line: DriveLine, change: Complex) -> tuple[DriveLine, Array, Array]:
+    """Return the drive line of least squares, with Jacobian and residual there."""
+
+    def residual(values: Array) -> Array:
+        return _residual(observed, with_vector(line, values), change)
+
+    solution = least_squares(
+        residual,
+        vector(line),
+        x_scale=[line.natural_hz, line.damping_ratio, line.inertia_kgm2, 1.0],
+        bounds=BOUNDS,
+    )
+    return with_vector(line, solution.x), np.asarray(solution.jac), solution.fun
+
+
+def _friction(
+    observed: _Observed, line: DriveLine, change: Complex, swing: Swing
+) -> SupportFriction:
+    basis, wanted = _linear(observed, line, change)
+    coefficients = (np.linalg.pinv(basis) @ wanted[..., None])[..., 0]
+    dry, growth = (_waveform(coefficients[:, i], swing.size) for i in (0, 1))
+    return make_friction(swing, dry, growth)
+
+
+def _twist_change(
+    observed: _Observed, line: DriveLine, friction: SupportFriction, waveforms: Sequence[Array]
+) -> Complex:
+    """Return the harmonics of what the full twist changes in the friction, shape (F, K)."""
+    frequencies = observed.frequency_hz[:, 0]
+    return np.array(
+        [
+            _spectrum(friction.change(f, line.twist(waveform, f)))
+            for f, waveform in zip(frequencies, waveforms, strict=True)
+        ]
+    )
+
+
+def _identified(
+    observed: _Observed, line: DriveLine, friction: SupportFriction, jacobian: Array, fun: Array
+) -> Identified:
+    rows = np.count_nonzero(observed.weight, axis=0)
+    dof = float(np.sum(2 * np.maximum(rows - 2, 0)) - jacobian.shape[1])
+    variance = float(fun @ fun) / dof if dof > 0 else inf
+    scale = max(variance, 1.0)
+    covariance = np.asarray(np.linalg.inv(jacobian.T @ jacobian) * scale, dtype=float)
+    return Identified(line, friction, covariance, dof, sqrt(variance))

@@ -1,0 +1,45 @@
+"""Finds for each loaded point the no-load point of the same measured frequency."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import Sweep, SwingPoint
+
+
+def pairs(sweep: Sweep, tolerance: float) -> tuple[tuple[SwingPoint, SwingPoint], ...]:
+    """Return (loaded, no-load) for every loaded point, the nearest within the relative tolerance.
+
+    By the frequency from the angle channel, never the entered one. Raises DataError that names the
+    frequencies without a partner.
+    """
+    found = [(point, _nearest(point, sweep.no_load)) for point in sweep.loaded]
+    missing = [
+        f"{point.frequency_hz.value:.4g} Hz ({point.recording})"
+        for point, partner in found
+        if partner is None or _distance(point, partner) > tolerance
+    ]
+    if missing:
+        raise DataError(
+            f"no no-load recording within {tolerance:.1%} of {', '.join(missing)}; "
+            f"the no-load run has {_listing(sweep.no_load)}",
+            hint="record the no-load sweep at the same frequencies",
+        )
+    return tuple((point, partner) for point, partner in found if partner is not None)
+
+
+def _nearest(point: SwingPoint, candidates: Sequence[SwingPoint]) -> SwingPoint | None:
+    return min(candidates, key=lambda other: _distance(point, other), default=None)
+
+
+def _distance(point: SwingPoint, other: SwingPoint) -> float:
+    return abs(other.frequency_hz.value / point.frequency_hz.value - 1)
+
+
+def _listing(points: Sequence[SwingPoint]) -> str:
+    return ", ".join(f"{point.frequency_hz.value:.4g} Hz" for point in points) or "no points"

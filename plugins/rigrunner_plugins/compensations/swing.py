@@ -1,0 +1,101 @@
+"""One swing on a grid of crank phases, and its two strokes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.data import Array
+
+GRID = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """The samples between two reversals, in order: where they stand, and how far they have come.
+
+    `distance_rad` is the angle since the reversal, which is the first sample; never falling.
+    """
+
+    index: NDArray[np.intp]
+    distance_rad: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """The drive's motion at the crank phases 2 pi i / n, arrays of shape (n,).
+
+    `velocity_per_hz` times f and `acceleration_per_hz2` times f^2 are those at the frequency f.
+    """
+
+    angle_rad: Array
+    velocity_per_hz: Array
+    acceleration_per_hz2: Array
+
+    @property
+    def size(self) -> int:
+        """The number of phases."""
+        return len(self.angle_rad)
+
+
+def make_swing(ratio: float, size: int = GRID) -> Swing:
+    """Return the swing of a guide bar of that eccentric ratio."""
+    phase = 2 * np.pi * np.arange(size) / size
+    return Swing(
+        swing_angle(phase, ratio),
+        angular_velocity(phase, 1.0, ratio),
+        angular_acceleration(phase, 1.0, ratio),
+    )
+
+
+def measured_ratio(points: Sequence[SwingPoint]) -> float:
+    """Return the eccentric ratio that the angle channel shows, mean over the points.
+
+    It is the amplitude of the angle's first harmonic: theta = sum (-1)^(k+1) lambda^k/k sin k phi.
+    """
+    return float(
+        np.mean([-2 * np.fft.rfft(p.angle_rad)[1].imag / len(p.angle_rad) for p in points])
+    )
+
+
+def strokes(angle_rad: Array) -> tuple[Stroke, Stroke]:
+    """Return the forward (rising) and the backward stroke of a periodic angle, shape (n,)."""
+    size = len(angle_rad)
+    lowest, highest = int(np.argmin(angle_rad)), int(np.argmax(angle_rad))
+    forward = (lowest + np.arange((highest - lowest) % size + 1)) % size
+    backward = (highest + np.arange((lowest - highest) % size + 1)) % size
+    return (
+        Stroke(forward, np.maximum.accumulate(angle_rad[forward] - angle_rad[lowest])),
+        Stroke(backward, np.maximum.accumulate(angle_rad[highest] - angle_rad[backward])),
+    )
+
+
+def at_same_distance(values: Array, known_rad: Array, wanted_rad: Array) -> Array:
+    """Return values that belong to one angle at another, by the way since the reversal.
+
+    `values` and `known_rad` have shape (n,), and `wanted_rad` too: a similar swing on the same
+    phases. Beyond the end of a stroke its last value is kept.
+    """
+    result = np.empty_like(values)
+    for known, wanted in zip(strokes(known_rad), strokes(wanted_rad), strict=True):
+        result[wanted.index] = np.interp(
+            wanted.distance_rad, known.distance_rad, values[known.index]
+        )
+    return result
+
+
+def interpolated(waveform: Array, size: int) -> Array:
+    """Return periodic waveforms of shape (..., n) on `size` >= n phases, by their harmonics."""
+    n = waveform.shape[-1]
+    spectrum = np.fft.rfft(waveform, axis=-1) * (size / n)
+    return np.fft.irfft(spectrum, size, axis=-1)
