@@ -64,7 +64,7 @@ class Emitter:
         self._bus = bus
         self._stamp = EventStamp(clock)
 
-    def __call__(self, kind: type[_E], **fields: Any) -> None:
+    def __call__(self, kind: type[Event], **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
         for text in self._bus.emit(self._stamp(kind, **fields)):
             self(Alarm, source="event sink", text=text)

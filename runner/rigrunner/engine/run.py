@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DeviceError, RigrunnerError
 from rigrunner.api.events import (
     Alarm,
+    Event,
     Intervention,
     Outcome,
     RunEnded,
@@ -86,7 +87,7 @@ class _Run:
                 self._step(index, step, self._session)
 
     def teardown(self) -> None:
-        undisturbed = Session(self._session.rig, self._emit, self._session.answers, _Never())
+        undisturbed = replace(self._session, emit=self._tell, stop=_Never())
         for index, step in enumerate(self._plan.steps):
             if step.phase is Phase.TEARDOWN:
                 self.attempt(partial(self._step, index, step, undisturbed))
@@ -128,18 +129,16 @@ class _Run:
         known = {"step": step.path, "index": index, "action": name, "recording": recording}
         setpoints = action.setpoints if isinstance(action, Record) else {}
         units = action.units if isinstance(action, Record) else {}
-        self._emit(StepStarted, **known, text=step.text, setpoints=setpoints, units=units)
+        session.emit(StepStarted, **known, text=step.text, setpoints=setpoints, units=units)
         try:
             measured = perform(step.path, action, session)
         except BaseException as error:
             self.note(step.path, error)
             self._tell(StepEnded, **known, ok=False)
             raise
-        self._emit(StepEnded, **known, ok=True, **_fields(measured))
+        session.emit(StepEnded, **known, ok=True, **_fields(measured))
 
-    def _tell(
-        self, kind: type[Alarm | Intervention | RunEnded | StepEnded], **fields: object
-    ) -> None:
+    def _tell(self, kind: type[Event], **fields: object) -> None:
         """Emit what must not raise: a sink that fails now is an error beside the first."""
         try:
             self._emit(kind, **fields)

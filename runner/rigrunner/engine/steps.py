@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.api.events import Answer, Prompt, Samples
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.devices import StopToken
-    from rigrunner.bus import Emitter
+    from rigrunner.api.events import Event
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.plan.actions import Action
     from rigrunner.rig import Rig
@@ -23,12 +23,20 @@ _NAP_S = 0.1
 """How long a wait goes on before the stop token is looked at again."""
 
 
+class Emit(Protocol):
+    """Puts an event on the bus."""
+
+    def __call__(self, kind: type[Event], **fields: Any) -> None:
+        """Stamp and hand out an event of that kind."""
+        ...
+
+
 @dataclass(frozen=True)
 class Session:
     """What steps work with."""
 
     rig: Rig
-    emit: Emitter
+    emit: Emit
     answers: AnswerSource
     stop: StopToken
 

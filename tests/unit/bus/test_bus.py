@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import pytest
+
+from helpers_devices import Listener
+from rigrunner.api.events import Alarm, RunEnded, RunStarted
+from rigrunner.bus import Bus, Emitter, EventStamp
+from rigrunner.clock import SimulatedClock
+
+
+def failing(_event: object) -> None:
+    raise RuntimeError("the screen is gone")
+
+
+@pytest.fixture
+def clock() -> SimulatedClock:
+    return SimulatedClock(datetime(2026, 3, 1, tzinfo=UTC))
+
+
+def start(emit: Emitter) -> None:
+    emit(RunStarted, run_id="r", steps=1, estimated_s=2.0)
+
+
+def test_stamp_numbers_and_times_events(clock):
+    stamp = EventStamp(clock)
+    first = stamp(Alarm, source="a", text="b")
+    clock.sleep(1.5)
+    second = stamp(Alarm, source="a", text="b")
+    assert (first.seq, first.monotonic_s, first.utc) == (0, 0.0, "2026-03-01T00:00:00.000Z")
+    assert (second.seq, second.monotonic_s, second.utc) == (1, 1.5, "2026-03-01T00:00:01.500Z")
+
+
+def test_guarded_sink_that_raises_is_dropped_with_an_alarm(clock):
+    critical, guarded = Listener(), Listener()
+    emit = Emitter(Bus([critical], [failing, guarded]), clock)
+    start(emit)
+    start(emit)
+    kinds = [type(event) for event in critical.events]
+    assert kinds == [RunStarted, Alarm, RunStarted]
+    assert critical.events == guarded.events
+    assert "failing failed and was dropped: RuntimeError: the screen is gone" in (
+        critical.events[1].text
+    )
+    assert [event.seq for event in critical.events] == [0, 1, 2]
+
+
+def test_critical_sink_that_raises_stops_the_emitter_once_and_gets_nothing_more(clock):
+    def full(_event: object) -> None:
+        heard.append("full")
+        raise OSError("disk full")
+
+    heard: list[str] = []
+    other, guarded = Listener(), Listener()
+    emit = Emitter(Bus([full, other], [guarded]), clock)
+    with pytest.raises(OSError, match="disk full"):
+        start(emit)
+    start(emit)
+    assert heard == ["full"]
+    assert len(other.events) == len(guarded.events) == 2
+
+
+def test_critical_sinks_hear_an_event_before_guarded_ones(clock):
+    heard: list[str] = []
+    bus = Bus([lambda _: heard.append("file")], [lambda _: heard.append("screen")])
+    Emitter(bus, clock)(RunEnded, outcome="completed")
+    assert heard == ["file", "screen"]

@@ -1,0 +1,298 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from helpers_devices import SETUP, FakeTester, Listener, NthCall, plan_of, run
+from rigrunner.api.errors import DeviceLostError, UsageError
+from rigrunner.api.events import (
+    Alarm,
+    Answer,
+    Intervention,
+    Outcome,
+    Prompt,
+    RunEnded,
+    RunStarted,
+    Samples,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.plan.actions import Ask, Confirm, SetDrive
+
+CALLS = 30
+"""More than the device calls of the plan's setup and main."""
+STANDSTILL = {"load": 0.0, "frequency": 0.0}
+TEARDOWN_CALLS = ("set frequency 0", "set load 0")
+
+
+def calls_of_main() -> list[str]:
+    device = FakeTester()
+    run(device)
+    end = device.calls.index("set frequency 0")
+    return device.calls[1:end]
+
+
+def assert_safe_and_torn_down(device: FakeTester) -> None:
+    assert device.drives_at == STANDSTILL
+    assert device.calls[-1] == "make_safe"
+    ended = [call for call in device.calls if call in TEARDOWN_CALLS]
+    assert ended[-2:] == list(TEARDOWN_CALLS)
+
+
+def test_run_that_completes_tells_all():
+    device, listener = FakeTester(), Listener()
+    summary = run(device, critical=[listener])
+    assert (summary.outcome, summary.reason, summary.error) == (Outcome.COMPLETED, "", None)
+    assert summary.safe
+    assert_safe_and_torn_down(device)
+    assert [event.seq for event in listener.events] == list(range(len(listener.events)))
+    (started,), (ended,) = listener.of(RunStarted), listener.of(RunEnded)
+    assert listener.events[0] is started
+    assert listener.events[-1] is ended
+    assert (started.run_id, started.steps, started.estimated_s) == ("test-run", 12, 12.0)
+    assert ended.outcome is Outcome.COMPLETED
+    assert ended.read_back == {"tester.load": 0.0, "tester.frequency": 0.0}
+
+
+def test_every_step_begins_and_ends_in_order():
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    begun = [(one.index, one.step, one.action) for one in listener.of(StepStarted)]
+    assert begun == [(one.index, one.step, one.action) for one in listener.of(StepEnded)]
+    assert [action for _, _, action in begun] == [
+        "confirm", "ask", "set", "zero", "set", "set", "settle", "record", "set", "record",
+        "set", "set",
+    ]  # fmt: skip
+    assert all(one.ok for one in listener.of(StepEnded))
+
+
+def test_settle_lets_simulated_time_pass():
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    (begun,) = (one for one in listener.of(StepStarted) if one.action == "settle")
+    (ended,) = (one for one in listener.of(StepEnded) if one.action == "settle")
+    assert ended.monotonic_s - begun.monotonic_s == pytest.approx(0.3)
+
+
+def test_questions_and_answers_are_on_record():
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    assert [one.text for one in listener.of(Prompt)] == ["Guards closed?", "Serial number?"]
+    confirmed, asked = listener.of(Answer)
+    assert (confirmed.text, confirmed.into) == ("yes", "")
+    assert (asked.text, asked.into) == ("DEMO-0001", "specimen")
+    assert asked.by == "unattended answer of the procedure"
+
+
+def test_recording_carries_samples_conditions_setpoints_and_truth():
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    blocks = [one.block for one in listener.of(Samples) if one.recording == "001_10Hz"]
+    assert [block.first_sample for block in blocks] == [0, 100, 200]
+    assert set(blocks[0].channels) == {"tester.angle", "tester.torque"}
+    (begun,) = (one for one in listener.of(StepStarted) if one.recording == "001_10Hz")
+    (ended,) = (one for one in listener.of(StepEnded) if one.recording == "001_10Hz")
+    assert begun.setpoints == {"tester.load": 1000.0, "tester.frequency": 10.0}
+    assert ended.values == {"tester.load": 1000.0}
+    assert ended.units["tester.torque"] == "N·m"
+    assert ended.truth == {"starting_torque_nm": 0.7262}
+
+
+def test_zero_is_the_mean_of_what_was_streamed():
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    (ended,) = (one for one in listener.of(StepEnded) if one.action == "zero")
+    ramp = [-0.01 + 1e-6 * number for number in range(200)]
+    assert ended.values == {"tester.torque": pytest.approx(sum(ramp) / 200)}
+
+
+@pytest.mark.parametrize("number", range(CALLS))
+def test_error_at_any_call_ends_safe_and_torn_down(number):
+    fault = NthCall(number, DeviceLostError("cable"), never=("connect", "make_safe"))
+    device, listener = FakeTester(before=fault), Listener()
+    summary = run(device, critical=[listener])
+    if number < len(calls_of_main()):
+        assert fault.raised_at == calls_of_main()[number]
+        assert summary.outcome is Outcome.ERROR
+        assert summary.reason == "tester: cable"
+        assert summary.error is fault.error
+        failed = [one for one in listener.of(StepEnded) if not one.ok]
+        assert [one.source for one in listener.of(Alarm)] == [failed[0].step]
+        assert_safe_and_torn_down(device)
+    assert summary.safe
+    assert device.drives_at == STANDSTILL
+    assert listener.of(RunEnded)[0].outcome is summary.outcome
+    assert listener.events[-1] is listener.of(RunEnded)[0]
+
+
+def test_the_faults_above_reach_every_call():
+    assert len(calls_of_main()) < CALLS
+
+
+@pytest.mark.parametrize("number", range(CALLS))
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), SystemExit(1), ZeroDivisionError("bug")])
+def test_anything_raised_at_any_call_ends_safe(number, error):
+    device = FakeTester(before=NthCall(number, error, never=("connect", "make_safe")))
+    listener = Listener()
+    summary = run(device, critical=[listener])
+    assert device.drives_at == STANDSTILL
+    assert summary.safe
+    if summary.error is not None:
+        wanted = Outcome.ABORTED if isinstance(error, KeyboardInterrupt) else Outcome.ERROR
+        assert (summary.outcome, summary.error) == (wanted, error)
+        assert listener.of(RunEnded)[0].outcome is wanted
+    else:
+        assert summary.outcome is Outcome.COMPLETED
+
+
+def test_interrupt_is_on_record_as_an_intervention_of_the_keyboard():
+    listener = Listener()
+    summary = run(FakeTester(before=NthCall(3, KeyboardInterrupt())), critical=[listener])
+    assert summary.reason == "interrupted from the keyboard"
+    (intervention,) = listener.of(Intervention)
+    assert (intervention.action, intervention.by) == ("abort", "keyboard")
+
+
+@pytest.mark.parametrize("number", range(CALLS))
+def test_stop_request_at_any_call_ends_aborted(number):
+    stop = threading.Event()
+
+    def request(_call: str, left: list[int] = [number]) -> None:  # noqa: B006  (counts down)
+        left[0] -= 1
+        if left[0] == -1:
+            stop.set()
+
+    device, listener = FakeTester(before=request), Listener()
+    summary = run(device, critical=[listener], stop=stop)
+    assert device.drives_at == STANDSTILL
+    if number < len(calls_of_main()):
+        assert (summary.outcome, summary.reason) == (Outcome.ABORTED, "stopped on request")
+        assert listener.of(Intervention)[0].by == "stop request"
+        assert_safe_and_torn_down(device)
+
+
+def test_stop_is_obeyed_within_a_tenth_of_a_second_of_settling():
+    stop, listener = threading.Event(), Listener()
+
+    def request(event: object) -> None:
+        if getattr(event, "action", "") == "settle":
+            stop.set()
+
+    listener.before = request
+    summary = run(FakeTester(), critical=[listener], stop=stop)
+    assert summary.outcome is Outcome.ABORTED
+    (begun,) = (one for one in listener.of(StepStarted) if one.action == "settle")
+    (ended,) = (one for one in listener.of(StepEnded) if one.action == "settle")
+    assert ended.monotonic_s - begun.monotonic_s <= 0.1
+
+
+def test_failing_teardown_step_does_not_stop_the_next():
+    def refuse(call: str) -> None:
+        if call == "set frequency 0":
+            raise DeviceLostError("cable")
+
+    device, listener = FakeTester(before=refuse), Listener()
+    summary = run(device, critical=[listener])
+    assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: cable")
+    assert device.calls[-3:] == ["set load 0", "read_back load", "make_safe"]
+    assert [one.source for one in listener.of(Alarm)] == ["teardown[0]"]
+
+
+def test_first_error_is_kept_and_the_others_stand_beside_it():
+    def refuse(call: str) -> None:
+        if call in ("stream", "set load 0", "make_safe"):
+            raise DeviceLostError(f"no {call}")
+
+    listener = Listener()
+    plan = plan_of(setup=SETUP[3:])
+    summary = run(FakeTester(before=refuse), plan, critical=[listener])
+    assert summary.reason == "tester: no stream"
+    assert not summary.safe
+    assert [(one.source, one.text) for one in listener.of(Alarm)] == [
+        ("setup[0]", "tester: no stream"),
+        ("teardown[1]", "tester: no set load 0"),
+        ("make safe", "tester: make safe failed: no make_safe"),
+    ]
+
+
+def test_rig_that_is_not_safe_is_no_success():
+    def refuse(call: str) -> None:
+        if call == "make_safe":
+            raise DeviceLostError("cable")
+
+    summary = run(FakeTester(before=refuse))
+    assert (summary.outcome, summary.safe) == (Outcome.ERROR, False)
+    assert summary.reason == "the rig is not safe: tester: make safe failed: cable"
+
+
+def count_events() -> int:
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    return len(listener.events)
+
+
+@pytest.mark.parametrize("number", range(38))
+def test_critical_sink_that_fails_at_any_event_stops_the_run_safely(number):
+    full = NthCall(number, OSError("disk full"))
+    device, guarded = FakeTester(), Listener()
+    summary = run(device, critical=[full], guarded=[guarded])
+    assert summary.outcome is (Outcome.ERROR if full.raised_at else Outcome.COMPLETED)
+    assert summary.safe
+    assert device.drives_at == STANDSTILL
+    assert [call for call in device.calls if call in TEARDOWN_CALLS][-2:] == list(TEARDOWN_CALLS)
+    assert len(guarded.of(RunEnded)) == 1
+    if full.raised_at:
+        assert "disk full" in summary.reason
+
+
+def test_the_failures_above_reach_every_event():
+    assert count_events() < 38
+
+
+def test_guarded_sink_that_fails_does_not_stop_the_run():
+    critical = Listener()
+    summary = run(FakeTester(), critical=[critical], guarded=[NthCall(5, ValueError("screen"))])
+    assert summary.outcome is Outcome.COMPLETED
+    assert "dropped: ValueError: screen" in critical.of(Alarm)[0].text
+
+
+def test_no_is_an_answer():
+    listener = Listener()
+    plan = plan_of(setup=[Confirm("Guards closed?", unattended=False)])
+    summary = run(FakeTester(), plan, critical=[listener])
+    assert summary.outcome is Outcome.ABORTED
+    assert summary.reason == "setup[0]: 'Guards closed?' was answered with no"
+    assert listener.of(Answer)[0].text == "no"
+    assert listener.of(Intervention)[0].by == "operator"
+
+
+@pytest.mark.parametrize("question", [Confirm("Ready?", None), Ask("Name?", "operator", None)])
+def test_unattended_run_without_answer_names_the_step(question):
+    device = FakeTester()
+    summary = run(device, plan_of(setup=[question]))
+    assert isinstance(summary.error, UsageError)
+    assert "setup[0]: nobody is there to answer" in summary.reason
+    assert_safe_and_torn_down(device)
+
+
+def test_operator_answers_are_taken():
+    class Operator(UnattendedAnswers):
+        by = "operator"
+
+        def ask(self, step: str, text: str, default: str | None) -> str:
+            return f"{step} {text} {default}"
+
+    listener = Listener()
+    run(FakeTester(), critical=[listener], answers=Operator())
+    assert listener.of(Answer)[1].text == "setup[1] Serial number? DEMO-0001"
+    assert listener.of(Answer)[1].by == "operator"
+
+
+def test_set_records_the_read_back():
+    listener = Listener()
+    plan = plan_of((), [SetDrive("tester", "load", 1000.0, "N")], ())
+    run(FakeTester(read_back_offset=0.1), plan, critical=[listener])
+    assert listener.of(StepEnded)[0].values == {"tester.load": 1000.1}
+    assert listener.of(StepEnded)[0].units == {"tester.load": "N"}

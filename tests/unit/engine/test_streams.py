@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from helpers_devices import FakeTester, Listener, plan_of, record, run
+from rigrunner.api.errors import DataError, DeviceLostError, DeviceRejectedError
+from rigrunner.api.events import Outcome, Samples, StepEnded
+from rigrunner.plan.actions import Zero
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Block
+
+
+def outcome_of(spoil, action=None):
+    listener = Listener()
+    plan = plan_of((), [action or record("001")], ())
+    return run(FakeTester(spoil=spoil), plan, critical=[listener]), listener
+
+
+def with_value(value: float):
+    def spoil(blocks: list[Block]) -> list[Block]:
+        torque = blocks[1].channels["torque"].copy()
+        torque[17] = value
+        channels = {**blocks[1].channels, "torque": torque}
+        return [blocks[0], replace(blocks[1], channels=channels), *blocks[2:]]
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("spoil", "error", "message"),
+    [
+        (lambda blocks: blocks[:-1], DeviceLostError,
+         "tester: the stream ended after 200 samples, 250 were promised (0.25 s at 1000 Hz)"),
+        (lambda _: [], DeviceLostError, "tester: the stream ended after 0 samples"),
+        (lambda blocks: [blocks[0], blocks[2]], DeviceLostError,
+         "tester: the stream has a gap: sample 200 came, 100 was due"),
+        (lambda blocks: [blocks[0], blocks[0]], DeviceLostError,
+         "tester: the stream has a gap: sample 0 came, 100 was due"),
+        (lambda blocks: [replace(blocks[0], rate_hz=999.0)], DeviceRejectedError,
+         "tester: the stream has 999 samples per second, not 1000"),
+        (lambda blocks: [replace(blocks[0], channels={"angle": np.zeros(100)})], DeviceLostError,
+         "tester.torque: the block at sample 0 lacks samples of this channel"),
+        (lambda blocks: [replace(blocks[0], channels={
+            "angle": np.zeros(100), "torque": np.zeros(99)})], DeviceLostError,
+         "tester.torque: the block at sample 0 lacks samples of this channel"),
+        (with_value(np.nan), DeviceLostError, "tester.torque: sample 117 is nan"),
+        (with_value(-np.inf), DeviceLostError, "tester.torque: sample 117 is -inf"),
+    ],
+)  # fmt: skip
+def test_spoilt_stream_fails_the_recording_and_says_why(spoil, error, message):
+    summary, listener = outcome_of(spoil)
+    assert summary.outcome is Outcome.ERROR
+    assert type(summary.error) is error
+    assert message in summary.reason
+    (ended,) = listener.of(StepEnded)
+    assert (ended.ok, ended.recording) == (False, "001")
+
+
+def test_spoilt_block_is_not_handed_on():
+    _, listener = outcome_of(with_value(np.nan))
+    assert [one.block.first_sample for one in listener.of(Samples)] == [0]
+
+
+def test_duration_that_is_no_whole_number_of_samples_may_be_rounded_down():
+    summary, _ = outcome_of(lambda blocks: blocks, record("001", seconds=0.25049))
+    assert summary.outcome is Outcome.COMPLETED
+
+
+def test_zero_beyond_the_limit_stops_the_run_and_says_by_how_much():
+    action = Zero("tester", "torque", "N·m", within=0.005, duration_s=0.1)
+    summary, _ = outcome_of(lambda blocks: blocks, action)
+    assert isinstance(summary.error, DataError)
+    # the mean of 100 samples of -0.01 + 1e-6 n
+    assert "tester.torque reads -0.009951 N·m at rest, more than the 0.005 N·m allowed" in (
+        summary.reason
+    )
+
+
+def test_zero_needs_samples():
+    action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.0)
+    summary, _ = outcome_of(lambda blocks: blocks, action)
+    assert isinstance(summary.error, DataError)
+    assert "no sample was taken" in summary.reason

@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from helpers_devices import DRIVES, FakeTester, NthCall, samples_of
+from rigrunner.api.devices import Device, DriveInfo, KnowsTruth, Readable, Settable, Streaming
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Patience, Rig
+
+NEVER = threading.Event()
+
+
+def rig_of(*devices: Device, **patience: float) -> Rig:
+    roles = ("tester", "oven", "camera")
+    return Rig(dict(zip(roles, devices, strict=False)), SimulatedClock(), Patience(**patience))
+
+
+def raising(error: BaseException, *, at: str):
+    def before(call: str) -> None:
+        if call == at:
+            raise error
+
+    return before
+
+
+def test_the_fake_is_a_device_with_all_abilities():
+    for ability in (Device, Readable, Settable, Streaming, KnowsTruth):
+        assert isinstance(FakeTester(), ability)
+
+
+def test_connect_gives_who_answered():
+    assert rig_of(FakeTester()).connect()["tester"].maker == "Fakes"
+
+
+def test_failed_connect_names_the_role_and_leaves_all_safe_and_closed():
+    first = FakeTester()
+    unplugged = FakeTester(before=raising(DeviceNotFoundError("nothing at COM3"), at="connect"))
+    third = FakeTester()
+    with pytest.raises(DeviceNotFoundError, match="oven: nothing at COM3"):
+        rig_of(first, unplugged, third).connect()
+    assert first.calls == ["connect", "make_safe", "close"]
+    assert unplugged.calls == ["connect", "make_safe", "close"]
+    assert "connect" not in third.calls
+
+
+def test_set_gives_the_read_back():
+    device = FakeTester(read_back_offset=-3.0)
+    assert rig_of(device).set("tester", "load", 1000.0) == 997.0
+    assert device.calls == ["set load 1000", "read_back load"]
+
+
+@pytest.mark.parametrize("value", [-1.0, 3000.1, float("nan")])
+def test_set_beyond_the_limits_never_reaches_the_device(value):
+    device = FakeTester()
+    with pytest.raises(
+        DeviceRejectedError, match=r"tester: load cannot be set to .* N .*0 to 3000"
+    ):
+        rig_of(device).set("tester", "load", value)
+    assert device.calls == []
+
+
+def test_read_back_beyond_one_percent_of_the_range_is_refused():
+    device = FakeTester(read_back_offset=30.1)
+    with pytest.raises(DeviceRejectedError, match=r"1000 N but reads back 1030.1 N .*within 30 N"):
+        rig_of(device).set("tester", "load", 1000.0)
+
+
+def test_declared_tolerance_counts():
+    device = FakeTester(read_back_offset=0.6)
+    device.drives = (DriveInfo("load", "N", "load", 0.0, 3000.0, tolerance=0.5),)
+    with pytest.raises(DeviceRejectedError, match=r"within 0\.5 N"):
+        rig_of(device).set("tester", "load", 1000.0)
+
+
+def test_unknown_drive_and_missing_ability_are_told():
+    class Mute(FakeTester):
+        read_back = None
+
+    with pytest.raises(DeviceRejectedError, match=r"no drive 'speed'.*there are: load, frequency"):
+        rig_of(FakeTester()).set("tester", "speed", 1.0)
+    with pytest.raises(DeviceRejectedError, match="tester: the device is not settable"):
+        rig_of(Mute()).set("tester", "load", 1.0)
+
+
+def test_conditions_are_all_that_can_be_read_but_the_streamed_channels():
+    tester, oven = FakeTester(), FakeTester()
+    values, units = rig_of(tester, oven).conditions("tester", ("angle", "torque"))
+    assert set(values) == {"tester.load", "oven.angle", "oven.torque", "oven.load"}
+    assert units["oven.torque"] == "N·m"
+    assert tester.calls == ["read load"]
+
+
+def test_condition_that_is_no_number_is_refused():
+    with pytest.raises(DeviceRejectedError, match="tester: no value was read of load"):
+        rig_of(FakeTester(read_back_offset=float("nan"))).conditions("tester", ("angle", "torque"))
+
+
+@pytest.mark.parametrize("non_blocking", [True, False])
+def test_stream_gives_the_blocks(non_blocking):
+    device = FakeTester(non_blocking=non_blocking)
+    rig = rig_of(device)
+    blocks = list(rig.stream("tester", ("torque",), 0.25, NEVER))
+    assert [block.samples for block in blocks] == [100, 100, 50]
+    assert (blocks[2].channels["torque"] == samples_of("torque", 200, 50)).all()
+    ours = threading.current_thread().name
+    assert device.threads == {ours if non_blocking else "device tester"}
+    rig.close()
+
+
+def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
+    release = threading.Event()
+    hangs = FakeTester(
+        non_blocking=False, before=lambda call: release.wait() if call == "block" else None
+    )
+    other = FakeTester()
+    rig = rig_of(hangs, other, answer_s=0.05)
+    rig._callers["tester"].grace_s = 0.02
+    with pytest.raises(DeviceTimeoutError, match="tester: 'stream' did not return"):
+        list(rig.stream("tester", ("torque",), 0.1, NEVER))
+    with pytest.raises(DeviceLostError, match="tester: cannot set load"):
+        rig.set("tester", "load", 1.0)
+    assert [report.safe for report in rig.make_safe()] == [True, True]
+    assert hangs.drives_at == other.drives_at == {"load": 0.0, "frequency": 0.0}
+    release.set()
+    rig.close()
+
+
+def test_make_safe_goes_on_past_every_failure_and_reports_it():
+    broken = FakeTester(before=raising(ZeroDivisionError("bug"), at="make_safe"))
+    lost = FakeTester(before=raising(DeviceLostError("cable"), at="make_safe"))
+    fine = FakeTester()
+    reports = rig_of(broken, lost, fine).make_safe()
+    assert [report.safe for report in reports] == [False, False, True]
+    assert reports[0].problems == ("make safe failed: ZeroDivisionError: bug",)
+    assert reports[1].problems == ("make safe failed: cable",)
+    assert reports[2].read_back == {"load": 0.0, "frequency": 0.0}
+
+
+def test_read_back_that_is_not_the_safe_value_is_not_safe():
+    (report,) = rig_of(FakeTester(read_back_offset=0.5)).make_safe()
+    assert report.problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
+
+
+def test_drive_without_read_back_is_not_safe():
+    device = FakeTester()
+    device.drives = (*DRIVES, DriveInfo("heater", "K", "heater", 0.0, 500.0, safe_value=293.15))
+    (report,) = rig_of(device).make_safe()
+    assert report.problems == ("heater reads back nothing, safe is 293.15 K",)
+
+
+def test_interrupt_while_making_safe_begins_it_anew():
+    impatient = FakeTester(before=NthCall(0, KeyboardInterrupt()))
+    other = FakeTester()
+    reports = rig_of(impatient, other).make_safe()
+    assert [report.safe for report in reports] == [True, True]
+    assert impatient.calls == ["make_safe", "make_safe"]
+
+
+def test_close_closes_all_and_raises_the_first_error():
+    broken = FakeTester(before=raising(DeviceLostError("cable"), at="close"))
+    other = FakeTester()
+    with pytest.raises(DeviceError, match="tester: cable"):
+        rig_of(broken, other).close()
+    assert other.calls == ["close"]
+
+
+def test_context_makes_safe_and_closes_also_after_an_error():
+    device = FakeTester()
+    with pytest.raises(ValueError, match="ours"), rig_of(device):
+        raise ValueError("ours")
+    assert device.calls == ["connect", "make_safe", "close"]

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
+from rigrunner.rig.worker import ThreadCaller
+
+
+@pytest.fixture
+def caller():
+    caller = ThreadCaller("tester")
+    caller.grace_s = 0.05
+    yield caller
+    caller.stop()
+
+
+def test_all_calls_run_in_one_thread_that_is_not_ours(caller):
+    names = {caller.call("ask", lambda: threading.current_thread().name, 5) for _ in range(5)}
+    assert names == {"device tester"}
+
+
+def test_result_and_error_come_back(caller):
+    def refuse() -> None:
+        raise TimeoutError("the instrument's own")
+
+    assert caller.call("ask", lambda: 42, 5) == 42
+    with pytest.raises(TimeoutError, match="the instrument's own"):
+        caller.call("ask", refuse, 5)
+    assert caller.call("ask", lambda: 43, 5) == 43
+
+
+def test_hanging_call_is_abandoned_in_time_and_the_device_counts_as_lost(caller):
+    release = threading.Event()
+    before = time.monotonic()
+    with pytest.raises(DeviceTimeoutError, match=r"'read' did not return within 0\.05 s"):
+        caller.call("read", release.wait, 0.05)
+    assert time.monotonic() - before < 1.0
+    with pytest.raises(DeviceLostError, match="cannot set: an earlier call, 'read', still hangs"):
+        caller.call("set", lambda: None, 5)
+    release.set()
+
+
+def test_urgent_call_gets_through_while_another_hangs(caller):
+    release = threading.Event()
+    with pytest.raises(DeviceTimeoutError):
+        caller.call("read", release.wait, 0.05)
+    assert caller.call_urgently("make safe", lambda: "safe", 5) == "safe"
+    assert caller.call_urgently("close", lambda: "closed", 5) == "closed"
+    release.set()
+
+
+def test_urgent_call_waits_for_one_that_was_interrupted_but_ends(caller):
+    order: list[str] = []
+
+    def slow() -> None:
+        time.sleep(0.02)
+        order.append("slow")
+
+    caller._last = None
+    future_started = threading.Thread(target=lambda: caller.call("set", slow, 5))
+    future_started.start()
+    while caller._last is None:
+        time.sleep(0.001)
+    caller.call_urgently("make safe", lambda: order.append("safe"), 5)
+    future_started.join()
+    assert order == ["slow", "safe"]
+
+
+def test_call_that_never_began_is_not_made_up_for_later(caller):
+    release, made = threading.Event(), []
+    with pytest.raises(DeviceTimeoutError):
+        caller.call("read", release.wait, 0.02)
+    with pytest.raises(DeviceTimeoutError):
+        caller._run("set", lambda: made.append("set"), 0.02)
+    release.set()
+    caller.call_urgently("close", lambda: None, 5)
+    time.sleep(0.05)
+    assert made == []
