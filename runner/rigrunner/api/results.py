@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ class Decision:
     probability_of_conformity: float
     uncompensated: Verdict
     """What the same rule would say of the raw torque."""
+    lower_nm: float = -inf
+    upper_nm: float = inf
+    """The limits in N·m, for a plot; infinite where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
