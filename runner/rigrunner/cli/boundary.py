@@ -36,7 +36,7 @@ def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
         message("Interrupted.")
         return ExitCode.INTERRUPTED
     except Exception as error:  # noqa: BLE001  (whatever else is raised is a bug, and shown as one)
-        _show_bug(error)
+        show_bug(error)
         return ExitCode.BUG
 
 
@@ -86,6 +86,7 @@ def _show_usage_error(error: click.ClickException) -> None:
         message(f"  hint: '{context.command_path} --help' shows what it takes")
 
 
-def _show_bug(error: Exception) -> None:
+def show_bug(error: Exception) -> None:
+    """Print what nobody foresaw, with its traceback, on stderr."""
     message("".join(traceback.format_exception(error)).rstrip())
     message(f"{error_label()} this is a bug in Rigrunner or in a plugin; the lines above say where")

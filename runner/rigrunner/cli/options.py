@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+from rigrunner.api.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 runs_option = click.option(
     "--runs",
@@ -13,4 +19,25 @@ runs_option = click.option(
     show_default=True,
     help="The folder that holds the runs.",
 )
+station_option = click.option(
+    "--station", required=True, help="A station file, or the name of a shipped one."
+)
+set_option = click.option(
+    "--set", "given", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+
+
+def named_values(given: Iterable[str]) -> dict[str, str]:
+    """Return what `--set NAME=VALUE` gave; raise UsageError for what is no such pair."""
+    values: dict[str, str] = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not (name and equals and value):
+            raise UsageError(
+                f"'--set {text}' gives no input", hint="write it as '--set specimen=SN-17'"
+            )
+        if name in values:
+            raise UsageError(f"the input '{name}' is given twice")
+        values[name] = value
+    return values

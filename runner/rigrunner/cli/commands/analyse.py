@@ -1,0 +1,65 @@
+"""`rigrunner analyse`: the one analysis, on a stored run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.summary import summary
+from rigrunner.registry import load_registry
+from rigrunner.workflow.locate import find_run
+from rigrunner.workflow.record import verdict_code
+from rigrunner.workflow.stored import analyse_run
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="analyse")
+@click.argument("run")
+@runs_option
+@click.option("--no-load", metavar="RUN", help="Another no-load run than the one in the file.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Write the result here, as JSON; the file must be new.",
+)
+@json_option
+def command(
+    run: str, runs: Path, no_load: str | None, out: Path | None, *, as_json: bool
+) -> ExitCode:
+    """Analyse a stored run again.
+
+    The run's own files stay as they are.
+    """
+    other = None if no_load is None else find_run(no_load, runs)
+    found = analyse_run(find_run(run, runs), load_registry(), other)
+    content = document(found)
+    if out is not None:
+        _write_new(out, content)
+    if as_json:
+        result_json(content)
+    else:
+        result(summary(content))
+    return verdict_code(found)
+
+
+def _write_new(path: Path, content: Mapping[str, Any]) -> None:
+    text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(f"{text}\n")
+    except FileExistsError as error:
+        raise UsageError(f"{path} exists", hint="results are never overwritten") from error
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from error
+    message(f"Wrote {path}.")

@@ -1,0 +1,31 @@
+"""`rigrunner check`: whether a procedure can be run, without a rig."""
+
+from __future__ import annotations
+
+import click
+
+from rigrunner.cli.output import result
+from rigrunner.cli.planning import planned_run
+from rigrunner.cli.progress import clock_text
+from rigrunner.procedure import load_procedure
+from rigrunner.workflow.locate import find_procedure, find_station
+
+
+@click.command(name="check")
+@click.argument("procedure")
+@click.option("--station", help="Check how it fits this station, too.")
+def command(procedure: str, station: str | None) -> None:
+    """Check a procedure, and how it fits a station, without a rig.
+
+    Every problem is shown with its file, line and column.
+    """
+    path = find_procedure(procedure)
+    if station is None:
+        model = load_procedure(path).model
+        result(
+            f"{path}: {model.id} is valid; with --station its plugins and limits are checked too"
+        )
+        return
+    planned = planned_run(path, find_station(station))
+    steps, seconds = planned.plan.steps, planned.plan.estimated_s
+    result(f"{path}: can be run on {station}: {len(steps)} steps, {clock_text(seconds)}")

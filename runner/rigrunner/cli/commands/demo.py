@@ -1,0 +1,48 @@
+"""`rigrunner demo`: both shipped procedures on the simulated rig."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.finishing import tell_finished
+from rigrunner.cli.output import message
+from rigrunner.cli.progress import shown_progress
+from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.workflow.demo import run_demo
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import ExitCode
+    from rigrunner.workflow.record import FinishedRun
+
+
+@click.command(name="demo")
+@click.option(
+    "--dir",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("rigrunner-demo"),
+    show_default=True,
+    help="Where the run folders go.",
+)
+def command(folder: Path) -> ExitCode:
+    """Run both procedures on the simulated rig and write the report.
+
+    Time is simulated, so that minutes at the rig pass in seconds.
+    """
+    message(
+        "No-load sweep and 1000 N test on a simulated rig, in simulated time, with its own answers."
+    )
+    runs = _measured(folder)
+    for finished in runs:
+        tell_finished(finished)
+    return runs[-1].exit_code
+
+
+def _measured(folder: Path) -> list[FinishedRun]:
+    with stop_on_signals() as stop, shown_progress() as progress:
+        return list(run_demo(folder, load_registry(), SimulatedClock(), stop, [progress]))

@@ -1,0 +1,72 @@
+"""`rigrunner run`: a procedure on a station, from two files to a sealed folder and its report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.answers import TerminalAnswers
+from rigrunner.cli.finishing import tell_finished
+from rigrunner.cli.options import (
+    json_option,
+    named_values,
+    runs_option,
+    set_option,
+    station_option,
+)
+from rigrunner.cli.planning import planned_run
+from rigrunner.cli.progress import shown_progress
+from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.workflow.prepare import no_load_for
+from rigrunner.workflow.record import execute
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="run")
+@click.argument("procedure")
+@station_option
+@runs_option
+@set_option
+@click.option("--no-load", metavar="RUN", help="The no-load run to compensate with.")
+@click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
+@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@json_option
+def command(
+    procedure: str,
+    station: str,
+    runs: Path,
+    given: tuple[str, ...],
+    no_load: str | None,
+    *,
+    unattended: bool,
+    realtime: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Run a procedure on a station.
+
+    PROCEDURE is a file, or the name of a shipped procedure.
+    """
+    inputs = named_values(given)
+    planned = planned_run(find_procedure(procedure), find_station(station), realtime=realtime)
+    chosen = no_load_for(planned, runs, no_load)
+    with stop_on_signals() as stop, shown_progress() as progress:
+        answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
+        finished = execute(
+            planned,
+            runs=runs,
+            inputs=answer_inputs(planned.procedure, inputs, answers),
+            no_load=chosen,
+            answers=answers,
+            stop=stop,
+            listeners=[progress],
+        )
+    tell_finished(finished, as_json=as_json)
+    return finished.exit_code

@@ -1,0 +1,70 @@
+"""`rigrunner show`: what a stored run holds and found."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.facts import info_document
+from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.summary import summary
+from rigrunner.cli.table import pairs
+from rigrunner.workflow.locate import find_run
+from rigrunner.workflow.stored import open_run
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.runfile import StoredRun
+
+
+@click.command(name="show")
+@click.argument("run")
+@runs_option
+@json_option
+def command(run: str, runs: Path, *, as_json: bool) -> None:
+    """Show what a stored run holds and found.
+
+    RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs.
+    """
+    stored = open_run(find_run(run, runs)).stored
+    if as_json:
+        result_json(_document(stored))
+        return
+    result(pairs(list(_facts(stored))))
+    if stored.result_document is not None:
+        result(f"\n{summary(stored.result_document)}")
+    for note in stored.notes:
+        message(f"note: {note}")
+
+
+def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
+    header, info = stored.header, stored.info
+    yield "run", header.run_id
+    yield (
+        "procedure",
+        f"{header.procedure_title} ({header.procedure_id} {header.procedure_revision})",
+    )
+    yield "station", header.station_id
+    yield "started", header.started_utc
+    yield "ended", info.ended_utc or "never"
+    yield "outcome", f"{info.outcome}: {info.reason}" if info.reason else info.outcome
+    yield "sealed", "yes" if info.sealed else "no"
+    yield from header.inputs.items()
+    yield "recordings", f"{len(stored.recordings)}: {', '.join(info.recording_names)}"
+    if stored.no_load is not None:
+        yield "no-load run", stored.no_load.header.run_id
+    yield "SHA-256", stored.digest
+
+
+def _document(stored: StoredRun) -> dict[str, Any]:
+    return {
+        **info_document(stored.info),
+        "zeros": dict(stored.zeros),
+        "provenance": dict(stored.header.provenance),
+        "no_load_run": None if stored.no_load is None else info_document(stored.no_load.info),
+        "result": stored.result_document,
+    }

@@ -1,0 +1,53 @@
+"""How a finished run is told to a person: its numbers, its error, and where it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.events import Outcome
+from rigrunner.cli.boundary import show_bug, show_error
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.summary import summary
+from rigrunner.cli.table import pairs
+
+if TYPE_CHECKING:
+    from rigrunner.workflow.record import FinishedRun
+
+
+_ENDED = {
+    Outcome.COMPLETED: "The run was completed, but not analysed.",
+    Outcome.ABORTED: "The run was aborted.",
+    Outcome.ERROR: "The run ended in an error.",
+}
+
+
+def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
+    """Print the result on stdout; an error, and where everything is, on stderr."""
+    if finished.result is not None:
+        found = document(finished.result)
+        if as_json:
+            result_json(found)
+        else:
+            result(summary(found))
+    _tell_error(finished)
+    message(f"\n{places(finished)}")
+
+
+def _tell_error(finished: FinishedRun) -> None:
+    error = finished.error
+    if isinstance(error, RigrunnerError):
+        show_error(error)
+    elif isinstance(error, KeyboardInterrupt):
+        message("Interrupted.")
+    elif isinstance(error, Exception):
+        show_bug(error)
+    if error is not None:
+        message(_ENDED[finished.outcome])
+
+
+def places(finished: FinishedRun) -> str:
+    """Return where the run's folder is, and its report if it has one."""
+    report = [("report", str(finished.report))] if finished.report else []
+    return pairs([("run folder", str(finished.folder)), *report])

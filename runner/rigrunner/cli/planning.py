@@ -1,0 +1,39 @@
+"""From two files to a planned run, in the time that suits the station."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.clock import SimulatedClock, WallClock
+from rigrunner.registry import load_registry
+from rigrunner.station import load_station
+from rigrunner.workflow.prepare import plan_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock
+    from rigrunner.registry import Registry
+    from rigrunner.station import Station
+    from rigrunner.workflow.prepare import Planned
+
+
+def planned_run(procedure: Path, station: Path, *, realtime: bool = False) -> Planned:
+    """Load, check and plan; raise InvalidFileError with everything that is wrong."""
+    registry = load_registry()
+    clock = clock_for(load_station(station).model, registry, realtime=realtime)
+    return plan_run(procedure, station, registry, clock)
+
+
+def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:
+    """Return simulated time for a wholly simulated station, unless real time is wanted.
+
+    A plugin that is not there is left to the checks of the plan, which know its line.
+    """
+    wanted = {each.plugin for each in station.devices.values()}
+    simulated = {
+        plugin.record.name
+        for plugin in registry.plugins
+        if getattr(plugin.record, "simulated", False)
+    }
+    return SimulatedClock() if wanted <= simulated and not realtime else WallClock()

@@ -1,0 +1,84 @@
+"""What a result document says, as a few lines and a table for a terminal of 80 columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.cli.numbers import with_uncertainty
+from rigrunner.cli.table import pairs, table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    Document = Mapping[str, Any]
+
+UNKNOWN = "-"
+
+
+def summary(document: Document) -> str:
+    """Return headline, verdict, table of the set-points, and the checks that failed."""
+    parts = [pairs(list(_headline(document))), _points(document), _failed_checks(document)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _headline(document: Document) -> Iterator[tuple[str, str]]:
+    procedure, headline = document["run"]["procedure"], document["headline"]
+    yield "procedure", f"{procedure['title']} ({procedure['id']}, revision {procedure['revision']})"
+    yield "run", document["run"]["id"]
+    if headline["raw_peak"]:
+        yield "raw peak", f"{estimate_text(headline['raw_peak'])} {headline['raw_peak']['unit']}"
+    if headline["compensated"]:
+        found = headline["compensated"]
+        yield (
+            document["measurand"]["name"],
+            f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
+        )
+    if document["decision"]:
+        decision = document["decision"]
+        yield "verdict", f"{decision['verdict'].upper()}: {decision['reason']}"
+        yield "uncompensated", decision["verdict_uncompensated"]
+
+
+def _points(document: Document) -> str:
+    """Raw peak and every method that could be used, per set-point; torque in N·m."""
+    methods = {name: found for name, found in document["compensations"].items() if found["points"]}
+    header = ["set-point", "raw peak", *methods]
+    columns = [
+        [estimate_text(point["torque"]) for point in found["points"]] for found in methods.values()
+    ]
+    rows = [
+        [_set_point(point), _number(point["raw_peak"]["mean"]["value"]), *compensated]
+        for point, *compensated in zip(document["points"], *columns, strict=True)
+    ]
+    missing = [
+        f"{name}: not applicable: {found['not_applicable']}"
+        for name, found in document["compensations"].items()
+        if found["not_applicable"]
+    ]
+    caption = "Torque in N·m, with its expanded uncertainty (95 %)" if methods else "Torque in N·m"
+    return "\n".join([caption, table(header, rows, "r" * len(header)), *missing])
+
+
+def _failed_checks(document: Document) -> str:
+    everywhere = [*document["checks"]]
+    for found in document["compensations"].values():
+        everywhere += found["checks"]
+    failed = [check for check in everywhere if not check["ok"]]
+    return "\n".join(f"check: {each['name']}: {each['text']} {each['advice']}" for each in failed)
+
+
+def estimate_text(estimate: Mapping[str, Any] | None) -> str:
+    """Return 'value ± U' of an estimate of a result document."""
+    if estimate is None or estimate["value"] is None:
+        return UNKNOWN
+    expanded = estimate["expanded_uncertainty_95"]
+    return with_uncertainty(estimate["value"], float("nan") if expanded is None else expanded)
+
+
+def _set_point(point: Mapping[str, Any]) -> str:
+    frequency = point["set_frequency"]
+    return f"{frequency['value']:g} {frequency['unit']}"
+
+
+def _number(value: float | None) -> str:
+    return UNKNOWN if value is None else f"{value:.3f}"
