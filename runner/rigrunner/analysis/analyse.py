@@ -18,8 +18,8 @@ from rigrunner.signal.peaks import peak_points
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.analysis import Check, Curve, Fit, SwingPoint
-    from rigrunner.api.data import Estimate, Points, RunData
+    from rigrunner.api.analysis import Check, Curve, Fit, OutlierRule, Rejection, SwingPoint
+    from rigrunner.api.data import Array, Estimate, Points, RunData
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.results import Decision
     from rigrunner.api.settings import Settings
@@ -85,9 +85,9 @@ class _Analysis:
             symbol=self.measurand.symbol,
             loaded=loaded,
             no_load=no_load,
-            fits=self._fits(no_load or loaded),
+            fits=self._fits(no_load if self.spec.compensations else loaded),
             compensations=compensations,
-            primary=self.spec.primary or "",
+            primary=self.spec.primary,
             headline=headline,
             raw_headline=raw,
             decision=self._decision(headline, raw, problem),
@@ -97,8 +97,18 @@ class _Analysis:
         )
 
     def _points(self, run: RunData) -> tuple[SwingPoint, ...]:
-        rule = self._make("outlier_rule", self.spec.outliers)
+        """Return the prepared recordings; none where the procedure asks for no analysis."""
+        if not (self.spec.fits or self.spec.compensations):
+            return ()
+        if not run.recordings:
+            raise DataError(f"run {run.run_id} has no recordings to analyse")
+        rule = self._outlier_rule()
         return tuple(prepare_point(each, run, self.spec, rule) for each in run.recordings)
+
+    def _outlier_rule(self) -> OutlierRule:
+        if self.spec.outliers is None:
+            return _keep_all
+        return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]
 
     def _make(self, kind: str, reference: PluginRef) -> Any:
         return self.lookup.make(kind, reference.name, reference.settings)
@@ -152,6 +162,8 @@ class _Analysis:
         return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
 
     def _raw_headline(self, loaded: tuple[SwingPoint, ...]) -> Estimate | None:
+        if not loaded:
+            return None
         try:
             instrument = self._instrument()
         except DataError:
@@ -175,11 +187,13 @@ class _Analysis:
         no_load: tuple[SwingPoint, ...],
         compensations: Mapping[str, Compensation],
     ) -> Iterator[Check]:
+        if not loaded:
+            return
         yield from run_checks(self.run, loaded)
         if self.no_load_run is not None:
             yield from run_checks(self.no_load_run, no_load, "no-load run: ")
             yield zero_drift_check(self.run, self.no_load_run)
-        primary = compensations.get(self.spec.primary or "")
+        primary = compensations.get(self.spec.primary)
         if primary is None or not primary.points:
             return
         torques = {point.set_frequency_hz: point.torque.value for point in primary.points}
@@ -197,10 +211,12 @@ class _Analysis:
             "compensations": [
                 self._resolved("compensation", each) for each in self.spec.compensations
             ],
-            "primary": self.spec.primary,
+            "primary": self.spec.primary or None,
         }
 
-    def _resolved(self, kind: str, reference: PluginRef) -> dict[str, object]:
+    def _resolved(self, kind: str, reference: PluginRef | None) -> dict[str, object] | None:
+        if reference is None:
+            return None
         model = self.lookup.settings_of(kind, reference.name)
         settings = model.model_validate(dict(reference.settings))
         return {"name": reference.name, "settings": settings.model_dump(mode="json")}
@@ -211,6 +227,10 @@ def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:
         return FittedTorque(name, points, fit(points))
     except DataError as error:
         return FittedTorque(name, points, None, problem=str(error))
+
+
+def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)
+    return []
 
 
 def _no_fit(points: Points) -> Curve:  # noqa: ARG001  (a fit takes points)
