@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome
+from rigrunner.procedure.analysis_spec import LATEST
 from rigrunner.runfile import read, read_info
 from rigrunner.station import parse_station
 from rigrunner.workflow.locate import find_run, run_names
@@ -37,7 +38,7 @@ class LoadedRun:
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
     """Return the named no-load run, or the latest that fits; raise DataError saying what would."""
-    name = named or (None if spec.from_ == "latest" else spec.from_)
+    name = named or (None if spec.source == LATEST else spec.source)
     if name is not None:
         path = find_run(name, runs)
         _refuse(path, list(_objections(path, spec, loaded)))
@@ -116,10 +117,11 @@ def _is_no_load(path: Path, spec: NoLoadSpec) -> bool:
 def _none_found(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, refused: list[str]) -> DataError:
     same = {"station": loaded.station.id, "mandrel": loaded.station.rig.mandrel}
     needed = ", ".join(f"{what} '{same[what]}'" for what in spec.same)
+    age = _days(_max_age(spec))
     seen = f"; looked at and refused: {'; '.join(refused)}" if refused else ""
     return DataError(
         f"there is no no-load run in {runs}{seen}",
-        hint=f"needed: a completed run of {spec.procedure}, {needed}, at most {_days(_max_age(spec))} old; "
+        hint=f"needed: a completed run of {spec.procedure}, {needed}, at most {age} old; "
         "run that procedure first, or name a run with --no-load",
     )
 

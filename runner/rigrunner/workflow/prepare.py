@@ -34,7 +34,6 @@ class Planned:
     registry: Registry
     clock: Clock
 
-    @property
     def prediction(self) -> Prediction:
         """What torque is to be expected where, and how much disk the run takes."""
         return predict(self.procedure, self.station, self.plan)

@@ -20,7 +20,7 @@ from rigrunner.workflow.log import RunLog
 from rigrunner.workflow.plot import sweep_plot
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.report import write_report
-from rigrunner.workflow.stored import analyse_run
+from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -54,9 +54,10 @@ class FinishedRun:
             return ExitCode.INTERRUPTED
         if self.outcome is Outcome.ABORTED:
             return ExitCode.ABORTED
+        if isinstance(self.error, RigrunnerError):
+            return self.error.exit_code
         if self.error is not None:
-            known = isinstance(self.error, RigrunnerError)
-            return self.error.exit_code if known else ExitCode.BUG
+            return ExitCode.BUG
         return verdict_code(self.result)
 
 
@@ -125,7 +126,8 @@ def _finish(
     """Analyse what was recorded, seal it whatever comes of that, and report."""
     writer.close()
     result, problem = None, summary.error
-    if summary.outcome is Outcome.COMPLETED:
+    asked = planned.procedure.model.analysis != NO_ANALYSIS
+    if asked and summary.outcome is Outcome.COMPLETED:
         result, problem = _analysed(planned, writer.folder, no_load)
     content = None if result is None else document(result)
     plot = None if result is None else sweep_plot(result)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.data import RunData
-from rigrunner.procedure import parse_procedure
+from rigrunner.api.errors import DataError
+from rigrunner.procedure import AnalysisSpec, parse_procedure
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
+
+NO_ANALYSIS = AnalysisSpec()
+"""What a procedure has that asks for no analysis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +46,11 @@ def analyse_run(path: Path, registry: Registry, no_load: Path | None = None) -> 
     stored = read(path)
     other = read(no_load) if no_load is not None else stored.no_load
     procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+    if procedure.analysis == NO_ANALYSIS:
+        raise DataError(
+            f"{stored.header.run_id} has no result",
+            hint=f"its procedure {stored.header.procedure_id} asks for no analysis",
+        )
     return analyse(
         run_data(stored),
         run_data(other) if other is not None else None,
