@@ -35,7 +35,7 @@ class Planned:
     clock: Clock
 
     def prediction(self) -> Prediction:
-        """What torque is to be expected where, and how much disk the run takes."""
+        """Return what torque is to be expected where, and how much disk the run takes."""
         return predict(self.procedure, self.station, self.plan)
 
 
