@@ -1,5 +1,8 @@
 """Recordings of the simulated rigs without a device, for studies of accuracy.
 
+Every `parameters` is a RigParameters (closed form) or an OdeParameters (time domain) of
+`rigrunner_plugins.devices.swing_tester_{sim,ode}.parameters`.
+
     no_load = run_data(RigParameters(), 0, seed=1)
     loaded = run_data(RigParameters(), 1000, seed=1)
     truth = true_starting_torque_nm(RigParameters(), 1000, 35)
@@ -27,6 +30,8 @@ from rigrunner_plugins.devices.simulated.sampling import (
     sample,
 )
 from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
+from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_plugins.devices.swing_tester_ode.rig import time_domain_rig
 from rigrunner_plugins.devices.swing_tester_sim.rig import closed_form_rig
 
 FREQUENCIES = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)
@@ -69,7 +74,7 @@ INSTRUMENT = TorqueInstrument.model_validate(
 
 def make_rig(parameters) -> SimulatedRig:
     """Return the rig of either model's parameters, its steady states remembered."""
-    rig = closed_form_rig(parameters)
+    rig = _model(parameters)
     return replace(rig, steady_state=lambda load, hz: _steady_state(parameters, load, hz))
 
 
@@ -137,7 +142,13 @@ def zero_reading(parameters, seed) -> float:
 
 @lru_cache(maxsize=128)
 def _steady_state(parameters, load_n, frequency_hz) -> SteadyState:
-    return closed_form_rig(parameters).steady_state(load_n, frequency_hz)
+    return _model(parameters).steady_state(load_n, frequency_hz)
+
+
+def _model(parameters) -> SimulatedRig:
+    if isinstance(parameters, OdeParameters):
+        return time_domain_rig(parameters)
+    return closed_form_rig(parameters)
 
 
 def _recording(parameters, frequency, load_n, angle, torque) -> Recording:

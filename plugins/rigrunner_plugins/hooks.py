@@ -16,6 +16,7 @@ from rigrunner.api.hooks import (
 )
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
+from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.fits.settings import InertiaPhysicalSettings, PolynomialSettings
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
@@ -37,11 +38,24 @@ def rigrunner_devices() -> list[DeviceRecord]:
             factory=_swing_tester_sim,
             simulated=True,
         ),
+        DeviceRecord(
+            name="swing_tester_ode",
+            help="Swing tester simulated in the time domain, independent of the closed form",
+            settings=SwingTesterOdeSettings,
+            factory=_swing_tester_ode,
+            simulated=True,
+        ),
     ]
 
 
 def _swing_tester_sim(settings: SwingTesterSimSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.swing_tester_sim.device import make  # noqa: PLC0415  (numpy)
+
+    return make(settings, context)
+
+
+def _swing_tester_ode(settings: SwingTesterOdeSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.swing_tester_ode.device import make  # noqa: PLC0415  (numpy)
 
     return make(settings, context)
 
