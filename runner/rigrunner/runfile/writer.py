@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Event, RunStarted, Samples, StepEnded, StepStarted
@@ -16,6 +16,7 @@ from rigrunner.runfile.sealing import fold, seal
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
+    from types import TracebackType
 
     from rigrunner.runfile.model import RunHeader, SweepPlot
 
@@ -38,6 +39,17 @@ class RunWriter:
         self._recordings = 0
         self._samples: JournalWriter | None = None
         self._started: StepStarted | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
 
     @property
     def folder(self) -> Path:

@@ -1,0 +1,132 @@
+"""Runs on disk, made by hand."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.api.data import Block, Recording
+from rigrunner.api.events import Outcome, RunEnded, RunStarted, Samples, StepEnded, StepStarted
+from rigrunner.bus import Bus, Emitter
+from rigrunner.clock import SimulatedClock
+from rigrunner.runfile import RunHeader, RunWriter
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
+TRUTH = {"starting_torque_nm": 0.7262, "inertia_kg_m2": 0.002324}
+
+
+def header_of(run_id: str = "run", **changed: object) -> RunHeader:
+    known: dict[str, object] = {
+        "run_id": run_id,
+        "started_utc": "2026-03-01T12:00:00.000Z",
+        "procedure_id": "SSPB-STT-1000",
+        "procedure_revision": "A",
+        "procedure_title": "Starting torque under 1000 N",
+        "station_id": "simulated",
+        "procedure_text": "# N·m, 'ünïcode' and\ttabs\r\n",
+        "station_text": "rigrunner: station/1\n",
+        "plan_text": "set tester.load 1000 N\n",
+        "inputs": {"specimen": "<script>", "operator": "Zoë"},
+        "provenance": {"rigrunner": "0.1.0", "plugin swing_tester_sim": "0.1.0"},
+    }
+    return RunHeader(**known | changed)
+
+
+def emitter_of(writer: RunWriter) -> Emitter:
+    return Emitter(Bus([writer]), SimulatedClock(START))
+
+
+def start_recording(emit: Emitter, recording: Recording, index: int = 0) -> None:
+    drives = dict(recording.units.items())
+    emit(
+        StepStarted,
+        step=f"main[{index}]",
+        index=index,
+        action="record",
+        text=f"record {recording.name}",
+        recording=recording.name,
+        setpoints=recording.setpoints,
+        units=drives,
+    )
+
+
+def send_samples(emit: Emitter, recording: Recording, block: int, until: int | None = None) -> None:
+    total = recording.samples if until is None else until
+    for first in range(0, total, block):
+        end = min(first + block, total)
+        channels = {name: values[first:end] for name, values in recording.channels.items()}
+        emit(
+            Samples,
+            recording=recording.name,
+            block=Block(recording.rate_hz, first, first / recording.rate_hz, channels),
+        )
+
+
+def end_recording(
+    emit: Emitter,
+    recording: Recording,
+    index: int = 0,
+    *,
+    ok: bool = True,
+    truth: Mapping[str, float] = TRUTH,
+) -> None:
+    emit(
+        StepEnded,
+        step=f"main[{index}]",
+        index=index,
+        action="record",
+        ok=ok,
+        recording=recording.name,
+        values=recording.conditions if ok else {},
+        units=recording.units if ok else {},
+        truth=truth if ok else {},
+    )
+
+
+def emit_zero(emit: Emitter, value: float = 0.0123) -> None:
+    emit(
+        StepEnded,
+        step="setup[1]",
+        index=0,
+        action="zero",
+        ok=True,
+        values={"tester.torque": value},
+        units={"tester.torque": "N·m"},
+    )
+
+
+def write_run(
+    folder: Path,
+    recordings: Sequence[Recording],
+    *,
+    header: RunHeader | None = None,
+    block: int = 1000,
+) -> RunWriter:
+    """Write a completed run, closed but not sealed."""
+    writer = RunWriter(folder, header or header_of(folder.name))
+    emit = emitter_of(writer)
+    emit(RunStarted, run_id=folder.name, steps=len(recordings), estimated_s=1.0)
+    emit_zero(emit)
+    for index, recording in enumerate(recordings):
+        start_recording(emit, recording, index)
+        send_samples(emit, recording, block)
+        end_recording(emit, recording, index)
+    emit(RunEnded, outcome=Outcome.COMPLETED, read_back={"tester.load": 0.0})
+    writer.close()
+    return writer
+
+
+def assert_same_recording(found: Recording, wanted: Recording) -> None:
+    """Compare all but the start time, which the step's event gives; samples bit by bit."""
+    assert (found.name, found.rate_hz) == (wanted.name, wanted.rate_hz)
+    assert found.setpoints == wanted.setpoints
+    assert found.conditions == wanted.conditions
+    assert found.units == wanted.units
+    assert list(found.channels) == list(wanted.channels)
+    for name, values in wanted.channels.items():
+        assert found.channels[name].dtype == "<f8"
+        assert found.channels[name].tobytes() == values.astype("<f8").tobytes(), name

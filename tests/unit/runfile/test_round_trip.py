@@ -1,0 +1,282 @@
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+
+from helpers_runfile import (
+    TRUTH,
+    assert_same_recording,
+    emit_zero,
+    emitter_of,
+    end_recording,
+    header_of,
+    send_samples,
+    start_recording,
+    write_run,
+)
+from rigrunner.api.data import Recording
+from rigrunner.api.events import (
+    Alarm,
+    Answer,
+    Intervention,
+    Outcome,
+    Prompt,
+    RunEnded,
+    RunStarted,
+)
+from rigrunner.runfile import RunHeader, RunWriter, SweepPlot, read, read_info, read_truth, seal
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def recording(name: str = "001_10Hz", samples: int = 2500, seed: int = 1) -> Recording:
+    rng = np.random.default_rng(seed)
+    return Recording(
+        name=name,
+        rate_hz=10_000.0,
+        started_utc="",
+        setpoints={"tester.load": 1000.0, "tester.frequency": 10.0},
+        channels={
+            "tester.angle": rng.normal(0, 0.04, samples),
+            "tester.torque": rng.normal(0, 2.0, samples),
+        },
+        units={
+            "tester.angle": "rad",
+            "tester.torque": "N·m",
+            "tester.load": "N",
+            "tester.frequency": "Hz",
+            "tester.temperature": "K",
+        },
+        conditions={"tester.temperature": 295.25},
+    )
+
+
+TWO = (recording(), recording("002_20Hz", samples=40_001, seed=2))
+PLOT = SweepPlot(*(np.arange(2.0) + row for row in range(4)))
+DOCUMENT = {"headline": {"value": 0.7262, "unit": "N·m"}, "notes": ["a", None, 1e-300]}
+
+
+@pytest.mark.parametrize("sealed", [False, True])
+def test_run_comes_back_as_it_was(tmp_path, sealed):
+    folder = tmp_path / "run"
+    writer = write_run(folder, TWO)
+    if sealed:
+        writer.seal(DOCUMENT, PLOT)
+    run = read(folder)
+    for found, wanted in zip(run.recordings, TWO, strict=True):
+        assert_same_recording(found, wanted)
+        assert found.started_utc == "2026-03-01T12:00:00.000Z"
+    assert run.header == header_of()
+    assert run.zeros == {"tester.torque": 0.0123}
+    assert (run.info.outcome, run.info.reason, run.info.sealed) == ("completed", "", sealed)
+    assert run.info.ended_utc == "2026-03-01T12:00:00.000Z"
+    assert run.info.recording_names == ("001_10Hz", "002_20Hz")
+    assert run.incomplete == ()
+    assert run.notes == ()
+    assert run.result_document == (DOCUMENT if sealed else None)
+    assert type(run.events[0]) is RunStarted
+    assert type(run.events[-1]) is RunEnded
+    assert read_info(folder) == run.info
+
+
+def test_sealing_changes_nothing_that_was_read_before(tmp_path):
+    writer = write_run(tmp_path / "run", TWO)
+    before = read(tmp_path / "run")
+    path = writer.seal()
+    after = read(path)
+    assert after.digest == before.digest
+    assert after.events == before.events
+    assert after.zeros == before.zeros
+    assert after.header == before.header
+    assert sorted(item.name for item in (tmp_path / "run").iterdir()) == ["run.h5"]
+
+
+@pytest.mark.parametrize("sealed", [False, True])
+def test_truth_is_read_apart_and_in_nothing_else(tmp_path, sealed):
+    writer = write_run(tmp_path / "run", TWO)
+    if sealed:
+        writer.seal()
+    run = read(tmp_path / "run")
+    assert read_truth(tmp_path / "run") == {"001_10Hz": TRUTH, "002_20Hz": TRUTH}
+    assert "starting_torque_nm" not in repr(run)
+    assert all(not getattr(event, "truth", None) for event in run.events)
+
+
+def test_digest_is_what_its_description_says(tmp_path):
+    write_run(tmp_path / "run", TWO)
+    lines = ""
+    for one in TWO:
+        description = {
+            "name": one.name,
+            "rate_hz": one.rate_hz,
+            "setpoints": one.setpoints,
+            "units": {name: one.units[name] for name in one.channels},
+            "channels": {
+                name: hashlib.sha256(values.tobytes()).hexdigest()
+                for name, values in one.channels.items()
+            },
+        }
+        text = json.dumps(description, sort_keys=True, separators=(",", ":"))
+        lines += hashlib.sha256(text.encode()).hexdigest() + "\n"
+    assert read(tmp_path / "run").digest == hashlib.sha256(lines.encode()).hexdigest()
+
+
+def test_digest_does_not_depend_on_the_size_of_blocks_but_on_every_sample(tmp_path):
+    write_run(tmp_path / "a", TWO, block=1)
+    write_run(tmp_path / "b", TWO, block=30_000)
+    changed = recording()
+    changed.channels["tester.torque"][7] = np.nextafter(changed.channels["tester.torque"][7], 9)
+    write_run(tmp_path / "c", (changed, TWO[1]))
+    one, two, three = (read(tmp_path / name).digest for name in "abc")
+    assert one == two != three
+
+
+def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
+    no_load = write_run(tmp_path / "no_load", TWO, header=header_of("no_load", inputs={}))
+    no_load.seal({"no": "load"})
+    path = write_run(tmp_path / "run", [recording(seed=3)]).seal(
+        DOCUMENT, PLOT, no_load=tmp_path / "no_load"
+    )
+    embedded, original = read(path).no_load, read(tmp_path / "no_load")
+    assert embedded.digest == original.digest
+    assert embedded.header == original.header
+    assert embedded.events == original.events
+    assert embedded.zeros == original.zeros
+    for found, wanted in zip(embedded.recordings, TWO, strict=True):
+        assert_same_recording(found, wanted)
+    assert read_truth(path) == {"001_10Hz": TRUTH}
+
+
+def test_no_load_run_that_is_not_sealed_is_embedded_too(tmp_path):
+    write_run(tmp_path / "no_load", TWO)
+    path = write_run(tmp_path / "run", TWO[:1]).seal({}, no_load=tmp_path / "no_load")
+    assert read(path).no_load.digest == read(tmp_path / "no_load").digest
+
+
+def test_all_kinds_of_events_come_back(tmp_path):
+    writer = RunWriter(tmp_path / "run", header_of())
+    emit = emitter_of(writer)
+    emit(Prompt, step="setup[0]", text="Bereit für µ?", choices=("yes", "no"))
+    emit(Answer, step="setup[0]", text="DEMO\0-0001", by="operator", into="specimen")
+    emit(Alarm, source="make safe", text="line\nbreak")
+    emit(Intervention, action="abort", by="keyboard", reason="")
+    emit(RunEnded, outcome=Outcome.ABORTED, reason="stopped on request")
+    before = read(tmp_path / "run")
+    writer.seal()
+    after = read(tmp_path / "run")
+    assert before.events == after.events
+    prompt, answer, alarm, intervention, ended = after.events
+    assert prompt.choices == ("yes", "no")
+    assert prompt.text == "Bereit für µ?"
+    assert (answer.text, answer.into) == ("DEMO\0-0001", "specimen")
+    assert alarm.text == "line\nbreak"
+    assert intervention.by == "keyboard"
+    assert ended.outcome is Outcome.ABORTED
+    assert after.info.outcome == "aborted"
+
+
+def test_answers_become_inputs(tmp_path):
+    writer = RunWriter(tmp_path / "run", header_of(inputs={"specimen": "old", "operator": "Zoë"}))
+    emitter_of(writer)(Answer, step="setup[0]", text="DEMO-2", by="operator", into="specimen")
+    writer.seal()
+    assert read(tmp_path / "run").header.inputs == {"specimen": "DEMO-2", "operator": "Zoë"}
+
+
+def test_latest_zero_counts(tmp_path):
+    writer = RunWriter(tmp_path / "run", header_of())
+    emit = emitter_of(writer)
+    emit_zero(emit, 0.5)
+    emit_zero(emit, -0.25)
+    writer.close()
+    assert read(tmp_path / "run").zeros == {"tester.torque": -0.25}
+
+
+def test_recording_that_was_broken_off_is_kept_apart(tmp_path):
+    writer = RunWriter(tmp_path / "run", header_of())
+    emit = emitter_of(writer)
+    start_recording(emit, TWO[0])
+    send_samples(emit, TWO[0], 100, until=700)
+    end_recording(emit, TWO[0], ok=False)
+    start_recording(emit, TWO[1], 1)
+    send_samples(emit, TWO[1], 1000)
+    end_recording(emit, TWO[1], 1)
+    before = read(tmp_path / "run")
+    writer.seal()
+    for run in (before, read(tmp_path / "run")):
+        assert run.info.recording_names == ("002_20Hz",)
+        (broken,) = run.incomplete
+        assert (broken.name, broken.samples) == ("001_10Hz", 700)
+        torque = broken.channels["tester.torque"]
+        assert (torque == TWO[0].channels["tester.torque"][:700]).all()
+        assert broken.setpoints == TWO[0].setpoints
+
+
+def test_run_that_never_ended_is_no_success(tmp_path):
+    writer = RunWriter(tmp_path / "run", header_of())
+    emitter_of(writer)(RunStarted, run_id="run", steps=1, estimated_s=1.0)
+    writer.close()
+    seal(tmp_path / "run")
+    info = read_info(tmp_path / "run")
+    assert (info.outcome, info.reason) == (
+        "error",
+        "the run has not ended, or its program was killed",
+    )
+
+
+NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=12)
+NUMBERS = st.floats(allow_nan=False)
+
+
+@st.composite
+def recordings(draw):
+    rows = draw(st.integers(1, 40))
+    values = npst.arrays(np.float64, rows, elements=st.floats(width=64))
+    channels = draw(st.dictionaries(NAMES, values, min_size=1, max_size=4))
+    setpoints = draw(st.dictionaries(NAMES, NUMBERS, max_size=3))
+    conditions = draw(st.dictionaries(NAMES, NUMBERS, max_size=3))
+    named = [*channels, *setpoints, *conditions]
+    return Recording(
+        name=draw(NAMES),
+        rate_hz=draw(st.floats(1e-3, 1e7)),
+        started_utc="",
+        setpoints=setpoints,
+        channels=channels,
+        units=dict.fromkeys(named, draw(NAMES)),
+        conditions=conditions,
+    )
+
+
+@settings(deadline=None, max_examples=60)
+@given(found=st.lists(recordings(), max_size=3, unique_by=lambda one: one.name), data=st.data())
+def test_whatever_was_recorded_comes_back(tmp_path_factory, found, data):
+    folder: Path = tmp_path_factory.mktemp("runs") / "run"
+    texts = st.text(st.characters(codec="utf-8"), max_size=20)
+    header = RunHeader(
+        run_id="run",
+        started_utc="2026-03-01T12:00:00.000Z",
+        procedure_id=data.draw(texts),
+        procedure_revision=data.draw(texts),
+        procedure_title=data.draw(texts),
+        station_id=data.draw(texts),
+        procedure_text=data.draw(texts) * 5000,
+        station_text=data.draw(texts),
+        inputs=data.draw(st.dictionaries(texts, texts, max_size=3)),
+        provenance=data.draw(st.dictionaries(texts, texts, max_size=3)),
+    )
+    writer = write_run(folder, found, header=header, block=data.draw(st.integers(1, 50)))
+    loose = read(folder)
+    writer.seal()
+    sealed = read(folder)
+    for run in (loose, sealed):
+        assert run.header == header
+        for got, wanted in zip(run.recordings, found, strict=True):
+            assert_same_recording(got, wanted)
+    assert loose.digest == sealed.digest
