@@ -1,1 +1,20 @@
 """From procedure and station to explicit steps."""
+
+from __future__ import annotations
+
+from rigrunner.plan.actions import Plan, PlannedStep
+from rigrunner.plan.making import make_plan, plan_text
+from rigrunner.plan.plugins import SettingsLookup, check_plugins
+from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
+
+__all__ = [
+    "Plan",
+    "PlannedStep",
+    "PredictedTorque",
+    "Prediction",
+    "SettingsLookup",
+    "check_plugins",
+    "make_plan",
+    "plan_text",
+    "predict",
+]

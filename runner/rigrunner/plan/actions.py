@@ -72,9 +72,13 @@ class Record:
     channels: tuple[str, ...]
     duration_s: float
     setpoints: Mapping[str, float]
-    """All drives as they stand: 'role.drive' to value in SI units."""
+    """Every drive that the procedure has set by then: 'role.drive' to value in SI units."""
     units: Mapping[str, str]
     """The unit of each channel and drive: 'role.name' to symbol."""
+    cycle_frequency_hz: float | None = None
+    """The set frequency of the cyclic motion; None where there is none."""
+    sample_rate_hz: float | None = None
+    """As the device states it before it is connected; None where it cannot."""
 
 
 Action = Confirm | Ask | Zero | SetDrive | Settle | Record

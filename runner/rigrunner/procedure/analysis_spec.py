@@ -52,7 +52,7 @@ class Despike(Settings):
 class NoLoadSpec(Settings):
     """Which run the rig's own part comes from, and what it must have in common with this one."""
 
-    source: Annotated[str, Field(alias="from", min_length=1)] = LATEST
+    from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
     """'latest', or a run by its folder or name."""
     procedure: Identifier
     max_age: Annotated[Duration, Field(gt=0)] = 30 * _DAY_S

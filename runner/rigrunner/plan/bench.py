@@ -1,0 +1,126 @@
+"""The station's devices in the roles of a procedure: what can be read, recorded and set."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeVar
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Streaming
+from rigrunner.api.quantity import QuantityError, unit
+from rigrunner.plan.problems import suggestion
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.devices import Device
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.plan.problems import Problems
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile.document import Path
+
+Info = TypeVar("Info", ChannelInfo, DriveInfo)
+
+
+class Bench:
+    """Looks up channels and drives by `role.name`; what is not there is added to the problems."""
+
+    def __init__(
+        self, procedure: LoadedProcedure, devices: Mapping[str, Device], problems: Problems
+    ) -> None:
+        self._uses = procedure.model.uses
+        self._document = procedure.document
+        self._devices = devices
+        self._problems = problems
+
+    def channel(self, member: str, path: Path) -> ChannelInfo | None:
+        """Return the channel, or None after adding the problem."""
+        device = self._device(member, path, key=False)
+        if device is None:
+            return None
+        return self._find(device.channels, "channel", member, path, key=False)
+
+    def drive(self, member: str, path: Path, *, key: bool) -> DriveInfo | None:
+        """Return the drive, or None after adding the problem; `key`: it is named by a key."""
+        device = self._device(member, path, key=key)
+        if device is None:
+            return None
+        return self._find(device.drives, "drive", member, path, key=key)
+
+    def cycle_drives(self) -> list[str]:
+        """Return all drives, 'role.name', that set the frequency of a cyclic motion."""
+        return [
+            f"{role}.{drive.name}"
+            for role in self._uses
+            if role in self._devices
+            for drive in self._devices[role].drives
+            if drive.sets_cycle_frequency
+        ]
+
+    def sample_rate_hz(self, role: str, path: Path) -> float | None:
+        """Return the rate at which a role's device streams, or None after adding the problem."""
+        device = self._devices.get(role)
+        if isinstance(device, Streaming):
+            return device.sample_rate_hz
+        if device is not None:
+            message = f"the device in the role '{role}' cannot record"
+            self._problems.add(self._document, path, message, "record channels of another device")
+        return None
+
+    def fits(self, quantity: Quantity, symbol: str, member: str, path: Path) -> bool:
+        """Say whether a quantity has the dimension of a unit; add the problem if not."""
+        wanted = unit(symbol).dimension
+        if quantity.dimension == wanted:
+            return True
+        message = f"got '{quantity}', a {quantity.dimension}; {member} takes a {wanted}"
+        self._problems.add(self._document, path, message, f"write it in {symbol}")
+        return False
+
+    def _device(self, member: str, path: Path, *, key: bool) -> Device | None:
+        role, _ = split_member(member)
+        if role in self._uses:
+            return self._devices.get(role)
+        hint = suggestion(role, self._uses, "roles under 'uses'")
+        message = f"'{member}': the procedure uses no role '{role}'"
+        self._problems.add(self._document, path, message, hint, key=key)
+        return None
+
+    def _find(
+        self, infos: Sequence[Info], what: str, member: str, path: Path, *, key: bool
+    ) -> Info | None:
+        role, name = split_member(member)
+        by_name = {info.name: info for info in infos}
+        info = by_name.get(name)
+        message = hint = ""
+        if info is None:
+            message = f"the device in the role '{role}' has no {what} '{name}'"
+            hint = suggestion(name, by_name, f"{what}s")
+        elif not _is_unit(info.unit):
+            message = f"the device gives {what} '{name}' in '{info.unit}', which is no known unit"
+            hint = "this is for the author of the device's plugin to mend"
+        if not message:
+            return info
+        self._problems.add(self._document, path, message, hint, key=key)
+        return None
+
+
+def check_roles(procedure: LoadedProcedure, station: LoadedStation, problems: Problems) -> None:
+    """Add a problem for every role that the station does not fill with a device of its type."""
+    devices = station.model.devices
+    for role, wanted in procedure.model.uses.items():
+        path, document = ("uses", role), procedure.document
+        if role not in devices:
+            message = f"station '{station.model.id}' has no device in the role '{role}'"
+            problems.add(document, path, message, suggestion(role, devices, "roles"), key=True)
+        elif devices[role].type != wanted:
+            message = f"a {wanted} is needed, station '{station.model.id}' has a "
+            hint = f"the role is filled at {station.document.where(('devices', role, 'type'))}"
+            problems.add(document, path, message + devices[role].type, hint)
+
+
+def _is_unit(symbol: str) -> bool:
+    try:
+        unit(symbol)
+    except QuantityError:
+        return False
+    return True

@@ -1,0 +1,96 @@
+"""Where the drives stand while a procedure is walked through, and what follows from it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import DriveInfo
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.plan.bench import Bench
+    from rigrunner.plan.problems import Problems
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
+
+
+class DriveStates:
+    """The drives that have been set, and to what; what does not fit is added to the problems."""
+
+    def __init__(self, bench: Bench, document: Document, problems: Problems) -> None:
+        self._bench = bench
+        self._document = document
+        self._problems = problems
+        self._values: dict[str, float] = {}
+        self._units: dict[str, str] = {}
+        self._uncertain = False
+
+    def values(self) -> dict[str, float]:
+        """Return what each drive was set to, in SI units."""
+        return dict(self._values)
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of each drive that was set."""
+        return dict(self._units)
+
+    def resolve(
+        self, member: str, quantity: Quantity, named_at: Path, valued_at: Path, *, key: bool
+    ) -> DriveInfo | None:
+        """Return the drive if it can be set to that; else add the problem and return None."""
+        drive = self._bench.drive(member, named_at, key=key)
+        if drive is None or not self._bench.fits(quantity, drive.unit, member, valued_at):
+            self._uncertain = True  # what follows from this drive would be complaints about nothing
+            return None
+        if not drive.minimum <= quantity.si <= drive.maximum:
+            limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
+            message = f"got '{quantity}', allowed is {limits}"
+            hint = f"these are the limits of {member}"
+            self._problems.add(self._document, valued_at, message, hint)
+        return drive
+
+    def move(self, member: str, drive: DriveInfo, value: float) -> float:
+        """Set the drive and return how many seconds it takes; it starts from its safe value."""
+        distance = abs(value - self._values.get(member, drive.safe_value))
+        self._values[member], self._units[member] = value, drive.unit
+        return distance / drive.rate_per_s if drive.rate_per_s else 0.0
+
+    def known_cycle_frequency_hz(self, role: str) -> float | None:
+        """Return the frequency at which the role's device moves, if one is set."""
+        drive = self._cycle_drive(role)
+        return self._values.get(drive) if drive else None
+
+    def cycle_frequency_hz(self, role: str | None, path: Path) -> float | None:
+        """Return the frequency that cycles are counted by, or None after adding the problem."""
+        drive = self._cycle_drive(role)
+        if self._uncertain:
+            return None
+        if drive is None:
+            self._problems.add(self._document, path, *self._no_drive())
+            return None
+        value = self._values.get(drive, 0.0)
+        if value <= 0:
+            message = f"cycles need a frequency, but {drive} is not set above 0 Hz here"
+            self._problems.add(self._document, path, message, f"set {drive} before, or give a time")
+            return None
+        return value
+
+    def require_rest(self, role: str, path: Path) -> None:
+        """Add a problem if the role's device is moving."""
+        frequency_hz = self.known_cycle_frequency_hz(role)
+        if frequency_hz:
+            drive = self._cycle_drive(role)
+            message = f"zero is read at rest, but {drive} stands at {frequency_hz:g} Hz here"
+            self._problems.add(self._document, path, message, f"set {drive} to 0 Hz before")
+
+    def _cycle_drive(self, role: str | None) -> str | None:
+        """Return the cyclic drive of that role, or else the only one there is."""
+        drives = self._bench.cycle_drives()
+        own = [drive for drive in drives if split_member(drive)[0] == role]
+        return (own or drives)[0] if len(own or drives) == 1 else None
+
+    def _no_drive(self) -> tuple[str, str]:
+        drives = self._bench.cycle_drives()
+        if drives:
+            return f"several drives set a cycle frequency: {', '.join(drives)}", "give a time"
+        return "no device here has a drive that sets a cycle frequency", "give a time"

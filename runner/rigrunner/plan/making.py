@@ -1,0 +1,44 @@
+"""From procedure and station to a plan, or all that keeps them from being one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from rigrunner.plan.actions import Plan
+from rigrunner.plan.bench import Bench, check_roles
+from rigrunner.plan.builder import Builder
+from rigrunner.plan.needs import check_analysis, check_register
+from rigrunner.plan.problems import Problems
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import Device
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.station import LoadedStation
+
+
+def make_plan(
+    procedure: LoadedProcedure, station: LoadedStation, devices: Mapping[str, Device]
+) -> Plan:
+    """Return every single action of the procedure on the station; nothing is connected.
+
+    `devices` are the station's by role. Raises InvalidFileError with all problems, each with its
+    place in the procedure or the station.
+    """
+    problems = Problems()
+    check_roles(procedure, station, problems)
+    builder = Builder(procedure, Bench(procedure, devices, problems), problems)
+    builder.build()
+    check_analysis(procedure, builder.recordings, problems)
+    check_register(procedure, station, builder.recordings, problems)
+    problems.stop_if_any()
+    return Plan(tuple(builder.steps))
+
+
+def plan_text(plan: Plan) -> str:
+    """Return the plan as JSON, for the run file: one object a step, SI units."""
+    steps = [{"do": type(step.action).__name__, **asdict(step)} for step in plan.steps]
+    return json.dumps(steps, ensure_ascii=False, indent=1)

@@ -1,0 +1,81 @@
+"""Whether the plugins that procedure and station name are there, and take their settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from rigrunner.api.errors import InvalidFileError, PluginError
+from rigrunner.plan.problems import Problems
+from rigrunner.yamlfile import validate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.settings import Settings
+    from rigrunner.procedure import AnalysisSpec, LoadedProcedure, PluginRef
+    from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
+
+
+class SettingsLookup(Protocol):
+    """Knows the settings of every plugin."""
+
+    def settings_of(self, kind: str, name: str) -> type[Settings]:
+        """Return the model of a plugin's settings; raise PluginError if there is no such plugin."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Use:
+    """A plugin that is named in a document."""
+
+    kind: str
+    name: str
+    document: Document
+    named_at: Path
+    settings_at: Path
+
+
+def check_plugins(
+    procedure: LoadedProcedure, station: LoadedStation, lookup: SettingsLookup
+) -> None:
+    """Raise InvalidFileError with every plugin that is not there or refuses its settings."""
+    problems = Problems()
+    for use in (*_uses_of_procedure(procedure), *_uses_of_station(station)):
+        _check(use, lookup, problems)
+    problems.stop_if_any()
+
+
+def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
+    for kind, path, plugin in _named(procedure.model.analysis):
+        settings_at: Path = (*path, plugin.name)
+        bare = isinstance(procedure.document.part(path), str)
+        named_at = path if bare else settings_at
+        yield _Use(kind, plugin.name, procedure.document, named_at, settings_at)
+
+
+def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
+    for role, device in station.model.devices.items():
+        named_at, settings_at = ("devices", role, "plugin"), ("devices", role, "settings")
+        yield _Use("device", device.plugin, station.document, named_at, settings_at)
+
+
+def _named(spec: AnalysisSpec) -> Iterator[tuple[str, Path, PluginRef]]:
+    if spec.outliers is not None:
+        yield "outlier_rule", ("analysis", "outliers"), spec.outliers
+    for index, plugin in enumerate(spec.fits):
+        yield "fit", ("analysis", "fits", index), plugin
+    for index, plugin in enumerate(spec.compensations):
+        yield "compensation", ("analysis", "compensations", index), plugin
+
+
+def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> None:
+    try:
+        validate(lookup.settings_of(use.kind, use.name), use.document, use.settings_at)
+    except PluginError as error:
+        at_key = use.named_at == use.settings_at
+        problems.add(use.document, use.named_at, error.message, error.hint, key=at_key)
+    except InvalidFileError as error:
+        problems.include(error.problems)

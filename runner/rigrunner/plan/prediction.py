@@ -1,0 +1,84 @@
+"""What a plan will probably show, before the rig is touched: torque against range, and disk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.plan.actions import Record
+from rigrunner.plan.needs import channels_of
+from rigrunner.signal.kinematics import max_acceleration, max_speed
+
+if TYPE_CHECKING:
+    from rigrunner.api.instruments import RigDescription
+    from rigrunner.plan.actions import Plan
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.station import LoadedStation
+
+_BYTES_PER_SAMPLE = 8
+
+
+@dataclass(frozen=True)
+class PredictedTorque:
+    """The largest torque to be expected in a recording, and what the instrument can take."""
+
+    recording: str
+    frequency_hz: float
+    peak_nm: float
+    full_scale_nm: float
+
+    @property
+    def share(self) -> float:
+        """The peak over full scale; above 1 the instrument is overloaded."""
+        return self.peak_nm / self.full_scale_nm
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a plan will probably show."""
+
+    torques: tuple[PredictedTorque, ...]
+    """One for each recording of a torque in cyclic motion."""
+    disk_bytes: int
+    """The samples of all recordings as the journal keeps them, before compression."""
+
+    @property
+    def overloads(self) -> tuple[PredictedTorque, ...]:
+        """The recordings in which the instrument would be overloaded."""
+        return tuple(each for each in self.torques if each.share > 1)
+
+
+def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> Prediction:
+    """Return the torque to be expected in each recording, and the disk that the run needs."""
+    acceptance = procedure.model.acceptance
+    bearing_nm = (acceptance.limit.max or 0.0) if acceptance else 0.0
+    records = [step.action for step in plan.steps if isinstance(step.action, Record)]
+    torques = tuple(
+        PredictedTorque(
+            record.name,
+            record.cycle_frequency_hz,
+            rig_torque_nm(station.model.rig, record.cycle_frequency_hz) + bearing_nm,
+            station.instruments[f"{record.role}.{channel}"].full_scale,
+        )
+        for record in records
+        for channel in channels_of(record, "torque")
+        if record.cycle_frequency_hz
+    )
+    return Prediction(torques, sum(map(_bytes, records)))
+
+
+def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float:
+    """Return an upper estimate of what the rig itself puts on the sensor.
+
+    Inertia, friction and damping of the supports at their greatest, which do not fall together:
+    J max|alpha| + T0 + b max|omega| (torque balance of the spindle; Wang et al. 2025, section 2).
+    """
+    ratio = rig.eccentric_ratio
+    inertia_nm = rig.inertia * max_acceleration(frequency_hz, ratio)
+    damping_nm = rig.support_damping * max_speed(frequency_hz, ratio)
+    return inertia_nm + rig.support_friction + damping_nm
+
+
+def _bytes(record: Record) -> int:
+    samples = round(record.duration_s * (record.sample_rate_hz or 0.0))
+    return samples * len(record.channels) * _BYTES_PER_SAMPLE

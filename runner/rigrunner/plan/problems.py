@@ -1,0 +1,48 @@
+"""Collecting problems of a procedure on a station, each once, with its place."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.yamlfile.document import dotted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
+
+
+class Problems:
+    """What is wrong, in the order in which it was found."""
+
+    def __init__(self) -> None:
+        self._found: dict[Problem, None] = {}
+
+    def add(
+        self, document: Document, path: Path, message: str, hint: str = "", *, key: bool = False
+    ) -> None:
+        """Add a problem with the value (or key) at that path, unless it is there already."""
+        origin = None if key else document.origin(path)
+        written = f"it is written at {origin}" if origin else ""
+        hints = "; ".join(part for part in (hint, written) if part)
+        found = Problem(message, document.where(path, key=key), dotted(path), hints)
+        self._found[found] = None
+
+    def include(self, problems: Iterable[Problem]) -> None:
+        """Add problems found elsewhere."""
+        self._found.update(dict.fromkeys(problems))
+
+    def stop_if_any(self) -> None:
+        """Raise InvalidFileError with all problems, if there are any."""
+        if self._found:
+            raise InvalidFileError(self._found)
+
+
+def suggestion(got: str, known: Iterable[str], what: str) -> str:
+    """Return what was probably meant, or what there is."""
+    names = list(known)
+    near = difflib.get_close_matches(got, names, n=1)
+    return f"did you mean '{near[0]}'?" if near else f"{what}: {', '.join(names) or 'none'}"
