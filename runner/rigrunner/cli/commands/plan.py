@@ -1,0 +1,113 @@
+"""`rigrunner plan`: what a run would do, without touching a rig."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.options import json_option, station_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.planning import planned_run
+from rigrunner.cli.progress import clock_text
+from rigrunner.cli.table import pairs, table
+from rigrunner.plan.actions import SetDrive
+from rigrunner.workflow.locate import find_procedure, find_station
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.plan import PlannedStep, PredictedTorque, Prediction
+    from rigrunner.workflow.prepare import Planned
+
+
+@click.command(name="plan")
+@click.argument("procedure")
+@station_option
+@json_option
+def command(procedure: str, station: str, *, as_json: bool) -> None:
+    """Show each action of a run, its torque, time and disk.
+
+    Nothing is connected. Torque is an upper estimate from the station's design values.
+    """
+    planned = planned_run(find_procedure(procedure), find_station(station))
+    prediction = planned.prediction()
+    if as_json:
+        result_json(_document(planned, prediction))
+        return
+    result("\n\n".join(_sections(planned, prediction)))
+    for torque in prediction.overloads:
+        message(f"warning: {torque.recording} would overload the instrument")
+
+
+def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
+    steps = planned.plan.steps
+    rows = [
+        [str(i), each.phase, _short(each.text), _seconds(each)] for i, each in enumerate(steps, 1)
+    ]
+    yield table(["step", "phase", "what is done", "time"], rows, "rllr")
+    drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")
+    yield f"Limits of the drives\n{drives}"
+    if prediction.torques:
+        torques = [_torque_row(each) for each in prediction.torques]
+        header = ["recording", "peak / N·m", "full scale / N·m", "used"]
+        yield f"Torque to expect, at most\n{table(header, torques, 'lrrr')}"
+    yield pairs(
+        [
+            ("steps", str(len(steps))),
+            ("duration", clock_text(planned.plan.estimated_s)),
+            ("disk", f"{prediction.disk_bytes / 1e6:.1f} MB of samples, before compression"),
+        ]
+    )
+
+
+def _short(text: str) -> str:
+    return shorten(text, 52, placeholder=" …")
+
+
+def _seconds(step: PlannedStep) -> str:
+    return f"{step.estimated_s:.1f} s" if step.estimated_s else ""
+
+
+def _torque_row(torque: PredictedTorque) -> list[str]:
+    return [
+        torque.recording,
+        f"{torque.peak_nm:.2f}",
+        f"{torque.full_scale_nm:g}",
+        f"{torque.share:.0%}",
+    ]
+
+
+def _drive_rows(planned: Planned) -> list[list[str]]:
+    """Each drive that the plan sets: how far it goes, and how far it may."""
+    reached: dict[str, list[float]] = {}
+    for step in planned.plan.steps:
+        if isinstance(step.action, SetDrive):
+            drive = f"{step.action.role}.{step.action.drive}"
+            reached.setdefault(drive, []).append(step.action.value)
+    return [
+        [
+            name,
+            f"{min(reached[name]):g} to {max(reached[name]):g} {drive.unit}",
+            f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}",
+        ]
+        for role, device in planned.devices.items()
+        for drive in device.drives
+        if (name := f"{role}.{drive.name}") in reached
+    ]
+
+
+def _document(planned: Planned, prediction: Prediction) -> dict[str, Any]:
+    return {
+        "procedure": planned.procedure.model.id,
+        "station": planned.station.model.id,
+        "estimated_s": planned.plan.estimated_s,
+        "disk_bytes": prediction.disk_bytes,
+        "torques": [{**asdict(each), "share": each.share} for each in prediction.torques],
+        "steps": [
+            {"do": type(step.action).__name__.lower(), **asdict(step)}
+            for step in planned.plan.steps
+        ],
+    }

@@ -1,0 +1,277 @@
+"""The command line as a person uses it, on the shipped procedures and the simulated station."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from helpers_cli import call
+from rigrunner import __version__
+from rigrunner.api.errors import ExitCode
+from rigrunner.workflow.locate import find_procedure
+
+LOADED = "starting_torque_1000n"
+NO_LOAD = "no_load_inertia_sweep"
+SHIPPED_PLUGINS = (
+    *("swing_tester_sim", "swing_tester_ode", "replay"),
+    *("grubbs", "none", "polynomial", "inertia_physical"),
+    *("paper_peak", "template_inverse", "energy", "html"),
+)
+SWEEP = [1, 3, 5, 8, 10, 15, 18, 20, 25, 30, 33, 35]
+
+
+def document(path):
+    return json.loads((path / "result.json").read_text(encoding="utf-8"))
+
+
+def test_the_demo_leaves_two_sealed_runs_and_a_report(demo):
+    for run in (demo.no_load, demo.loaded):
+        names = {entry.name for entry in run.iterdir()}
+        assert names == {"run.h5", "result.json", "report.html", "run.log"}
+    assert str(demo.loaded / "report.html") in demo.called.err
+
+
+def test_the_demo_shows_raw_beside_compensated_for_each_frequency(demo):
+    rows = re.findall(r"^ +(\d+) Hz +([\d.]+) +(.*)$", demo.called.out, re.MULTILINE)
+    assert [int(row[0]) for row in rows[-len(SWEEP) :]] == SWEEP
+    raw_at_35_hz = float(rows[-1][1])
+    # The paper's simulation gives 5.7 N·m at the sensor; support friction comes on top of it.
+    assert 5.7 < raw_at_35_hz < 9
+    assert all(len(line) <= 80 for line in demo.called.out.splitlines() if " Hz " in line)
+
+
+def test_the_headline_is_the_bearings_torque(demo):
+    found = document(demo.loaded)["headline"]
+    truth_nm = 0.7262  # of the paper's simulation, and the simulated rig's own
+    assert found["compensated"]["value"] == pytest.approx(truth_nm, abs=0.02)
+    assert found["raw_peak"]["value"] > 2
+
+
+def test_the_runs_are_listed(demo):
+    called = call("runs", "--runs", demo.folder)
+    assert called.code == ExitCode.PASS
+    assert [line.split()[0] for line in called.out.splitlines()[2:]] == [
+        demo.no_load.name,
+        demo.loaded.name,
+    ]
+    listed = json.loads(call("runs", "--runs", demo.folder, "--json").out)
+    assert [run["outcome"] for run in listed] == ["completed", "completed"]
+    assert [len(run["recordings"]) for run in listed] == [12, 12]
+
+
+def test_a_run_that_cannot_be_read_is_listed_too(demo, tmp_path):
+    shutil.copytree(demo.no_load, tmp_path / "broken")
+    (tmp_path / "broken" / "run.h5").chmod(0o644)
+    (tmp_path / "broken" / "run.h5").write_bytes(b"not HDF5")
+    called = call("runs", "--runs", tmp_path)
+    assert called.code == ExitCode.PASS
+    assert "unreadable" in called.out
+
+
+def test_a_folder_without_runs_is_no_error(tmp_path):
+    called = call("runs", "--runs", tmp_path / "none")
+    assert called.code == ExitCode.PASS
+    assert called.out == ""
+    assert "no runs" in called.err
+
+
+@pytest.mark.parametrize("by", ["name", "start of the name", "folder", "file"])
+def test_a_run_is_shown(demo, by):
+    words = {
+        "name": demo.loaded.name,
+        "start of the name": demo.loaded.name.rpartition("_")[0],
+        "folder": str(demo.loaded),
+        "file": str(demo.loaded / "run.h5"),
+    }
+    called = call("show", words[by], "--runs", demo.folder)
+    assert called.code == ExitCode.PASS
+    assert demo.loaded.name in called.out
+    assert "DEMO-0001" in called.out
+    assert "template_inverse" in called.out
+
+
+def test_a_run_is_shown_to_programs(demo):
+    shown = json.loads(call("show", demo.loaded, "--json").out)
+    assert shown["sealed"] is True
+    assert shown["no_load_run"]["run"] == demo.no_load.name
+    assert shown["result"] == document(demo.loaded)
+
+
+def test_an_unknown_run_gets_a_suggestion(demo):
+    mistyped = demo.loaded.name.replace("SSPB", "SSBP")
+    called = call("show", mistyped, "--runs", demo.folder)
+    assert called.code == ExitCode.USAGE
+    assert f"did you mean '{demo.loaded.name}'?" in called.err
+
+
+def test_the_stored_run_gives_the_same_result(demo):
+    called = call("analyse", demo.loaded, "--json")
+    assert called.code == ExitCode.PASS
+    assert json.loads(called.out) == document(demo.loaded)
+
+
+def test_a_new_analysis_is_a_new_file(demo, tmp_path):
+    out = tmp_path / "again.json"
+    assert call("analyse", demo.loaded, "--out", out).code == ExitCode.PASS
+    assert json.loads(out.read_text(encoding="utf-8")) == document(demo.loaded)
+    called = call("analyse", demo.loaded, "--out", out)
+    assert called.code == ExitCode.USAGE
+    assert "never overwritten" in called.err
+
+
+def test_the_report_is_written_again_with_the_same_bytes(demo, tmp_path):
+    out = tmp_path / "again.html"
+    called = call("report", demo.loaded, "--out", out)
+    assert called.code == ExitCode.PASS
+    assert called.out.strip() == str(out)
+    assert out.read_bytes() == (demo.loaded / "report.html").read_bytes()
+
+
+@pytest.mark.parametrize("procedure", [NO_LOAD, LOADED])
+def test_the_shipped_procedures_can_be_run_on_the_shipped_station(procedure):
+    called = call("check", procedure, "--station", "simulated")
+    assert called.code == ExitCode.PASS, called.err
+    assert "can be run on simulated" in called.out
+
+
+def test_the_plan_shows_actions_torque_time_and_disk():
+    called = call("plan", LOADED, "--station", "simulated")
+    assert called.code == ExitCode.PASS, called.err
+    assert "35 Hz" in called.out
+    assert "MB" in called.out
+    planned = json.loads(call("plan", LOADED, "--station", "simulated", "--json").out)
+    assert [step["do"] for step in planned["steps"]].count("record") == len(SWEEP)
+    assert sum(step["estimated_s"] for step in planned["steps"]) == planned["estimated_s"]
+
+
+def test_without_a_no_load_run_the_message_says_what_is_needed(tmp_path):
+    called = call("run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended")
+    assert called.code == ExitCode.DATA
+    assert "SSPB-NLI" in called.err
+    assert "--no-load" in called.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_is_compensated_with_the_run_that_is_named(demo, tmp_path):
+    called = call(
+        "run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended",
+        "--no-load", demo.no_load, "--set", "specimen=SN-17", "--json",
+    )  # fmt: skip
+    assert called.code == ExitCode.PASS, called.err
+    found = json.loads(called.out)
+    assert found["run"]["inputs"]["specimen"] == "SN-17"
+    assert found["no_load_run"]["id"] == demo.no_load.name
+    assert next(tmp_path.iterdir()).name.endswith("SN-17")
+
+
+def test_a_loaded_run_cannot_serve_as_the_no_load_run(demo, tmp_path):
+    called = call(
+        "run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended",
+        "--no-load", demo.loaded,
+    )  # fmt: skip
+    assert called.code == ExitCode.DATA
+    assert "SSPB-NLI" in called.err
+
+
+def test_an_unknown_input_gets_a_suggestion(tmp_path):
+    called = call(
+        "run", NO_LOAD, "--station", "simulated", "--runs", tmp_path, "--unattended",
+        "--set", "oprator=me",
+    )  # fmt: skip
+    assert called.code == ExitCode.USAGE
+    assert "did you mean 'operator'?" in called.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["run", "starting_torque", "--station", "simulated"], "did you mean"),
+        (["run", LOADED, "--station", "simulatd"], "did you mean 'simulated'?"),
+        (["run", LOADED], "--station"),
+        (["check", "no/such/file.yaml"], "no/such/file.yaml"),
+        (["plugins", "template_invers"], "did you mean 'template_inverse'?"),
+        (["show", "nothing"], "there is no run 'nothing'"),
+    ],
+)
+def test_a_slip_of_the_fingers_is_a_usage_error_that_helps(words, said):
+    called = call(*words)
+    assert called.code in (ExitCode.USAGE, ExitCode.INVALID)
+    assert said in called.err
+    assert called.out == ""
+
+
+def test_every_problem_of_a_file_is_told_with_its_place(tmp_path):
+    text = find_procedure(LOADED).read_text(encoding="utf-8")
+    text = text.replace("  load: 1000 N\n", "  load: 1000 Nm\n").replace("settle:", "setle:")
+    path = tmp_path / "bad.yaml"
+    path.write_text(text, encoding="utf-8")
+    called = call("check", path, "--station", "simulated")
+    assert called.code == ExitCode.INVALID
+    assert re.search(rf"{re.escape(str(path))}:\d+:\d+: error:", called.err)
+    assert "settle" in called.err
+
+
+def test_plugins_are_listed_with_their_help():
+    called = call("plugins")
+    assert called.code == ExitCode.PASS
+    assert called.err == ""
+    for name in SHIPPED_PLUGINS:
+        assert re.search(rf"^  {name}  ", called.out, re.MULTILINE), name
+
+
+def test_a_plugins_settings_are_shown():
+    assert "published" in call("plugins", "paper_peak").out
+    schema = json.loads(call("plugins", "paper_peak", "--json").out)[0]["settings"]
+    assert "coefficients" in schema["properties"]
+
+
+def test_python_m_rigrunner_is_the_same_program():
+    done = subprocess.run(
+        [sys.executable, "-m", "rigrunner", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"rigrunner {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (signal.SIGTERM, ExitCode.ABORTED),
+        (signal.SIGHUP, ExitCode.ABORTED),
+        (signal.SIGINT, ExitCode.INTERRUPTED),
+    ],
+)
+def test_a_signal_stops_a_run_and_leaves_a_sealed_folder(tmp_path, number, code):
+    words = ["run", NO_LOAD, "--station", "simulated", "--unattended", "--realtime"]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "rigrunner", *words, "--runs", str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
+    wait_for_line(child.stderr, "record")
+    child.send_signal(number)
+    out, err = child.communicate(timeout=30)
+    assert child.returncode == code, err
+    assert out == ""
+    (run,) = tmp_path.iterdir()
+    assert (run / "run.h5").exists()
+    assert not (run / "result.json").exists()
+    assert "abort" in (run / "run.log").read_text(encoding="utf-8")
+
+
+def wait_for_line(stream, word):
+    until = time.monotonic() + 60
+    for line in stream:
+        if word in line:
+            return
+        assert time.monotonic() < until
+    raise AssertionError(f"the run ended before '{word}'")

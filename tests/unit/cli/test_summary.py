@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import copy
+
+from rigrunner.cli.summary import summary
+
+
+def estimate(value, expanded):
+    return {"value": value, "expanded_uncertainty_95": expanded, "unit": "N·m"}
+
+
+def point(frequency_hz, raw):
+    return {
+        "set_frequency": {"value": frequency_hz, "unit": "Hz"},
+        "raw_peak": {"mean": {"value": raw, "unit": "N·m"}},
+    }
+
+
+LOADED = {
+    "measurand": {"symbol": "Td", "name": "starting torque", "unit": "N·m"},
+    "run": {"id": "R1", "procedure": {"id": "P", "revision": "A", "title": "A test"}},
+    "headline": {
+        "method": "template_inverse",
+        "compensated": estimate(0.7262, 0.0213),
+        "raw_peak": estimate(3.2, 0.5),
+    },
+    "decision": {
+        "verdict": "pass",
+        "reason": "0.73 is below 0.95",
+        "verdict_uncompensated": "fail",
+    },
+    "points": [point(1.0, 1.58), point(35.0, 7.4)],
+    "compensations": {
+        "template_inverse": {
+            "not_applicable": None,
+            "points": [{"torque": estimate(0.72, 0.021)}, {"torque": estimate(0.73, 0.022)}],
+            "checks": [{"name": "asymmetry", "ok": False, "text": "6 %", "advice": "Look."}],
+        },
+        "energy": {"not_applicable": "no loop", "points": [], "checks": []},
+    },
+    "checks": [{"name": "clipping", "ok": True, "text": "none", "advice": ""}],
+}
+
+
+def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
+    assert summary(LOADED).splitlines() == [
+        "procedure        A test (P, revision A)",
+        "run              R1",
+        "raw peak         3.20 ± 0.50 N·m",
+        "starting torque  0.726 ± 0.021 N·m (95 %, template_inverse)",
+        "verdict          PASS: 0.73 is below 0.95",
+        "uncompensated    fail",
+        "",
+        "Torque in N·m, with its expanded uncertainty (95 %)",
+        "set-point  raw peak  template_inverse",
+        "---------  --------  ----------------",
+        "     1 Hz     1.580     0.720 ± 0.021",
+        "    35 Hz     7.400     0.730 ± 0.022",
+        "energy: not applicable: no loop",
+        "",
+        "check: asymmetry: 6 % Look.",
+    ]
+
+
+def test_a_run_without_compensation_shows_its_peaks():
+    document = copy.deepcopy(LOADED) | {"compensations": {}, "decision": None}
+    document["headline"] = {"method": None, "compensated": None, "raw_peak": None}
+    text = summary(document)
+    assert "verdict" not in text
+    assert text.splitlines()[-2:] == ["     1 Hz     1.580", "    35 Hz     7.400"]
+
+
+def test_an_unknown_number_is_shown_as_unknown():
+    document = copy.deepcopy(LOADED)
+    document["compensations"]["template_inverse"]["points"][0]["torque"] = estimate(None, None)
+    document["points"][0]["raw_peak"]["mean"]["value"] = None
+    assert "     1 Hz         -                 -" in summary(document)
