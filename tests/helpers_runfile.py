@@ -5,11 +5,13 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rigrunner.api.data import Block, Recording
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Samples, StepEnded, StepStarted
 from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock
-from rigrunner.runfile import RunHeader, RunWriter
+from rigrunner.runfile import RunHeader, RunWriter, SweepPlot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,6 +36,33 @@ def header_of(run_id: str = "run", **changed: object) -> RunHeader:
         "provenance": {"rigrunner": "0.1.0", "plugin swing_tester_sim": "0.1.0"},
     }
     return RunHeader(**known | changed)
+
+
+def recording(name: str = "001_10Hz", samples: int = 2500, seed: int = 1) -> Recording:
+    rng = np.random.default_rng(seed)
+    return Recording(
+        name=name,
+        rate_hz=10_000.0,
+        started_utc="",
+        setpoints={"tester.load": 1000.0, "tester.frequency": 10.0},
+        channels={
+            "tester.angle": rng.normal(0, 0.04, samples),
+            "tester.torque": rng.normal(0, 2.0, samples),
+        },
+        units={
+            "tester.angle": "rad",
+            "tester.torque": "N·m",
+            "tester.load": "N",
+            "tester.frequency": "Hz",
+            "tester.temperature": "K",
+        },
+        conditions={"tester.temperature": 295.25},
+    )
+
+
+TWO = (recording(), recording("002_20Hz", samples=40_001, seed=2))
+PLOT = SweepPlot(*(np.arange(2.0) + row for row in range(4)))
+DOCUMENT = {"headline": {"value": 0.7262, "unit": "N·m"}, "notes": ["a", None, 1e-300]}
 
 
 def emitter_of(writer: RunWriter) -> Emitter:

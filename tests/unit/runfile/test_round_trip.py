@@ -11,12 +11,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from helpers_runfile import (
+    DOCUMENT,
+    PLOT,
     TRUTH,
+    TWO,
     assert_same_recording,
     emit_zero,
     emitter_of,
     end_recording,
     header_of,
+    recording,
     send_samples,
     start_recording,
     write_run,
@@ -31,37 +35,10 @@ from rigrunner.api.events import (
     RunEnded,
     RunStarted,
 )
-from rigrunner.runfile import RunHeader, RunWriter, SweepPlot, read, read_info, read_truth, seal
+from rigrunner.runfile import RunHeader, RunWriter, read, read_info, read_truth, seal
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-
-def recording(name: str = "001_10Hz", samples: int = 2500, seed: int = 1) -> Recording:
-    rng = np.random.default_rng(seed)
-    return Recording(
-        name=name,
-        rate_hz=10_000.0,
-        started_utc="",
-        setpoints={"tester.load": 1000.0, "tester.frequency": 10.0},
-        channels={
-            "tester.angle": rng.normal(0, 0.04, samples),
-            "tester.torque": rng.normal(0, 2.0, samples),
-        },
-        units={
-            "tester.angle": "rad",
-            "tester.torque": "N·m",
-            "tester.load": "N",
-            "tester.frequency": "Hz",
-            "tester.temperature": "K",
-        },
-        conditions={"tester.temperature": 295.25},
-    )
-
-
-TWO = (recording(), recording("002_20Hz", samples=40_001, seed=2))
-PLOT = SweepPlot(*(np.arange(2.0) + row for row in range(4)))
-DOCUMENT = {"headline": {"value": 0.7262, "unit": "N·m"}, "notes": ["a", None, 1e-300]}
 
 
 @pytest.mark.parametrize("sealed", [False, True])

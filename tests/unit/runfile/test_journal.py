@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from helpers_runfile import (
+    assert_same_recording,
+    emitter_of,
+    end_recording,
+    header_of,
+    recording,
+    send_samples,
+    start_recording,
+    write_run,
+)
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import RunWriter, read, seal
+from rigrunner.runfile.journal import MAGIC, JournalWriter, Kind, read_records, unread_bytes
+
+RECORDS = ((Kind.HEADER, b"{}"), (Kind.EVENT, b"x" * 70), (Kind.BLOCK, b""), (Kind.BLOCK, b"yz"))
+
+
+@pytest.fixture
+def journal(tmp_path):
+    path = tmp_path / "a.journal"
+    writer = JournalWriter(path)
+    for kind, payload in RECORDS:
+        writer.append(kind, payload[:1], memoryview(payload[1:]))
+    writer.close()
+    return path
+
+
+def found_in(path):
+    return tuple((record.kind, record.payload) for record in read_records(path))
+
+
+def test_records_come_back(journal):
+    assert found_in(journal) == RECORDS
+    assert unread_bytes(journal, [one.end for one in read_records(journal)][-1]) == 0
+
+
+def test_every_prefix_gives_all_records_that_are_whole(journal):
+    content = journal.read_bytes()
+    ends = [one.end for one in read_records(journal)]
+    for length in range(len(content)):
+        journal.write_bytes(content[:length])
+        assert found_in(journal) == RECORDS[: sum(end <= length for end in ends)]
+
+
+def test_every_flipped_bit_ends_the_reading_where_it_is(journal):
+    content = journal.read_bytes()
+    ends = [len(MAGIC), *(one.end for one in read_records(journal))]
+    for place in range(len(MAGIC), len(content)):
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << (place % 8)
+        journal.write_bytes(damaged)
+        intact = sum(end <= place for end in ends) - 1
+        assert found_in(journal) == RECORDS[:intact]
+
+
+def test_lost_page_in_the_middle_hides_nothing_before_it(journal):
+    content = journal.read_bytes()
+    ends = [one.end for one in read_records(journal)]
+    journal.write_bytes(content[: ends[1]] + bytes(len(content) - ends[1]))
+    assert found_in(journal) == RECORDS[:2]
+
+
+def test_damaged_length_does_not_ask_for_memory(journal):
+    content = bytearray(journal.read_bytes())
+    content[len(MAGIC) : len(MAGIC) + 4] = b"\xff\xff\xff\xff"
+    journal.write_bytes(content)
+    assert found_in(journal) == ()
+
+
+def test_other_files_are_no_journal(tmp_path):
+    path = tmp_path / "a.journal"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n and more")
+    with pytest.raises(DataError, match="is not a journal"):
+        found_in(path)
+
+
+def test_journal_is_never_written_over(journal):
+    with pytest.raises(FileExistsError):
+        JournalWriter(journal)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.binary(max_size=200), max_size=6))
+def test_any_payload_comes_back(tmp_path_factory, payloads):
+    path = tmp_path_factory.mktemp("journal") / "a.journal"
+    writer = JournalWriter(path)
+    for payload in payloads:
+        writer.append(Kind.BLOCK, payload)
+    writer.close()
+    assert [payload for _, payload in found_in(path)] == payloads
+
+
+def cut(path, length):
+    path.write_bytes(path.read_bytes()[:length])
+
+
+def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
+    wanted = recording(samples=300)
+    write_run(tmp_path / "run", [wanted])
+    events = tmp_path / "run" / "journal" / "events.journal"
+    content, seen = events.read_bytes(), set()
+    header_end = next(read_records(events)).end
+    for length in range(len(content)):
+        cut(events, length)
+        if length < header_end:
+            with pytest.raises(DataError, match="ends before the run's header"):
+                read(tmp_path / "run")
+        else:
+            run = read(tmp_path / "run")
+            assert_same_recording(run.recordings[0], wanted)
+            seen.add(len(run.events))
+            assert bool(run.notes) == (length != [one.end for one in read_records(events)][-1])
+        events.write_bytes(content)
+    assert seen == set(range(5))
+
+
+def test_samples_up_to_the_last_whole_block_are_saved(tmp_path):
+    wanted = recording(samples=1000)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, wanted)
+        send_samples(emit, wanted, 100)
+    (path,) = (tmp_path / "run" / "journal").glob("*.samples")
+    content = path.read_bytes()
+    ends = [one.end for one in read_records(path)]
+    for length in range(0, len(content), 97):
+        cut(path, length)
+        whole = 100 * sum(end <= length for end in ends)
+        found = read(tmp_path / "run").incomplete
+        assert [one.samples for one in found] == ([whole] if whole else [])
+        for one in found:
+            torque = one.channels["tester.torque"]
+            assert (torque == wanted.channels["tester.torque"][:whole]).all()
+        path.write_bytes(content)
+
+
+def test_recording_that_ended_but_was_not_folded_is_finished(tmp_path, monkeypatch):
+    wanted = recording(samples=1000)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, wanted)
+        send_samples(emit, wanted, 100)
+        monkeypatch.setattr("rigrunner.runfile.writer.fold", lambda *_: None)  # the kill
+        end_recording(emit, wanted)
+    assert not (tmp_path / "run" / "recordings").exists()
+    before = read(tmp_path / "run")
+    seal(tmp_path / "run")
+    for run in (before, read(tmp_path / "run")):
+        assert_same_recording(run.recordings[0], wanted)
+        assert run.incomplete == ()
+    assert read(tmp_path / "run").digest == before.digest

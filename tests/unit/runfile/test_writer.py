@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+import pytest
+
+from helpers_devices import FakeTester, Listener, run
+from helpers_runfile import (
+    TWO,
+    emitter_of,
+    end_recording,
+    header_of,
+    recording,
+    send_samples,
+    start_recording,
+)
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Outcome, StepEnded
+from rigrunner.runfile import RunWriter, read, read_truth
+
+resource = pytest.importorskip("resource", reason="file size limits need a Unix")
+
+
+@contextmanager
+def disk_full_beyond(size):
+    """No file may grow beyond the size: writing then raises OSError, as on a full disk."""
+    former = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, former)
+
+
+def test_what_the_engine_records_is_stored_whole(tmp_path):
+    listener = Listener()
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        run(FakeTester(), critical=[writer], guarded=[listener])
+        writer.seal()
+    stored = read(tmp_path / "run")
+    assert stored.info.outcome == "completed"
+    assert stored.info.recording_names == ("001_10Hz", "002_20Hz")
+    assert stored.header.inputs["specimen"] == "DEMO-0001"
+    (zero,) = (one for one in listener.of(StepEnded) if one.action == "zero")
+    assert stored.zeros == zero.values
+    assert stored.recordings[1].conditions == {"tester.load": 1000.0}
+    assert stored.recordings[1].setpoints == {"tester.load": 1000.0, "tester.frequency": 20.0}
+    assert read_truth(tmp_path / "run")["002_20Hz"] == {"starting_torque_nm": 0.7262}
+
+
+def test_recording_is_a_file_before_its_step_is_over(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[0])
+        send_samples(emit, TWO[0], 1000)
+        end_recording(emit, TWO[0])
+        files = sorted(path.name for path in (tmp_path / "run").rglob("*.*"))
+        assert files == ["000001.h5", "events.journal"]
+
+
+def test_run_in_progress_can_be_read(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[0])
+        send_samples(emit, TWO[0], 1000, until=2000)
+        assert read(tmp_path / "run").incomplete[0].samples == 2000
+
+
+@pytest.mark.parametrize("size", [100, 2_000, 20_000, 40_000])
+def test_full_disk_stops_the_run_safely_and_keeps_what_was_finished(tmp_path, size):
+    big = [recording(f"{number:03d}", samples=size // 16, seed=number) for number in range(3)]
+    kept = 0
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        for one in big[:2]:
+            start_recording(emit, one)
+            send_samples(emit, one, 10)
+            end_recording(emit, one)
+            kept += 1
+        with disk_full_beyond(size), pytest.raises(DataError, match=r"cannot write .*disk full"):  # noqa: PT012  (the limit falls where it falls)
+            start_recording(emit, big[2])
+            send_samples(emit, big[2], 10)
+            end_recording(emit, big[2])
+    found = read(tmp_path / "run")
+    assert len(found.recordings) >= kept
+    assert [one.name for one in found.recordings[:2]] == ["000", "001"]
+
+
+def test_full_disk_ends_an_engine_run_in_order(tmp_path):
+    device = FakeTester()
+    with RunWriter(tmp_path / "run", header_of()) as writer, disk_full_beyond(4_000):
+        summary = run(device, critical=[writer])
+    assert summary.outcome is Outcome.ERROR
+    assert "is the disk full" in summary.reason
+    assert summary.safe
+    assert device.drives_at == {"load": 0.0, "frequency": 0.0}
+    assert read(tmp_path / "run").info.outcome == "error"
+
+
+def test_folder_that_is_gone_is_told(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        (tmp_path / "run" / "journal").rename(tmp_path / "elsewhere")
+        start_recording(emit, TWO[0])
+        with pytest.raises(DataError, match=r"cannot write .*run"):
+            send_samples(emit, TWO[0], 100)
+
+
+def test_samples_outside_of_their_step_are_refused(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        with pytest.raises(DataError, match="'001_10Hz' came outside of its step"):
+            send_samples(emit, TWO[0], 100)
+
+
+def test_recording_without_a_sample_is_refused(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[0])
+        with pytest.raises(DataError, match="'001_10Hz' ended without a sample"):
+            end_recording(emit, TWO[0])
+
+
+def test_run_folder_is_used_once(tmp_path):
+    RunWriter(tmp_path / "run", header_of()).close()
+    with pytest.raises(DataError, match="cannot write"):
+        RunWriter(tmp_path / "run", header_of())
