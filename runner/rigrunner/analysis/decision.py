@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isinf, nan
+from math import inf, isinf, isnan, nan
 from typing import TYPE_CHECKING
 
 from scipy.special import ndtr, stdtr
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
 
 RULES = {
-    "simple": "simple acceptance: the value itself decides (w = 0)",
-    "guard_band_u": "guard band w = U (k for 95 %): pass only if the value is inside by U",
+    "simple": "simple acceptance, the value alone decides (w = 0)",
+    "guard_band_u": "guard band w = U of 95 %; a value nearer to the limit is conditional",
 }
 
 
@@ -63,6 +63,8 @@ def decide(
         rule=f"{rule}: {RULES[rule]}",
         probability_of_conformity=nan if compensated is None else probability(limits, compensated),
         uncompensated=_verdict(limits, rule, raw, "")[0],
+        lower_nm=limits.lower,
+        upper_nm=limits.upper,
     )
 
 
@@ -89,10 +91,12 @@ def _verdict(
 ) -> tuple[Verdict, str]:
     if estimate is None:
         return Verdict.INCONCLUSIVE, f"There is no result to decide on: {problem}"
-    if estimate.value <= 0:
+    if not estimate.value > 0:
         value = f"{estimate.value:.4f} {limits.unit}"
         return Verdict.INCONCLUSIVE, f"{value} is no friction torque: friction does not drive."
     guard = 0.0 if rule == "simple" else coverage_factor(estimate.dof) * estimate.u
+    if isnan(guard):
+        return Verdict.INCONCLUSIVE, "The uncertainty of the result is not known."
     return _compared(limits, estimate.value, guard)
 
 

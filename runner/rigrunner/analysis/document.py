@@ -89,6 +89,8 @@ def _decision(decision: Decision) -> Json:
         "verdict": str(decision.verdict),
         "reason": decision.reason,
         "limit": decision.limit_text,
+        "lower_limit": quantity(decision.lower_nm, TORQUE),
+        "upper_limit": quantity(decision.upper_nm, TORQUE),
         "limit_source": decision.limit_source,
         "rule": decision.rule,
         "probability_of_conformity": number(decision.probability_of_conformity),

@@ -1,0 +1,158 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from helpers_analysis import acceptance, analysed, instrument, no_load_spec, recording, run_of, spec
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import DataError, PluginError
+from rigrunner.api.results import Verdict
+
+FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)
+SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
+
+
+def rig_part(frequency_hz):
+    return 0.9 + 0.02 * frequency_hz + 0.004 * frequency_hz**2
+
+
+def sweep(extra_nm=0.0, load_n=0.0, frequencies=FREQUENCIES, **changes):
+    """Return a run whose peaks are a quadratic of the frequency and a constant."""
+    recordings = (
+        recording(rig_part(f) + extra_nm + SCATTER, f, load_n=load_n) for f in frequencies
+    )
+    return run_of(*recordings, **changes)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return sweep(0.7, 1000.0)
+
+
+@pytest.fixture(scope="module")
+def no_load():
+    return sweep(run_id="run-0", procedure_id="SSPB-NLI")
+
+
+def test_headline_is_the_mean_of_the_primary(loaded, no_load):
+    result = analysed(loaded, no_load)
+    assert result.primary == "paper_peak"
+    assert result.headline.value == pytest.approx(0.7, abs=2e-3)
+    expected = np.mean([rig_part(f) + 0.7 for f in FREQUENCIES])
+    assert result.raw_headline.value == pytest.approx(expected, rel=1e-3)
+    assert [point.set_frequency_hz for point in result.loaded] == list(FREQUENCIES)
+
+
+def test_fits_are_of_the_no_load_peaks(loaded, no_load):
+    fits = {fit.name: fit for fit in analysed(loaded, no_load).fits}
+    assert list(fits) == ["polynomial", "inertia_physical"]
+    assert fits["polynomial"].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
+
+
+def test_a_no_load_run_is_fitted_and_nothing_is_decided(no_load):
+    result = analysed(no_load)
+    assert result.fits[0].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
+    assert (result.headline, result.decision, result.primary) == (None, None, "")
+    assert result.raw_headline is not None
+
+
+def test_limits_decide_on_the_compensated_torque(loaded, no_load):
+    decision = analysed(loaded, no_load, accept=acceptance("0.95 N·m")).decision
+    assert decision.verdict is Verdict.PASS
+    assert decision.uncompensated is Verdict.FAIL
+    assert (decision.lower_nm, decision.upper_nm) == (-np.inf, 0.95)
+    assert analysed(loaded, no_load, accept=acceptance("0.5 N·m")).decision.verdict is Verdict.FAIL
+
+
+def test_a_method_that_cannot_be_used_says_so_and_the_primary_decides_nothing(loaded):
+    result = analysed(loaded, None, spec(), acceptance())
+    paper = result.compensations["paper_peak"]
+    assert paper.points == ()
+    assert "needs a no-load run" in paper.not_applicable
+    assert result.headline is None
+    assert result.decision.verdict is Verdict.INCONCLUSIVE
+    assert "needs a no-load run" in result.decision.reason
+    assert result.notes == (f"paper_peak is not applicable: {paper.not_applicable}",)
+
+
+def test_outside_the_range_of_the_fit_is_not_applicable(no_load):
+    result = analysed(sweep(0.7, 1000.0, (2.0, 12.0)), no_load)
+    assert "not at 12" in result.compensations["paper_peak"].not_applicable
+
+
+def test_an_unregistered_sensor_leaves_the_method_not_applicable(no_load):
+    unregistered = sweep(0.7, 1000.0, instruments={})
+    result = analysed(unregistered, no_load)
+    assert "no tester.torque" in result.compensations["paper_peak"].not_applicable
+    assert result.raw_headline is None
+
+
+def test_without_a_named_fit_refit_is_not_applicable(loaded, no_load):
+    result = analysed(loaded, no_load, spec(fits=[]))
+    assert "names no fit" in result.compensations["paper_peak"].not_applicable
+
+
+def test_a_fit_that_fails_says_why(loaded, no_load):
+    result = analysed(loaded, no_load, spec(fits=[{"polynomial": {"degree": 4}}]))
+    assert result.fits[0].curve is None
+    assert "needs 6 different frequencies; there are 5" in result.fits[0].problem
+
+
+def test_negative_torque_is_flagged_and_inconclusive(no_load):
+    result = analysed(sweep(-0.1, 1000.0), no_load, accept=acceptance())
+    assert result.decision.verdict is Verdict.INCONCLUSIVE
+    flagged = {check.name for check in result.checks if not check.ok}
+    assert {"positive torque", "friction coefficient"} <= flagged
+
+
+def test_checks_cover_both_runs(loaded, no_load):
+    names = [check.name for check in analysed(loaded, no_load).checks]
+    assert len(names) == len(set(names))
+    assert {"stroke", "no-load run: stroke", "zero drift", "friction coefficient"} <= set(names)
+
+
+def test_settings_are_resolved_to_defaults(loaded, no_load):
+    settings = analysed(loaded, no_load, spec(outliers="grubbs")).settings
+    assert settings["outliers"] == {"name": "grubbs", "settings": {"alpha": 0.05, "side": "both"}}
+    assert settings["despike"] == {"hampel": {"window": 11}}
+    assert settings["fits"][1]["settings"] == {"eccentric": 0.002, "centre_distance": 0.045}
+
+
+def test_without_an_outlier_rule_every_cycle_stays():
+    peaks = rig_part(2.0) + SCATTER
+    peaks[3] += 1.0
+    run = run_of(recording(peaks, 2.0))
+    assert not analysed(run, None, no_load_spec()).loaded[0].peak_kept.all()
+    assert analysed(run, None, no_load_spec(outliers=None)).loaded[0].peak_kept.all()
+
+
+def test_a_procedure_that_asks_nothing_computes_nothing():
+    result = analysed(run_of(), None, no_load_spec(fits=[]))
+    assert (result.loaded, result.fits, result.checks) == ((), (), ())
+    assert result.raw_headline is None
+
+
+def test_a_run_without_recordings_is_refused():
+    with pytest.raises(DataError, match="run run-1 has no recordings"):
+        analysed(run_of())
+
+
+def test_an_unknown_plugin_is_not_hidden(loaded):
+    with pytest.raises(PluginError, match="no fit 'polynomal'"):
+        analysed(loaded, None, no_load_spec(fits=["polynomal"]))
+
+
+def test_the_same_data_give_the_same_result(loaded, no_load):
+    first, second = (document(analysed(loaded, no_load, accept=acceptance())) for _ in "ab")
+    assert first == second
+
+
+def test_drift_and_gain_reach_the_headline(no_load):
+    """Gain acts on the difference; two independent drifts; linearity by full scale (GUM 4.3.7)."""
+    sensor = instrument(gain="1 %", drift="0.02 N·m", nonlinearity="0.1 %")
+    run = sweep(0.7, 1000.0, instruments={"tester.torque": sensor})
+    point = analysed(run, no_load).compensations["paper_peak"].points[2]
+    parts = {component.name: component.u for component in point.components}
+    assert parts["sensor gain"] == pytest.approx(0.01 * point.torque.value / 3**0.5)
+    assert parts["zero drift"] == pytest.approx(0.02 * (2 / 3) ** 0.5)
+    assert parts["sensor non-linearity"] == pytest.approx(0.01 / 3**0.5)

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from helpers_analysis import acceptance, analysed, recording, run_of, spec
+from rigrunner.analysis.document import document
+
+SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
+
+
+def run(extra_nm, load_n):
+    peaks = {f: 0.9 + 0.004 * f**2 + extra_nm + SCATTER for f in (2.0, 4.0, 6.0, 8.0, 10.0)}
+    return run_of(*(recording(values, f, load_n=load_n) for f, values in peaks.items()))
+
+
+@pytest.fixture(scope="module")
+def result():
+    return analysed(run(0.7, 1000.0), run(0.0, 0.0), accept=acceptance())
+
+
+@pytest.fixture(scope="module")
+def content(result):
+    return document(result)
+
+
+def test_it_is_json_without_nan_and_reads_back_exactly(content):
+    text = json.dumps(content, allow_nan=False, ensure_ascii=False)
+    assert json.loads(text) == content
+
+
+def test_it_carries_the_result_in_full_precision(result, content):
+    headline = content["headline"]["compensated"]
+    assert headline["value"] == result.headline.value
+    assert headline["standard_uncertainty"] == result.headline.u
+    assert headline["unit"] == "N·m"
+    point = content["compensations"]["paper_peak"]["points"][3]
+    expected = result.compensations["paper_peak"].points[3]
+    assert point["torque"]["value"] == expected.torque.value
+    assert point["raw"]["value"] - point["rig"]["value"] == point["torque"]["value"]
+    assert len(point["budget"]) == len(expected.components)
+
+
+def test_expanded_uncertainty_is_k_times_u(content):
+    headline = content["headline"]["compensated"]
+    k, u = headline["coverage_factor_95"], headline["standard_uncertainty"]
+    assert headline["expanded_uncertainty_95"] == k * u
+    assert k > 1.96  # Student's t
+
+
+def test_every_value_has_its_unit(content):
+    def walk(node, path):
+        if isinstance(node, dict):
+            assert "value" not in node or "unit" in node, path
+            assert "values" not in node or "unit" in node, path
+            for key, child in node.items():
+                walk(child, (*path, key))
+        elif isinstance(node, list):
+            for index, child in enumerate(node):
+                walk(child, (*path, index))
+
+    walk(content, ())
+
+
+def test_it_names_both_runs_by_digest(content):
+    assert content["run"]["digest_sha256"] == "ab" * 32
+    assert content["run"]["procedure"]["id"] == "SSPB-STT-1000"
+    assert content["no_load_run"]["id"] == "run-1"
+
+
+def test_no_waveforms_are_in_it(content):
+    assert len(json.dumps(content)) < 40_000
+
+
+def test_a_missing_result_is_null_with_its_reason():
+    content = document(analysed(run(0.7, 1000.0), None, spec(), acceptance()))
+    assert content["headline"]["compensated"] is None
+    assert content["decision"]["probability_of_conformity"] is None
+    assert "needs a no-load run" in content["decision"]["reason"]
+    assert "needs a no-load run" in content["compensations"]["paper_peak"]["not_applicable"]
+    assert content["no_load_run"] is None
+    json.dumps(content, allow_nan=False)
+
+
+def test_infinite_degrees_of_freedom_are_a_word(content):
+    budget = content["compensations"]["paper_peak"]["points"][0]["budget"]
+    assert {part["degrees_of_freedom"] for part in budget} == {9.0, 2.0, "infinite"}
+    assert content["decision"]["lower_limit"] == {"value": None, "unit": "N·m"}
+    assert content["decision"]["upper_limit"] == {"value": 0.95, "unit": "N·m"}
