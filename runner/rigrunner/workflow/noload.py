@@ -38,7 +38,7 @@ class LoadedRun:
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
     """Return the named no-load run, or the latest that fits; raise DataError saying what would."""
-    name = named or (None if spec.source == LATEST else spec.source)
+    name = named or (None if spec.from_ == LATEST else spec.from_)
     if name is not None:
         path = find_run(name, runs)
         _refuse(path, list(_objections(path, spec, loaded)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,7 @@ from rigrunner.workflow.report import write_report
 from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import Identity, StopToken
@@ -125,32 +126,37 @@ def _finish(
 ) -> FinishedRun:
     """Analyse what was recorded, seal it whatever comes of that, and report."""
     writer.close()
-    result, problem = None, summary.error
+    folder, errors = writer.folder, [summary.error] if summary.error else []
+    result = report = None
     asked = planned.procedure.model.analysis != NO_ANALYSIS
     if asked and summary.outcome is Outcome.COMPLETED:
-        result, problem = _analysed(planned, writer.folder, no_load)
+        with _kept(errors):
+            result = analyse_run(folder, planned.registry, no_load)
     content = None if result is None else document(result)
-    plot = None if result is None else sweep_plot(result)
-    writer.seal(content, plot, no_load)
-    report = None
+    writer.seal(content, None if result is None else sweep_plot(result), no_load)
     if content is not None:
-        text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
-        (writer.folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
-        report = write_report(writer.folder, planned.registry, result=result)
+        with _kept(errors):
+            _write_result(folder, content)
+            report = write_report(folder, planned.registry, result=result)
     return FinishedRun(
-        folder=writer.folder,
+        folder=folder,
         outcome=summary.outcome,
         reason=summary.reason,
-        error=problem,
+        error=next(iter(errors), None),
         result=result,
         report=report,
     )
 
 
-def _analysed(
-    planned: Planned, folder: Path, no_load: Path | None
-) -> tuple[Result | None, BaseException | None]:
+def _write_result(folder: Path, content: Mapping[str, object]) -> None:
+    text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+    (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
+
+
+@contextmanager
+def _kept(errors: list[BaseException]) -> Iterator[None]:
+    """Keep an error for the FinishedRun: what was measured must be sealed all the same."""
     try:
-        return analyse_run(folder, planned.registry, no_load), None
-    except Exception as error:  # noqa: BLE001  (what was measured must be sealed all the same)
-        return None, error
+        yield
+    except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
+        errors.append(error)
