@@ -9,7 +9,7 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.cli.boundary import show_bug, show_error
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.summary import summary
+from rigrunner.cli.summary import identity, summary
 from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
@@ -24,15 +24,15 @@ _ENDED = {
 
 
 def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
-    """Print the result on stdout; an error, and where everything is, on stderr."""
-    if finished.result is not None:
-        found = document(finished.result)
-        if as_json:
-            result_json(found)
-        else:
-            result(summary(found))
+    """Print the result and where everything is on stdout, and an error on stderr."""
+    content = None if finished.result is None else document(finished.result)
+    if as_json and content is not None:
+        result_json(content)
+    elif content is not None:
+        result(f"{identity(content)}\n\n{summary(content)}\n")
     _tell_error(finished)
-    message(f"\n{places(finished)}")
+    tell = message if as_json else result
+    tell(f"{places(finished)}\n")
 
 
 def _tell_error(finished: FinishedRun) -> None:

@@ -16,19 +16,28 @@ UNKNOWN = "-"
 
 
 def summary(document: Document) -> str:
-    """Return headline, verdict, table of the set-points, and the checks that failed."""
-    parts = [pairs(list(_headline(document))), _points(document), _failed_checks(document)]
+    """Return headline, verdict, table of the set-points, fits, and the checks that failed."""
+    parts = [
+        pairs(list(_headline(document))),
+        _points(document),
+        "\n".join(_fits(document)),
+        _failed_checks(document),
+    ]
     return "\n\n".join(part for part in parts if part)
 
 
+def identity(document: Document) -> str:
+    """Return which procedure and which run the result is of."""
+    run = document["run"]
+    title, name, revision = (run["procedure"][key] for key in ("title", "id", "revision"))
+    return pairs([("procedure", f"{title} ({name}, revision {revision})"), ("run", run["id"])])
+
+
 def _headline(document: Document) -> Iterator[tuple[str, str]]:
-    procedure, headline = document["run"]["procedure"], document["headline"]
-    yield "procedure", f"{procedure['title']} ({procedure['id']}, revision {procedure['revision']})"
-    yield "run", document["run"]["id"]
-    if headline["raw_peak"]:
-        yield "raw peak", f"{estimate_text(headline['raw_peak'])} {headline['raw_peak']['unit']}"
+    headline = document["headline"]
     if headline["compensated"]:
-        found = headline["compensated"]
+        raw, found = headline["raw_peak"], headline["compensated"]
+        yield "raw peak", f"{estimate_text(raw)} {raw['unit']}"
         yield (
             document["measurand"]["name"],
             f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
@@ -57,6 +66,21 @@ def _points(document: Document) -> str:
     ]
     caption = "Torque in N·m, with its expanded uncertainty (95 %)" if methods else "Torque in N·m"
     return "\n".join([caption, table(header, rows, "r" * len(header)), *missing])
+
+
+def _fits(document: Document) -> Iterator[str]:
+    """Say what was fitted to a run that is not compensated: there it is what was found."""
+    if document["compensations"]:
+        return
+    for fit in document["fits"]:
+        curve = fit["curve"]
+        if curve is None:
+            yield f"{fit['name']}: no fit: {fit['problem']}"
+            continue
+        yield f"{fit['name']}: {curve['formula']}, with standard uncertainties"
+        for name, found in curve["coefficients"].items():
+            value = with_uncertainty(found["value"], found["standard_uncertainty"])
+            yield f"  {name} = {value} {found['unit']}"
 
 
 def _failed_checks(document: Document) -> str:

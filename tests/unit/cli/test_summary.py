@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import copy
 
-from rigrunner.cli.summary import summary
+from rigrunner.cli.summary import identity, summary
 
 
 def estimate(value, expanded):
@@ -29,6 +29,7 @@ LOADED = {
         "reason": "0.73 is below 0.95",
         "verdict_uncompensated": "fail",
     },
+    "fits": [],
     "points": [point(1.0, 1.58), point(35.0, 7.4)],
     "compensations": {
         "template_inverse": {
@@ -44,8 +45,6 @@ LOADED = {
 
 def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
     assert summary(LOADED).splitlines() == [
-        "procedure        A test (P, revision A)",
-        "run              R1",
         "raw peak         3.20 ± 0.50 N·m",
         "starting torque  0.726 ± 0.021 N·m (95 %, template_inverse)",
         "verdict          PASS: 0.73 is below 0.95",
@@ -62,12 +61,33 @@ def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
     ]
 
 
-def test_a_run_without_compensation_shows_its_peaks():
+def test_a_run_without_compensation_shows_its_peaks_and_their_fits():
     document = copy.deepcopy(LOADED) | {"compensations": {}, "decision": None}
-    document["headline"] = {"method": None, "compensated": None, "raw_peak": None}
-    text = summary(document)
-    assert "verdict" not in text
-    assert text.splitlines()[-2:] == ["     1 Hz     1.580", "    35 Hz     7.400"]
+    document["headline"] = {"method": None, "compensated": None, "raw_peak": estimate(4.5, 0.1)}
+    coefficient = {"value": 0.9173, "standard_uncertainty": 0.1353, "unit": "N·m"}
+    curve = {"formula": "T = c0", "coefficients": {"c0": coefficient}}
+    document["fits"] = [
+        {"name": "polynomial", "curve": curve, "problem": None},
+        {"name": "inertia_physical", "curve": None, "problem": "too few points"},
+    ]
+    assert summary(document).splitlines() == [
+        "Torque in N·m",
+        "set-point  raw peak",
+        "---------  --------",
+        "     1 Hz     1.580",
+        "    35 Hz     7.400",
+        "",
+        "polynomial: T = c0, with standard uncertainties",
+        "  c0 = 0.92 ± 0.14 N·m",
+        "inertia_physical: no fit: too few points",
+    ]
+
+
+def test_the_result_says_whose_it_is():
+    assert identity(LOADED).splitlines() == [
+        "procedure  A test (P, revision A)",
+        "run        R1",
+    ]
 
 
 def test_an_unknown_number_is_shown_as_unknown():

@@ -12,7 +12,7 @@ from rigrunner.analysis.document import document
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.options import json_option, runs_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.summary import summary
+from rigrunner.cli.summary import identity, summary
 from rigrunner.registry import load_registry
 from rigrunner.workflow.locate import find_run
 from rigrunner.workflow.record import verdict_code
@@ -49,7 +49,7 @@ def command(
     if as_json:
         result_json(content)
     else:
-        result(summary(content))
+        result(f"{identity(content)}\n\n{summary(content)}")
     return verdict_code(found)
 
 

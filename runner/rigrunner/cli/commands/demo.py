@@ -37,12 +37,11 @@ def command(folder: Path) -> ExitCode:
     message(
         "No-load sweep and 1000 N test on a simulated rig, in simulated time, with its own answers."
     )
-    runs = _measured(folder)
-    for finished in runs:
-        tell_finished(finished)
+    runs: list[FinishedRun] = []
+    try:
+        with stop_on_signals() as stop, shown_progress() as progress:
+            runs.extend(run_demo(folder, load_registry(), SimulatedClock(), stop, [progress]))
+    finally:
+        for finished in runs:
+            tell_finished(finished)
     return runs[-1].exit_code
-
-
-def _measured(folder: Path) -> list[FinishedRun]:
-    with stop_on_signals() as stop, shown_progress() as progress:
-        return list(run_demo(folder, load_registry(), SimulatedClock(), stop, [progress]))

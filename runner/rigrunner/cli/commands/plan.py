@@ -64,7 +64,7 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
 
 
 def _short(text: str) -> str:
-    return shorten(text, 52, placeholder=" …")
+    return shorten(text, 56, placeholder=" …")
 
 
 def _seconds(step: PlannedStep) -> str:

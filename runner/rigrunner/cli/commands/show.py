@@ -15,7 +15,7 @@ from rigrunner.workflow.locate import find_run
 from rigrunner.workflow.stored import open_run
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from rigrunner.runfile import StoredRun
@@ -54,10 +54,14 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield "outcome", f"{info.outcome}: {info.reason}" if info.reason else info.outcome
     yield "sealed", "yes" if info.sealed else "no"
     yield from header.inputs.items()
-    yield "recordings", f"{len(stored.recordings)}: {', '.join(info.recording_names)}"
+    yield "recordings", _recordings(info.recording_names)
     if stored.no_load is not None:
         yield "no-load run", stored.no_load.header.run_id
     yield "SHA-256", stored.digest
+
+
+def _recordings(names: Sequence[str]) -> str:
+    return f"{len(names)}, from {names[0]} to {names[-1]}" if names else "none"
 
 
 def _document(stored: StoredRun) -> dict[str, Any]:
