@@ -203,9 +203,8 @@ class Builder:
         frequency_hz = self._drives.cycle_frequency_hz(role, (*place.path, "cycles"))
         if not frequency_hz or record.cycles is None:
             return None, ""
-        return (
-            record.cycles + 1
-        ) / frequency_hz, f"{record.cycles} cycles at {frequency_hz:.6g} Hz"
+        duration_s = (record.cycles + 1) / frequency_hz
+        return duration_s, f"{record.cycles} cycles at {frequency_hz:.6g} Hz"
 
 
 def _count(steps: Sequence[language.Step], weight: Callable[[language.Step], int]) -> int:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 MAX_DEPTH = 40
-MAX_VALUES = 50_000
+MAX_VALUES = 20_000
 MAX_PROBLEMS = 50
 _DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
 
@@ -80,12 +80,14 @@ class _Composer:
 
     def _mapping(self, path: Path) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
+        first: dict[str, Location] = {}
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             value_event = next(self._events)
             key = self._key(event, value_event, path)
-            if key in mapping:
-                first = Location(self._name, *self._marks[(*path, key)].key)
-                self._report(f"the key '{key}' stands twice; first at {first}", event, path)
+            here = Location(self._name, *_place(event))
+            if first.setdefault(key, here) != here:
+                message = f"the key '{_clip(key)}' stands twice; first at {first[key]}"
+                self._report(message, event, path)
             mapping[key] = self._value(value_event, (*path, key), event)
         return mapping
 
@@ -94,9 +96,8 @@ class _Composer:
         if not isinstance(event, yaml.ScalarEvent):
             self._stop("a key has to be a text", event)
         text = _clip(event.value)
-        if self._is_decimal_comma(event, value):
-            message = f"there is a decimal comma before '{text}'"
-            self._report(message, event, path, f"write a point: '.{text}'")
+        if self._splits_value(event, value):
+            self._report_comma(text, event, path)
         elif event.implicit[0] and not isinstance(_read_or_none(event.value), str):
             message = f"the key {text or '(empty)'} is not a text"
             self._report(message, event, path, f"put it in quotes: '{text}'")
@@ -105,7 +106,10 @@ class _Composer:
     def _sequence(self, path: Path) -> list[Any]:
         items: list[Any] = []
         while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
-            items.append(self._value(event, (*path, len(items)), event))
+            value = self._value(event, (*path, len(items)), event)
+            if items and self._splits_number(items[-1], value, event):
+                self._report_comma(value, event, path)
+            items.append(value)
         return items
 
     def _scalar(self, event: yaml.Event, path: Path) -> Any:
@@ -119,7 +123,7 @@ class _Composer:
             self._report(error.message, event, path, error.hint)
             return None
 
-    def _is_decimal_comma(self, key: yaml.ScalarEvent, value: yaml.Event) -> bool:
+    def _splits_value(self, key: yaml.ScalarEvent, value: yaml.Event) -> bool:
         """Say whether `{max: 1,5 N}` was written, which YAML reads as max: 1 and '5 N': null."""
         return (
             isinstance(value, yaml.ScalarEvent)
@@ -127,6 +131,15 @@ class _Composer:
             and not value.value
             and _DIGITS_THEN_TEXT.fullmatch(key.value) is not None
             and self._character_before(key) == ","
+        )
+
+    def _splits_number(self, before: object, value: object, event: yaml.Event) -> bool:
+        """Say whether `[1,5 N]` was written, which YAML reads as 1 and '5 N'."""
+        return (
+            isinstance(before, int)
+            and isinstance(value, str)
+            and _DIGITS_THEN_TEXT.fullmatch(value) is not None
+            and self._character_before(event) == ","
         )
 
     def _character_before(self, event: yaml.Event) -> str:
@@ -143,6 +156,10 @@ class _Composer:
         self._problems.append(Problem(message, location, dotted(path), hint))
         if len(self._problems) >= MAX_PROBLEMS:
             self._stop("more problems follow; mend these first", event)
+
+    def _report_comma(self, after: str, event: yaml.Event, path: Path) -> None:
+        message = f"there is a decimal comma before '{_clip(after)}'"
+        self._report(message, event, path, f"write a point: '.{_clip(after)}'")
 
     def _stop(self, message: str, event: yaml.Event | None, hint: str = "") -> NoReturn:
         location = Location(self._name, *(_place(event) if event else ()))

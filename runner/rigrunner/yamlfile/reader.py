@@ -79,8 +79,9 @@ def _syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> InvalidF
     place = (mark.line + 1, mark.column + 1)
     if "\t" in line[: len(line) - len(line.lstrip())]:
         return _refused(name, "a tab indents this line", place, "indent with spaces")
+    hints = (_syntax_hint(line, mark.column, str(error.problem)), _beginning(error, name))
     message = f"not YAML: {error.problem or error.context}"
-    return _refused(name, message, place, _syntax_hint(line, mark.column, str(error.problem)))
+    return _refused(name, message, place, "; ".join(hint for hint in hints if hint))
 
 
 def _syntax_hint(line: str, column: int, problem: str) -> str:
@@ -91,8 +92,17 @@ def _syntax_hint(line: str, column: int, problem: str) -> str:
     if "end of stream" in problem:
         return "a quote or bracket is not closed"
     if "expected" in problem:
-        return "look at the indentation, commas, brackets and quotes here and in the line above"
+        return "look at indentation, commas, brackets and quotes"
     return ""
+
+
+def _beginning(error: yaml.MarkedYAMLError, name: str) -> str:
+    """Return where the quote, list or mapping began in which the error was found."""
+    mark = error.context_mark
+    if mark is None or not error.context or "token" in error.context:
+        return ""
+    what = error.context.removeprefix("while ").replace("parsing", "in").replace("scanning", "in")
+    return f"{what} that begins at {Location(name, mark.line + 1, mark.column + 1)}"
 
 
 def _position(text: str, index: int) -> tuple[int, int]:
