@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 PHASES = 1024
 ITERATIONS = 50
 STEP_TOLERANCE = 1e-9
+_HINT = "peaks that show friction, damping and inertia apart rise with f, and later with f²"
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,9 @@ class InertiaPhysicalFit:
             step = solution.coefficients.astype(np.float64)
             parameters = parameters + step
             if np.all(np.abs(step) <= STEP_TOLERANCE * np.abs(parameters).max()):
+                _refuse_unphysical(parameters)
                 return self._curve(points, parameters, solution)
-        raise DataError("the physical fit of the no-load peaks does not converge")
+        raise DataError("the physical fit does not converge", hint=_HINT)
 
     @property
     def _ratio(self) -> float:
@@ -119,6 +121,17 @@ class InertiaPhysicalFit:
             r_squared=r_squared(points.y, residuals),
             valid_x=(float(points.x.min()), float(points.x.max())),
             value_and_spread=value_and_spread,
+        )
+
+
+def _refuse_unphysical(parameters: Array) -> None:
+    """Neither damping nor inertia can be negative, and without damping the peak has no phase."""
+    _, damping, inertia = parameters
+    if damping <= 0 or inertia <= 0:
+        raise DataError(
+            f"the physical fit gives a damping of {damping:.3g} N·m·s/rad and an inertia of "
+            f"{inertia:.3g} kg·m², which no rig has",
+            hint=_HINT,
         )
 
 

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from rigrunner.api.data import Points
+from rigrunner.api.errors import DataError
+from rigrunner_plugins.fits.polynomial import PolynomialFit
+from rigrunner_plugins.fits.settings import PolynomialSettings
+
+X = np.array([1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0])
+Y = np.array([0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91])
+
+
+def fit(points, **changes):
+    return PolynomialFit(PolynomialSettings(**changes))(points)
+
+
+def test_prediction_carries_the_whole_covariance():
+    """At 10 Hz of the paper's Table 2: 1.569065 with u 0.0710535; without covariance 0.2301."""
+    curve = fit(Points(X, Y))
+    value, u = curve.predict(np.array([10.0]))
+    gradient = np.array([1.0, 10.0, 100.0])
+    assert value == pytest.approx([gradient @ curve.coefficients], rel=1e-14)
+    assert u == pytest.approx([np.sqrt(gradient @ curve.covariance @ gradient)], rel=1e-9)
+    assert u == pytest.approx([0.07105352], abs=5e-9)
+
+
+def test_formula_names_and_units():
+    curve = fit(Points(X, Y))
+    assert curve.formula == "T = c0 + c1·f + c2·f²"
+    assert curve.names == ("c0", "c1", "c2")
+    assert curve.units == ("N·m", "N·m/Hz", "N·m/Hz²")
+
+
+def test_residuals_are_observed_minus_fitted():
+    curve = fit(Points(X, Y))
+    assert curve.residuals == pytest.approx(Y - np.polyval(curve.coefficients[::-1], X), abs=1e-14)
+
+
+def test_weights_as_numpy_has_them():
+    u_y = np.array([0.01, 0.01, 0.02, 0.02, 0.03, 0.05, 0.1, 0.2])
+    curve = fit(Points(X, Y, u_y), weighted=True)
+    expected, covariance = np.polyfit(X, Y, 2, w=1 / u_y, cov=True)
+    assert curve.coefficients[::-1] == pytest.approx(expected, rel=1e-10)
+    assert curve.covariance[::-1, ::-1] == pytest.approx(covariance, rel=1e-8)
+    assert curve.residuals == pytest.approx(Y - np.polyval(expected, X), abs=1e-12)
+
+
+def test_equal_weights_are_no_weights():
+    weighted, plain = fit(Points(X, Y, np.full(8, 0.02)), weighted=True), fit(Points(X, Y))
+    assert weighted.coefficients == pytest.approx(plain.coefficients, rel=1e-13)
+    assert weighted.residual_s == pytest.approx(plain.residual_s, rel=1e-13)
+    assert weighted.r_squared == pytest.approx(plain.r_squared, rel=1e-13)
+
+
+@pytest.mark.parametrize("u_y", [None, np.zeros(8)])
+def test_weights_need_uncertainties(u_y):
+    with pytest.raises(DataError, match="uncertainty of every point"):
+        fit(Points(X, Y, u_y), weighted=True)
+
+
+def test_outside_its_points_a_curve_says_nothing():
+    curve = fit(Points(X, Y))
+    assert curve.valid_x == (1.0, 35.0)
+    with pytest.raises(DataError, match="holds from 1 to 35, not at 36"):
+        curve.predict(np.array([10.0, 36.0]))
+    with pytest.raises(DataError, match=r"not at 0\.9"):
+        curve.predict(np.array([0.9]))
+
+
+def test_an_end_of_the_range_may_scatter_by_half_a_percent():
+    value, _ = fit(Points(X, Y)).predict(np.array([0.996, 35.1]))
+    assert value == pytest.approx([0.9459, 6.774], abs=2e-3)
+
+
+def test_too_few_frequencies_are_counted_by_their_values():
+    repeated = Points(np.array([1.0, 1.0, 5.0, 5.0, 10.0, 10.0]), np.arange(6.0))
+    with pytest.raises(DataError, match="needs 4 different frequencies; there are 3"):
+        fit(repeated)
+
+
+def test_constant_points_have_no_coefficient_of_determination():
+    curve = fit(Points(X, np.full(8, 2.5)), degree=1)
+    assert curve.coefficients == pytest.approx([2.5, 0.0], abs=1e-15)
+    assert np.isnan(curve.r_squared)
+
+
+@pytest.mark.parametrize("bad", [{"degree": 0}, {"degree": 9}, {"degree": 2.0}, {"order": 2}])
+def test_settings_are_strict(bad):
+    with pytest.raises(ValidationError):
+        PolynomialSettings(**bad)

@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from rigrunner_plugins.outlier_rules.grubbs import Grubbs
+from rigrunner_plugins.outlier_rules.keep_all import keep_all
+from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
+
+GOOD = np.array([1.00, 1.02, 0.98, 1.01, 0.99, 1.03, 0.97, 1.00])
+
+
+def rejected(values, **changes):
+    return [each.index for each in Grubbs(GrubbsSettings(**changes))(np.asarray(values, float))]
+
+
+def test_good_values_stay():
+    assert rejected(GOOD) == []
+
+
+def test_it_repeats_until_none_is_left_and_keeps_the_first_indices():
+    assert rejected([*GOOD[:3], 9.0, *GOOD[3:], 1.4]) == [3, 9]
+
+
+def test_statistics_are_those_of_the_values_then_left():
+    values = np.array([*GOOD, 9.0])
+    (only,) = Grubbs(GrubbsSettings())(values)
+    assert only.statistic == pytest.approx((9.0 - values.mean()) / values.std(ddof=1))
+    assert only.statistic > only.critical
+    assert only.rule == "grubbs"
+
+
+@pytest.mark.parametrize("value", [1.5, 0.5])
+@pytest.mark.parametrize("side", ["both", "high", "low"])
+def test_a_side_looks_at_its_own_extreme_only(value, side):
+    seen = side == "both" or (side == "high") == (value > 1)
+    assert rejected([*GOOD, value], side=side) == ([8] if seen else [])
+
+
+def test_a_smaller_risk_rejects_less():
+    values = [*GOOD, 1.06]
+    assert rejected([*GOOD, 1.085]) == [8]
+    assert rejected([*GOOD, 1.085], alpha=0.001) == []
+    assert rejected(values) == []
+
+
+@pytest.mark.parametrize("values", [[], [1.0], [1.0, 5.0], [0.1] * 10, [1.0, 1.0, 1.0 + 1e-15]])
+def test_nothing_to_judge(values):
+    assert rejected(values) == []
+
+
+@pytest.mark.parametrize("bad", [{"alpha": 0.0}, {"alpha": 0.5}, {"alpha": 1}, {"side": "left"}])
+def test_settings_are_strict(bad):
+    with pytest.raises(ValidationError):
+        GrubbsSettings(**bad)
+
+
+@settings(deadline=None, max_examples=60, derandomize=True)
+@given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30))
+def test_it_does_not_depend_on_order(values):
+    found = {values[index] for index in rejected(values)}
+    backwards = values[::-1]
+    assert {backwards[index] for index in rejected(backwards)} == found
+
+
+def test_the_false_alarm_rate_is_alpha():
+    """Of 2000 samples of 20 normal values, 5 % lose a value: binomial 100 +/- 3 * 9.7."""
+    rng = np.random.default_rng(3)
+    alarms = sum(bool(rejected(rng.normal(size=20))) for _ in range(2000))
+    assert 70 <= alarms <= 130
+
+
+def test_none_keeps_all():
+    assert keep_all(np.array([1.0, 1.0, 1e9])) == []
