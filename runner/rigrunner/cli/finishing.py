@@ -16,13 +16,6 @@ if TYPE_CHECKING:
     from rigrunner.workflow.record import FinishedRun
 
 
-_ENDED = {
-    Outcome.COMPLETED: "The run was completed, but not analysed.",
-    Outcome.ABORTED: "The run was aborted.",
-    Outcome.ERROR: "The run ended in an error.",
-}
-
-
 def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
     """Print the result and where everything is on stdout, and an error on stderr."""
     content = None if finished.result is None else document(finished.result)
@@ -44,7 +37,16 @@ def _tell_error(finished: FinishedRun) -> None:
     elif isinstance(error, Exception):
         show_bug(error)
     if error is not None:
-        message(_ENDED[finished.outcome])
+        message(f"The run was {_ending(finished)}.")
+
+
+def _ending(finished: FinishedRun) -> str:
+    if finished.outcome is Outcome.ABORTED:
+        return "aborted"
+    if finished.outcome is Outcome.ERROR:
+        return "ended by an error"
+    missing = "analysed" if finished.result is None else "reported"
+    return f"completed, but could not be {missing}"
 
 
 def places(finished: FinishedRun) -> str:

@@ -49,7 +49,9 @@ def _headline(document: Document) -> Iterator[tuple[str, str]]:
 
 
 def _points(document: Document) -> str:
-    """Raw peak and every method that could be used, per set-point; torque in N·m."""
+    """Return raw peak and every method that could be used, per set-point."""
+    if not document["points"]:
+        return ""
     methods = {name: found for name, found in document["compensations"].items() if found["points"]}
     header = ["set-point", "raw peak", *methods]
     columns = [
@@ -70,14 +72,15 @@ def _points(document: Document) -> str:
 
 def _fits(document: Document) -> Iterator[str]:
     """Say what was fitted to a run that is not compensated: there it is what was found."""
-    if document["compensations"]:
+    if document["compensations"] or not document["fits"]:
         return
+    yield "Fits of the raw peak over frequency, with standard uncertainties"
     for fit in document["fits"]:
         curve = fit["curve"]
         if curve is None:
             yield f"{fit['name']}: no fit: {fit['problem']}"
             continue
-        yield f"{fit['name']}: {curve['formula']}, with standard uncertainties"
+        yield f"{fit['name']}: {curve['formula']}"
         for name, found in curve["coefficients"].items():
             value = with_uncertainty(found["value"], found["standard_uncertainty"])
             yield f"  {name} = {value} {found['unit']}"

@@ -77,7 +77,8 @@ def test_a_run_without_compensation_shows_its_peaks_and_their_fits():
         "     1 Hz     1.580",
         "    35 Hz     7.400",
         "",
-        "polynomial: T = c0, with standard uncertainties",
+        "Fits of the raw peak over frequency, with standard uncertainties",
+        "polynomial: T = c0",
         "  c0 = 0.92 ± 0.14 N·m",
         "inertia_physical: no fit: too few points",
     ]
