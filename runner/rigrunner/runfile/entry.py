@@ -52,7 +52,7 @@ _END_TEXTS = ("ended_utc", "outcome", "reason")
 def write_entry(entry: h5py.Group, journal: Journal) -> None:
     """Write all but recordings and analysis into an empty entry."""
     header = journal.header
-    entry.attrs["title"] = header.procedure_title[:1000]
+    write_text(entry, "title", header.procedure_title)
     for name in _HEADER_TEXTS:
         write_text(entry, name, getattr(header, name))
     for name, text in zip(_END_TEXTS, journal.end(), strict=True):

@@ -107,7 +107,7 @@ def test_digest_is_what_its_description_says(tmp_path):
 
 
 def test_digest_does_not_depend_on_the_size_of_blocks_but_on_every_sample(tmp_path):
-    write_run(tmp_path / "a", TWO, block=1)
+    write_run(tmp_path / "a", TWO, block=7)
     write_run(tmp_path / "b", TWO, block=30_000)
     changed = recording()
     changed.channels["tester.torque"][7] = np.nextafter(changed.channels["tester.torque"][7], 9)

@@ -1,0 +1,85 @@
+"""Kills a process that records runs, again and again, and says what it had been told was kept.
+
+Run as a program: `python helpers_kill.py FOLDER KILLS SEED`. It imports once and forks a writer per
+kill. A writer records and seals one run after the other through the real engine, and notes each
+recording in a file once the run file has taken its end. Prints one JSON line per kill.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from helpers_devices import FakeTester, plan_of, record, run
+from helpers_runfile import header_of
+from rigrunner.api.events import Event, StepEnded
+from rigrunner.runfile import RunWriter
+
+RECORDINGS = 4
+SECONDS = 2.5
+LONGEST_LIFE_S = 0.25
+
+
+def name_of(number: int) -> str:
+    return f"{number:03d}"
+
+
+class Noter:
+    """Notes each finished recording, and each sealed run, where a kill cannot take it back."""
+
+    def __init__(self, path: Path, run_id: str) -> None:
+        self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        self._run_id = run_id
+
+    def note(self, what: str) -> None:
+        os.write(self._descriptor, f"{self._run_id} {what}\n".encode())
+
+    def __call__(self, event: Event) -> None:
+        if isinstance(event, StepEnded) and event.ok and event.recording:
+            self.note(event.recording)
+
+
+def write_runs_until_killed(folder: Path) -> None:
+    for number in range(1_000_000):
+        run_id = f"run{number:04d}"
+        noter = Noter(folder / "notes", run_id)
+        main = [record(name_of(one), seconds=SECONDS) for one in range(RECORDINGS)]
+        with RunWriter(folder / run_id, header_of(run_id)) as writer:
+            run(FakeTester(), plan_of((), main, ()), critical=[writer], guarded=[noter])
+            writer.seal({"number": number})
+            noter.note("sealed")
+
+
+def kill_one(folder: Path, life_s: float) -> None:
+    writer = os.fork()
+    if writer == 0:
+        write_runs_until_killed(folder)
+        os._exit(1)
+    time.sleep(life_s)
+    os.kill(writer, signal.SIGKILL)
+    _, status = os.waitpid(writer, 0)
+    if os.WTERMSIG(status) != signal.SIGKILL:
+        raise SystemExit(f"the writer ended by itself: status {status}")
+
+
+def main() -> None:
+    folder, kills, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    random_life = random.Random(seed)  # noqa: S311  (instants of kills need no secrecy)
+    np.zeros(1)
+    for number in range(kills):
+        place = folder / f"kill{number:04d}"
+        place.mkdir()
+        life_s = random_life.uniform(0.0, LONGEST_LIFE_S)
+        kill_one(place, life_s)
+        print(json.dumps({"folder": str(place), "life_s": life_s}), flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
