@@ -1,0 +1,117 @@
+"""Numbers as a person reads them: never more digits than the uncertainty bears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor, isfinite, isinf, log10
+from typing import TYPE_CHECKING
+
+from rigrunner.signal.uncertainty import coverage_factor
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Estimate
+
+MINUS = "\N{MINUS SIGN}"
+TIMES = "\N{MULTIPLICATION SIGN}"
+UNKNOWN = "unknown"
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+PLACES_WITHOUT_UNCERTAINTY = 4
+LOWEST, HIGHEST = -3, 5
+"""Powers of ten between which a number is written without one."""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """An estimate as it is printed: U has two significant digits, the value the same place."""
+
+    value: str
+    expanded: str
+    factor: str
+    unit: str
+
+    @property
+    def interval(self) -> str:
+        """Value and expanded uncertainty, without the unit."""
+        return f"{self.value} ± {self.expanded}"
+
+    def __str__(self) -> str:
+        """Return value, expanded uncertainty and unit."""
+        return f"{self.interval} {self.unit}"
+
+
+def expanded(estimate: Estimate) -> float:
+    """Return U = k u of a two-sided interval of 95 %, in the estimate's unit."""
+    return coverage_factor(estimate.dof) * estimate.u
+
+
+def stated(estimate: Estimate) -> Stated:
+    """Return the estimate as it is printed (rounding: GUM 7.2.6)."""
+    width = expanded(estimate)
+    digits = places(width)
+    shown = fixed(width, digits) if isfinite(width) else UNKNOWN
+    factor = coverage_factor(estimate.dof)
+    return Stated(fixed(estimate.value, digits), shown, fixed(factor, 2), estimate.unit)
+
+
+def places(uncertainty: float, digits: int = 2) -> int:
+    """Return how many decimals show an uncertainty with so many significant digits.
+
+    Negative for uncertainties of tens and more; four where there is none to go by.
+    """
+    if not (isfinite(uncertainty) and uncertainty > 0):
+        return PLACES_WITHOUT_UNCERTAINTY
+    rounded = float(f"{uncertainty:.{digits - 1}e}")
+    return digits - 1 - floor(log10(rounded))
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with that many decimals (negative: rounded to tens, hundreds, ...)."""
+    if not isfinite(value):
+        return UNKNOWN if value != value else _infinite(value)  # noqa: PLR0124  (nan)
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return _signed(text)
+
+
+def with_sign(value: float, decimals: int) -> str:
+    """Return a number with that many decimals and its sign, as differences are written."""
+    text = fixed(value, decimals)
+    return text if text.startswith(MINUS) or not isfinite(value) else f"+{text}"
+
+
+def significant(value: float, digits: int = 4) -> str:
+    """Return a number with so many significant digits, as 2.324 × 10⁻³ where it is far from 1."""
+    if not isfinite(value):
+        return fixed(value, 0)
+    if value == 0:
+        return "0"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if LOWEST < power < HIGHEST:
+        return _signed(f"{value:.{max(digits - 1 - power, 0)}f}")
+    return f"{_signed(mantissa)} {TIMES} 10{str(power).translate(SUPERSCRIPTS)}"
+
+
+def with_standard_uncertainty(value: float, u: float, unit: str) -> str:
+    """Return '(2.3240 ± 0.0041) × 10⁻³ kg·m²' with a standard uncertainty of two digits."""
+    power = floor(log10(abs(value))) if value and isfinite(value) else 0
+    scale = 10.0**-power if not LOWEST < power < HIGHEST else 1.0
+    digits = places(u * scale)
+    text = f"{fixed(value * scale, digits)} ± {fixed(u * scale, digits)}"
+    if scale == 1.0:
+        return f"{text} {unit}"
+    return f"({text}) {TIMES} 10{str(power).translate(SUPERSCRIPTS)} {unit}"
+
+
+def plain(value: float) -> str:
+    """Return a set value as a person wrote it: 35, not 35.0."""
+    return _signed(f"{value:.6g}") if isfinite(value) else fixed(value, 0)
+
+
+def _signed(text: str) -> str:
+    if not text.startswith("-"):
+        return text
+    return text.removeprefix("-") if float(text) == 0 else text.replace("-", MINUS)
+
+
+def _infinite(value: float) -> str:
+    return "∞" if isinf(value) and value > 0 else f"{MINUS}∞"

@@ -1,0 +1,131 @@
+"""Puts the parts of a report together: what is shown depends on what the run has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner_reports.plots.cycles import cycle_values
+from rigrunner_reports.plots.fits import fitted_peaks
+from rigrunner_reports.plots.frequency import over_frequency
+from rigrunner_reports.plots.kinematics import motion
+from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
+from rigrunner_reports.view import headline as head
+from rigrunner_reports.view import run
+from rigrunner_reports.view.budget import budget
+from rigrunner_reports.view.checks import check_rows
+from rigrunner_reports.view.cycles import named_runs, rejections
+from rigrunner_reports.view.fits import fit_views
+from rigrunner_reports.view.frequency_table import frequency_table
+from rigrunner_reports.view.meaning import meaning
+from rigrunner_reports.view.methods import methods, paper_on_this_run
+from rigrunner_reports.view.points import by_frequency, set_points
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.results import ReportInput, Result
+    from rigrunner_reports.plots.canvas import Plot
+    from rigrunner_reports.view.budget import Budget
+    from rigrunner_reports.view.checks import CheckRow
+    from rigrunner_reports.view.cycles import RejectionTable
+    from rigrunner_reports.view.fits import FitView
+    from rigrunner_reports.view.frequency_table import FrequencyTable
+    from rigrunner_reports.view.methods import MethodView
+    from rigrunner_reports.view.points import SetPoint
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The plots; None where the run has nothing to plot."""
+
+    over_frequency: Plot | None
+    over_phase: Plot | None
+    loops: Plot | None
+    fits: Plot | None
+    cycles: Plot
+    motion: Plot
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that the template shows."""
+
+    title: str
+    run_id: str
+    simulated: bool
+    facts: run.Facts
+    warnings: tuple[str, ...]
+    headline: head.Headline
+    raw: head.Raw | None
+    decision: head.DecisionView | None
+    truth: head.Truth | None
+    meaning: tuple[str, ...]
+    table: FrequencyTable
+    methods: tuple[MethodView, ...]
+    paper: tuple[str, ...]
+    fits: tuple[FitView, ...]
+    budget: Budget | None
+    checks: tuple[CheckRow, ...]
+    rejections: RejectionTable
+    events: tuple[Mapping[str, str], ...]
+    notes: tuple[str, ...]
+    instruments: tuple[run.InstrumentRow, ...]
+    settings: run.Facts
+    provenance: run.Facts
+    figures: Figures
+
+
+def make_page(report: ReportInput) -> Page:
+    """Return the page of a report."""
+    result, points = report.result, set_points(report)
+    return Page(
+        title=result.run.procedure_title,
+        run_id=result.run.run_id,
+        simulated=bool(report.truth),
+        facts=run.facts(result),
+        warnings=run.warnings(result),
+        headline=head.headline(result, points),
+        raw=head.raw(result),
+        decision=head.decision(result.decision),
+        truth=head.truth(result, points),
+        meaning=meaning(result),
+        table=frequency_table(result, points),
+        methods=methods(result, points),
+        paper=paper_on_this_run(result, points),
+        fits=fit_views(result.fits),
+        budget=budget(result, points),
+        checks=check_rows(result),
+        rejections=rejections(result),
+        events=report.events,
+        notes=result.notes,
+        instruments=run.instruments(result.run),
+        settings=run.settings(result),
+        provenance=_provenance(report),
+        figures=_figures(result, points),
+    )
+
+
+def _provenance(report: ReportInput) -> run.Facts:
+    runs = (("Run", report.result.run), ("No-load run", report.result.no_load_run))
+    digests = tuple(
+        (f"{name}: SHA-256 of the recordings", each.digest)
+        for name, each in runs
+        if each is not None and each.digest
+    )
+    return (*digests, *report.provenance.items())
+
+
+def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
+    compensated = any(each.by_method for each in points)
+    swings = compensated_swings(points, result.primary) or recorded_swings(points)
+    fitted = any(fit.curve is not None for fit in result.fits)
+    fastest = by_frequency(points)[-1].point
+    return Figures(
+        over_frequency=over_frequency(result, points) if compensated else None,
+        over_phase=over_phase(swings),
+        loops=loops(swings),
+        fits=fitted_peaks(result.fits) if fitted else None,
+        cycles=cycle_values(named_runs(result)),
+        motion=motion(fastest, result.run.rig.eccentric_ratio),
+    )

@@ -1,0 +1,75 @@
+"""Every cycle of every set-point: what was kept, what was rejected."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rigrunner.api.analysis import SwingPoint
+
+MILLI = 1e3
+FILLED = 0.8
+"""Of the room of a set-point, what its cycles take."""
+
+
+def cycle_values(runs: Sequence[tuple[str, Sequence[SwingPoint]]]) -> Plot:
+    """Return the figure of each cycle's raw peak against their mean, one panel per named run."""
+
+    def paint(figure: Figure) -> None:
+        panels = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
+        for axes, (title, points) in zip(panels, runs, strict=True):
+            _panel(axes, title, points)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+
+    return Plot(
+        caption="Raw peak of every swing, less the mean of the kept ones, in the order of time "
+        "within each set-point. A cross is a peak that the outlier rule rejected; a square is a "
+        "swing whose whole shape it rejected, which waveform methods leave out.",
+        alt=" ".join(_alt(title, points) for title, points in runs),
+        svg=draw(paint, 0.5 + 1.9 * len(runs)),
+    )
+
+
+def _panel(axes: Axes, title: str, points: Sequence[SwingPoint]) -> None:
+    series = [_series(place, point) for place, point in enumerate(points)]
+    x, y = (np.concatenate(each) for each in zip(*series, strict=True))
+    kept = np.concatenate([point.peak_kept for point in points])
+    whole = np.concatenate([point.kept for point in points])
+    _dots(axes, x[kept], y[kept], "peak kept", marker="o", color=BLUE, markersize=2.6)
+    _dots(axes, x[~kept], y[~kept], "peak rejected", marker="x", color=VERMILION, markersize=6)
+    _dots(
+        axes, x[~whole], y[~whole], "swing rejected",
+        marker="s", color=INK, markersize=7, markerfacecolor="none",
+    )  # fmt: skip
+    axes.axhline(0, color=GREY, linewidth=0.6)
+    axes.set(title=title, ylabel="peak - mean / mN·m".replace("-", "\N{MINUS SIGN}"))
+    axes.set_xticks(range(len(points)), [f"{p.set_frequency_hz:g} Hz" for p in points])
+    axes.grid(visible=False, axis="x")
+
+
+def _dots(axes: Axes, x: object, y: object, label: str, **look: object) -> None:
+    axes.plot(x, y, label=label, linestyle="", **look)  # type: ignore[arg-type]  # passed through
+
+
+def _series(place: int, point: SwingPoint) -> tuple[object, object]:
+    offset = (np.arange(point.cycles) + 0.5) / point.cycles - 0.5
+    mean = point.peak_nm[point.peak_kept].mean()
+    return place + FILLED * offset, MILLI * (point.peak_nm - mean)
+
+
+def _alt(title: str, points: Sequence[SwingPoint]) -> str:
+    counts = ", ".join(
+        f"{point.set_frequency_hz:g} Hz {int(point.peak_kept.sum())} of {point.cycles}"
+        for point in points
+    )
+    return f"{title}, peaks kept: {counts}."

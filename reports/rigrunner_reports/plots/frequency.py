@@ -1,0 +1,134 @@
+"""Raw against compensated torque over frequency."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner_reports.numbers import expanded, fixed, stated
+from rigrunner_reports.plots.canvas import INK, PRIMARY, RAW, Line, Plot, draw, line_of
+from rigrunner_reports.view.points import by_frequency
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rigrunner.api.results import Decision, Result
+    from rigrunner_reports.view.points import SetPoint
+
+DODGE_HZ = 0.25
+"""Methods stand so far apart, or their bars of uncertainty hide each other."""
+
+
+def over_frequency(result: Result, points: Sequence[SetPoint]) -> Plot:
+    """Return the figure of raw and compensated torque, with truth and limit where there are any."""
+    ordered = by_frequency(points)
+
+    def paint(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
+        _raw_and_compensated(left, result, ordered)
+        _methods(right, result, ordered)
+
+    return Plot(caption=_caption(result, ordered), alt=_alt(result, ordered), svg=draw(paint, 3.5))
+
+
+def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
+    frequency = [each.frequency_hz for each in points]
+    axes.plot(frequency, [each.raw_peak_nm for each in points], label="raw peak", **_look(RAW))
+    _bars(axes, points, result.primary, PRIMARY, f"compensated ({result.primary})")
+    _limits(axes, result.decision)
+    axes.set(title="What the sensor shows, and the bearing's part", ylim=(0, None))
+    _finish(axes)
+    axes.legend(loc="upper left")
+
+
+def _methods(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
+    names = [name for name, each in result.compensations.items() if each.points]
+    for place, name in enumerate(names):
+        dodge = (place - (len(names) - 1) / 2) * DODGE_HZ
+        _bars(axes, points, name, line_of(name, names, result.primary), name, dodge)
+    true = [(each.frequency_hz, each.truth_nm) for each in points if each.truth_nm is not None]
+    if true:
+        axes.plot(*np.transpose(true), color=INK, linewidth=1, label="simulated truth", zorder=1)
+    _limits(axes, result.decision)
+    axes.set(title="Every method, enlarged")
+    _finish(axes)
+    axes.margins(y=0.16)
+    axes.legend(loc="upper center", ncols=2)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.18 * (high - low))
+
+
+def _bars(
+    axes: Axes, points: Sequence[SetPoint], name: str, line: Line, label: str, dodge_hz: float = 0
+) -> None:
+    found = [each.by_method[name] for each in points if name in each.by_method]
+    axes.errorbar(
+        [each.frequency_hz + dodge_hz for each in found],
+        [each.torque.value for each in found],
+        yerr=[_finite(expanded(each.torque)) for each in found],
+        label=label,
+        elinewidth=1,
+        **_look(line),
+    )
+
+
+def _finite(value: float) -> float:
+    return value if isfinite(value) else 0.0
+
+
+def _look(line: Line) -> dict[str, str]:
+    return {"color": line.color, "linestyle": line.linestyle, "marker": line.marker}
+
+
+def _limits(axes: Axes, decision: Decision | None) -> None:
+    if decision is None:
+        return
+    for value in (decision.lower_nm, decision.upper_nm):
+        if isfinite(value):
+            axes.axhline(value, color=INK, linewidth=1.1, linestyle=(0, (6, 3)), zorder=1)
+            axes.annotate(
+                f"limit {decision.limit_text}",
+                (1, value),
+                xycoords=("axes fraction", "data"),
+                xytext=(-2, 3),
+                textcoords="offset points",
+                ha="right",
+                fontsize=7.5,
+            )
+
+
+def _finish(axes: Axes) -> None:
+    axes.set(xlabel="frequency / Hz", ylabel="torque / N·m")
+    axes.set_xlim(left=0)
+
+
+def _caption(result: Result, points: Sequence[SetPoint]) -> str:
+    truth = (
+        " The thin line is the simulated truth, which the analysis cannot see."
+        if any(each.truth_nm is not None for each in points)
+        else ""
+    )
+    return (
+        "Torque over frequency. Left: the mean raw peak of a swing, and what is left of it by "
+        f"{result.primary or 'the primary method'}. Right: all methods on a larger scale, drawn "
+        f"slightly apart. Bars are U (95 %).{truth}"
+    )
+
+
+def _alt(result: Result, points: Sequence[SetPoint]) -> str:
+    raw = ", ".join(f"{each.frequency_hz:.4g} Hz {fixed(each.raw_peak_nm, 3)}" for each in points)
+    methods = [f"Raw peak in N·m: {raw}."]
+    for name, compensation in result.compensations.items():
+        if compensation.points:
+            values = ", ".join(
+                f"{each.frequency_hz:.4g} Hz {stated(each.by_method[name].torque).interval}"
+                for each in points
+                if name in each.by_method
+            )
+            methods.append(f"{name} in N·m: {values}.")
+    return " ".join(methods)

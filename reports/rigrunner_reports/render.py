@@ -1,0 +1,46 @@
+"""From a page to the bytes of one self-contained HTML file."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from rigrunner_reports.page import make_page
+
+if TYPE_CHECKING:
+    from rigrunner.api.results import ReportInput
+
+PACKAGE = "rigrunner_reports"
+
+
+def html(report: ReportInput) -> bytes:
+    """Return the report as UTF-8; the same input gives the same bytes."""
+    page = make_page(report)
+    style = files(PACKAGE).joinpath("templates", "style.css").read_text(encoding="utf-8")
+    template = _environment().get_template("report.html.j2")
+    # the style sheet is ours; what a lab wrote enters it by css_string alone
+    text = template.render(page=page, style=Markup(style), css_string=css_string)  # noqa: S704
+    return text.encode("utf-8")
+
+
+def css_string(text: str) -> Markup:
+    """Return a CSS string that cannot end itself, nor the <style> element that it stands in."""
+    safe = "".join(
+        char if char.isascii() and (char.isalnum() or char in " .-_") else f"\\{ord(char):06x}"
+        for char in text
+    )
+    return Markup(f'"{safe}"')  # noqa: S704  (everything but letters and digits is escaped)
+
+
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader(PACKAGE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

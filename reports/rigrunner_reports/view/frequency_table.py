@@ -1,0 +1,101 @@
+"""The table of all set-points: what was measured, and what each method makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner_reports.numbers import expanded, fixed, places, plain, stated, with_sign
+from rigrunner_reports.view.points import error
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.data import Estimate
+    from rigrunner.api.results import Result
+    from rigrunner_reports.view.points import SetPoint
+
+MILLI = 1e3
+MOST_PLACES = 4
+MISSING = "\N{EM DASH}"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One method at one set-point; `error` in mN·m where the truth is known."""
+
+    interval: str
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One set-point."""
+
+    set_hz: str
+    measured_hz: str
+    raw: str
+    rig: str
+    cells: tuple[Cell, ...]
+    truth: str
+    peaks: str
+    swings: str
+
+
+@dataclass(frozen=True)
+class FrequencyTable:
+    """Header and rows; a method that is not applicable has its reason instead of a column."""
+
+    methods: tuple[str, ...]
+    primary: str
+    rows: tuple[Row, ...]
+    simulated: bool
+    excluded: tuple[tuple[str, str], ...]
+
+
+def frequency_table(result: Result, points: Sequence[SetPoint]) -> FrequencyTable:
+    """Return the table of a run, in the order of the recordings."""
+    methods = [name for name, each in result.compensations.items() if each.points]
+    return FrequencyTable(
+        methods=tuple(methods),
+        primary=result.primary,
+        rows=tuple(_row(result, methods, each) for each in points),
+        simulated=any(each.truth_nm is not None for each in points),
+        excluded=tuple(
+            (name, each.not_applicable or "it gave no points")
+            for name, each in result.compensations.items()
+            if not each.points
+        ),
+    )
+
+
+def _row(result: Result, methods: Sequence[str], each: SetPoint) -> Row:
+    primary = each.by_method.get(result.primary)
+    digits = _digits(primary.torque) if primary else 3
+    point = each.point
+    return Row(
+        set_hz=plain(point.set_frequency_hz),
+        measured_hz=fixed(point.frequency_hz.value, _digits(point.frequency_hz)),
+        raw=fixed(each.raw_peak_nm, digits),
+        rig=fixed(primary.rig_nm, digits) if primary else MISSING,
+        cells=tuple(_cell(result, name, each) for name in methods),
+        truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
+        peaks=_kept(int(point.peak_kept.sum()), point.cycles),
+        swings=_kept(int(point.kept.sum()), point.cycles),
+    )
+
+
+def _cell(result: Result, name: str, each: SetPoint) -> Cell:
+    found = each.by_method.get(name)
+    if found is None:
+        return Cell(MISSING)
+    off = error(each, name, result.compensations[name])
+    return Cell(stated(found.torque).interval, "" if off is None else with_sign(MILLI * off, 1))
+
+
+def _digits(estimate: Estimate) -> int:
+    return min(places(expanded(estimate)), MOST_PLACES)
+
+
+def _kept(kept: int, cycles: int) -> str:
+    return f"{kept} / {cycles - kept}"

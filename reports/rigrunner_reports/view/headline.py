@@ -1,0 +1,183 @@
+"""The one number of a run, what was decided on it, and what stands beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isnan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.results import Verdict
+from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
+from rigrunner_reports.view.points import by_frequency
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.results import Decision, Result
+    from rigrunner_reports.view.points import SetPoint
+
+MILLI = 1e3
+CERTAIN = 0.9999
+SYMBOLS = {
+    Verdict.PASS: "✓",
+    Verdict.CONDITIONAL_PASS: "(✓)",
+    Verdict.INCONCLUSIVE: "?",
+    Verdict.CONDITIONAL_FAIL: "(✗)",
+    Verdict.FAIL: "✗",
+}
+
+
+@dataclass(frozen=True)
+class VerdictView:
+    """A verdict as symbol and word; `tone` chooses its colour."""
+
+    symbol: str
+    word: str
+
+    @property
+    def tone(self) -> str:
+        """The word as a CSS class."""
+        return self.word.replace(" ", "-")
+
+
+@dataclass(frozen=True)
+class DecisionView:
+    """The decision, ready to print."""
+
+    verdict: VerdictView
+    uncompensated: VerdictView
+    reason: str
+    limit: str
+    source: str
+    rule: str
+    probability: str
+
+
+@dataclass(frozen=True)
+class Headline:
+    """The large number: value and interval, or words where there is none."""
+
+    label: str
+    symbol: str
+    value: str
+    interval: str
+    unit: str
+    detail: str
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """The torque as the sensor shows it."""
+
+    text: str
+    factor: str
+    ratio: str
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The simulated truth beside the headline."""
+
+    value: str
+    error: str
+    covered: bool
+
+
+def headline(result: Result, points: Sequence[SetPoint]) -> Headline:
+    """Return the compensated torque; why there is none; or the range of a run's own peaks."""
+    if result.headline is not None:
+        shown = stated(result.headline)
+        return Headline(
+            label=result.measurand,
+            symbol=result.symbol,
+            value=shown.value,
+            interval=f"± {shown.expanded}",
+            unit=shown.unit,
+            detail=f"U for 95 %, k = {shown.factor}. {_span(points)}, by {result.primary}.",
+        )
+    if result.primary:
+        problem = result.notes[0] if result.notes else f"{result.primary} gave no result"
+        return Headline(result.measurand, result.symbol, "no result", "", "", "", problem)
+    return _peaks(result, points)
+
+
+def raw(result: Result) -> Raw | None:
+    """Return the raw torque, and how many times the compensated one it is."""
+    if result.raw_headline is None or not result.compensations:
+        return None
+    shown = stated(result.raw_headline)
+    value = result.headline.value if result.headline else 0.0
+    ratio = f"{result.raw_headline.value / value:.1f}" if value > 0 else ""
+    return Raw(str(shown), shown.factor, ratio)
+
+
+def decision(found: Decision | None) -> DecisionView | None:
+    """Return the decision, ready to print."""
+    if found is None:
+        return None
+    return DecisionView(
+        verdict=_verdict(found.verdict),
+        uncompensated=_verdict(found.uncompensated),
+        reason=found.reason,
+        limit=found.limit_text,
+        source=found.limit_source,
+        rule=found.rule,
+        probability=_probability(found.probability_of_conformity),
+    )
+
+
+def truth(result: Result, points: Sequence[SetPoint]) -> Truth | None:
+    """Return the mean truth over the set-points of the headline, and the headline's error."""
+    true = [
+        each.truth_nm
+        for each in points
+        if each.truth_nm is not None and result.primary in each.by_method
+    ]
+    if result.headline is None or len(true) < len(points):
+        return None
+    mean = float(np.mean(true))
+    error = result.headline.value - mean
+    return Truth(
+        value=f"{fixed(mean, 4)} N·m",
+        error=f"{with_sign(MILLI * error, 1)} mN·m",
+        covered=abs(error) <= expanded(result.headline),
+    )
+
+
+def _span(points: Sequence[SetPoint]) -> str:
+    ordered = by_frequency(points)
+    loads = sorted({round(each.point.load_n) for each in ordered})
+    load = " to ".join(f"{value} N" for value in dict.fromkeys((loads[0], loads[-1])))
+    if len(ordered) == 1:
+        return f"One set-point, {ordered[0].frequency_hz:.4g} Hz, under {load}"
+    low, high = (plain(ordered[i].point.set_frequency_hz) for i in (0, -1))
+    return f"Mean of {len(ordered)} set-points, {low} Hz to {high} Hz, under {load}"
+
+
+def _peaks(result: Result, points: Sequence[SetPoint]) -> Headline:
+    ordered = by_frequency(points)
+    low, high = ordered[0], ordered[-1]
+    return Headline(
+        label=result.measurand,
+        symbol=result.symbol,
+        value=f"{fixed(low.raw_peak_nm, 3)} to {fixed(high.raw_peak_nm, 3)}",
+        interval="",
+        unit="N·m",
+        detail=f"Mean raw peak of a swing at {plain(low.point.set_frequency_hz)} Hz and at "
+        f"{plain(high.point.set_frequency_hz)} Hz; nothing was compensated or decided.",
+    )
+
+
+def _verdict(found: Verdict) -> VerdictView:
+    return VerdictView(SYMBOLS[found], str(found))
+
+
+def _probability(value: float) -> str:
+    if isnan(value):
+        return "not determined"
+    if value > CERTAIN:
+        return "> 99.99 %"
+    return "< 0.01 %" if value < 1 - CERTAIN else f"{100 * value:.2f} %"

@@ -1,0 +1,137 @@
+"""The set-points of a run, each with what every method and, in a simulation, the truth says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, Compensation, SwingPoint, Trace
+    from rigrunner.api.data import Array
+    from rigrunner.api.results import ReportInput
+
+NEWTON_METRES = "_nm"
+
+
+@dataclass(frozen=True, eq=False)
+class SetPoint:
+    """One set-point of the run; `truth_nm` is None on a real rig."""
+
+    point: SwingPoint
+    by_method: Mapping[str, CompensatedPoint]
+    truth: Mapping[str, float]
+    truth_nm: float | None
+
+    @property
+    def frequency_hz(self) -> float:
+        """The measured frequency."""
+        return self.point.frequency_hz.value
+
+    @property
+    def kept_peaks_nm(self) -> Array:
+        """The raw peaks that the outlier rule kept, shape (kept,)."""
+        return self.point.peak_nm[self.point.peak_kept]
+
+    @property
+    def raw_peak_nm(self) -> float:
+        """The mean of the kept raw peaks."""
+        return float(self.kept_peaks_nm.mean())
+
+    @property
+    def raw_peak_u_nm(self) -> float:
+        """Its type A standard uncertainty: s over the root of n (GUM 4.2.3); nan for one peak."""
+        peaks = self.kept_peaks_nm
+        return float(peaks.std(ddof=1) / np.sqrt(len(peaks))) if len(peaks) > 1 else float("nan")
+
+
+def set_points(report: ReportInput) -> tuple[SetPoint, ...]:
+    """Return the set-points of the run as they were recorded."""
+    result = report.result
+    return tuple(
+        SetPoint(
+            point=point,
+            by_method={
+                name: found
+                for name, each in result.compensations.items()
+                if (found := _of_recording(point, each.points)) is not None
+            },
+            truth=report.truth.get(point.recording, {}),
+            truth_nm=true_torque(report.truth.get(point.recording, {}), result.measurand),
+        )
+        for point in result.loaded
+    )
+
+
+def by_frequency(points: Iterable[SetPoint]) -> list[SetPoint]:
+    """Return the set-points in the order of their measured frequency."""
+    return sorted(points, key=lambda each: each.frequency_hz)
+
+
+def low_middle_high(points: Sequence[SetPoint]) -> list[SetPoint]:
+    """Return the set-points of lowest, middle and highest frequency; fewer if there are fewer."""
+    ordered = by_frequency(points)
+    return [ordered[i] for i in sorted({0, len(ordered) // 2, len(ordered) - 1}) if ordered]
+
+
+def traces(points: Sequence[SetPoint], method: str) -> list[tuple[float, Trace]]:
+    """Return (frequency, trace) of a method at low, middle and high frequency."""
+    traced = [each for each in points if _trace(each, method) is not None]
+    return [
+        (each.frequency_hz, trace)
+        for each in low_middle_high(traced)
+        if (trace := _trace(each, method)) is not None
+    ]
+
+
+def true_torque(truth: Mapping[str, float], measurand: str) -> float | None:
+    """Return the true value of the measurand in N·m, if the simulator knows it.
+
+    The truth 'starting_torque_nm' belongs to every measurand that has the words 'starting torque'
+    in its name: a running torque is another quantity and has no error against it.
+    """
+    for name, value in truth.items():
+        words = name.removesuffix(NEWTON_METRES).replace("_", " ")
+        if name.endswith(NEWTON_METRES) and words in measurand.lower():
+            return value
+    return None
+
+
+def true_parameter(points: Iterable[SetPoint], name: str) -> float | None:
+    """Return the true value of a rig's parameter such as 'natural frequency', if all points agree.
+
+    The truth's names end in the unit: natural_frequency_hz.
+    """
+    stem = name.lower().replace(" ", "_")
+    found = {
+        value
+        for each in points
+        for key, value in each.truth.items()
+        if key == stem or key.startswith(f"{stem}_")
+    }
+    return found.pop() if len(found) == 1 else None
+
+
+def error(each: SetPoint, name: str, compensation: Compensation) -> float | None:
+    """Return a method's value minus the truth of what it measures, in N·m, or None."""
+    truth = true_torque(each.truth, compensation.measurand)
+    found = each.by_method.get(name)
+    return None if truth is None or found is None else found.torque.value - truth
+
+
+def _trace(each: SetPoint, method: str) -> Trace | None:
+    found = each.by_method.get(method)
+    return found.trace if found else None
+
+
+def _of_recording(
+    point: SwingPoint, candidates: Sequence[CompensatedPoint]
+) -> CompensatedPoint | None:
+    """Return the candidate of this recording: the same set-point, the nearest in frequency."""
+    same = [each for each in candidates if each.set_frequency_hz == point.set_frequency_hz]
+    return min(
+        same, key=lambda each: abs(each.frequency_hz - point.frequency_hz.value), default=None
+    )
