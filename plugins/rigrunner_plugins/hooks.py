@@ -16,6 +16,7 @@ from rigrunner.api.hooks import (
 )
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
+from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.fits.settings import InertiaPhysicalSettings, PolynomialSettings
@@ -45,6 +46,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
             factory=_swing_tester_ode,
             simulated=True,
         ),
+        DeviceRecord(
+            name="replay",
+            help="Recordings from CSV or HDF5 files, chosen by set frequency and load",
+            settings=ReplaySettings,
+            factory=_replay,
+            simulated=True,
+        ),
     ]
 
 
@@ -58,6 +66,12 @@ def _swing_tester_ode(settings: SwingTesterOdeSettings, context: DeviceContext) 
     from rigrunner_plugins.devices.swing_tester_ode.device import make  # noqa: PLC0415  (numpy)
 
     return make(settings, context)
+
+
+def _replay(settings: ReplaySettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.replay.device import Replay  # noqa: PLC0415  (numpy)
+
+    return Replay(settings, context)
 
 
 @hookimpl

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -18,12 +18,8 @@ from rigrunner.api.settings import (
     Settings,
     Torque,
 )
+from rigrunner_plugins.devices.fields import quantity
 from rigrunner_plugins.devices.simulated.parameters import SensorParameters
-
-
-def quantity(text: str, description: str, **limits: float) -> Any:
-    """Return a field with a default that is written, and read, with its unit; limits are in SI."""
-    return Field(default=text, validate_default=True, description=description, **limits)  # type: ignore[call-overload]  # limits are its own keywords
 
 
 class SensorSettings(Settings):

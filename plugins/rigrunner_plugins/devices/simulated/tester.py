@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from rigrunner.api.data import Block
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError
+from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
+from rigrunner_plugins.devices.pacing import paced_blocks
 from rigrunner_plugins.devices.simulated.sampling import (
     RigState,
     noise_source,
@@ -21,12 +22,11 @@ from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_erro
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.data import Array
+    from rigrunner.api.data import Array, Block
     from rigrunner.api.devices import DeviceContext, StopToken
     from rigrunner_plugins.devices.simulated.sampling import SimulatedRig
     from rigrunner_plugins.devices.simulated.settings import TesterSettings
 
-BLOCK_S = 0.1
 READINGS = 2**32
 """Repetitions from here on number single readings, so that they leave the streams' noise alone."""
 
@@ -114,7 +114,7 @@ class SimulatedTester:
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return one sample of each channel."""
         state = self._state()
-        _check(channels)
+        check_channels(channels, CHANNELS)
         self._readings += 1
         values = self._sample(state, 1, READINGS + self._readings)
         return {name: float(values[name][0]) for name in channels}
@@ -124,27 +124,15 @@ class SimulatedTester:
     ) -> Iterator[Block]:
         """Yield blocks of at most 0.1 s at the pace of the clock."""
         state = self._state()
-        _check(channels)
+        check_channels(channels, CHANNELS)
         values = self._sample(state, round(duration_s * self.sample_rate_hz), self._repeat(state))
         self._truth = self._truth_of(state)
-        return self._blocks({name: values[name] for name in channels}, stop)
+        wanted = {name: values[name] for name in channels}
+        return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
     def truth(self) -> Mapping[str, float]:
         """Return what was true of the rig in the last stream; nothing if it was at rest."""
         return dict(self._truth)
-
-    def _blocks(self, values: Mapping[str, Array], stop: StopToken) -> Iterator[Block]:
-        rate_hz, started_s = self.sample_rate_hz, self._clock.monotonic_s()
-        size = max(1, int(BLOCK_S * rate_hz))
-        for first in range(0, max(map(len, values.values()), default=0), size):
-            if stop.is_set():
-                return
-            self._need_connection()
-            part = {name: array[first : first + size] for name, array in values.items()}
-            block = Block(rate_hz, first, started_s + first / rate_hz, part)
-            due_s = started_s + (first + block.samples) / rate_hz
-            self._clock.sleep(max(0.0, due_s - self._clock.monotonic_s()))
-            yield block
 
     def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
         """Return the samples of all channels."""
@@ -179,15 +167,6 @@ class SimulatedTester:
         if self._connected_s is None:
             raise DeviceLostError(f"the {self._model} is not connected")
         return self._connected_s
-
-
-def _check(channels: Sequence[str]) -> None:
-    known = [info.name for info in CHANNELS]
-    unknown = [name for name in channels if name not in known]
-    if unknown:
-        raise DeviceRejectedError(
-            f"there is no channel '{unknown[0]}'", hint=f"there are: {', '.join(known)}"
-        )
 
 
 def _drives(settings: TesterSettings) -> tuple[DriveInfo, ...]:

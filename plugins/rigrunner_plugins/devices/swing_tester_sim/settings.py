@@ -16,7 +16,8 @@ from rigrunner.api.settings import (
     Settings,
     Torque,
 )
-from rigrunner_plugins.devices.simulated.settings import TesterSettings, quantity
+from rigrunner_plugins.devices.fields import quantity
+from rigrunner_plugins.devices.simulated.settings import TesterSettings
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
 

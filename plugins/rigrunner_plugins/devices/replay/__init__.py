@@ -1,0 +1,1 @@
+"""A tester that plays back recordings from files."""

@@ -1,0 +1,136 @@
+"""The manifest: which file was recorded at which set-points.
+
+    rigrunner: replay/1
+    recordings:
+      - {frequency: 0 Hz, load: 0 N, values: {torque: 0.01 N·m}}
+      - {frequency: 1 Hz, load: 0 N, file: no_load_01.csv}
+      - {frequency: 1 Hz, load: 1 kN, file: all.h5, group: /loaded/01, values: {temperature: 23 °C}}
+
+`values` are constants of channels that the file does not hold.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.api.quantity import unit
+from rigrunner.api.settings import AnyQuantity, Force, Frequency, Settings
+from rigrunner_plugins.devices.replay.texts import read_texts
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner_plugins.devices.replay.settings import ColumnSettings
+    from rigrunner_plugins.devices.replay.texts import Texts
+
+Where = tuple[int | str, ...]
+CLOSE = 1e-6
+"""Relative difference up to which two set-points are the same."""
+
+
+class RecordingEntry(Settings):
+    """One recording and the set-points at which it was made."""
+
+    frequency: Annotated[Frequency, Field(ge=0)]
+    load: Annotated[Force, Field(ge=0)]
+    file: Annotated[str, Field(min_length=1)] | None = None
+    group: Annotated[str, Field(description="HDF5: group that the columns' paths start from")] = "/"
+    values: dict[str, AnyQuantity] = Field(default_factory=dict)
+
+    def is_at(self, frequency_hz: float, load_n: float) -> bool:
+        """Return whether it was made at these set-points."""
+        return _same(self.frequency, frequency_hz) and _same(self.load, load_n)
+
+    def __str__(self) -> str:
+        """Return the set-points as they are listed in messages."""
+        return f"{self.frequency:g} Hz at {self.load:g} N"
+
+
+class Manifest(Settings):
+    """All recordings of a folder."""
+
+    rigrunner: Literal["replay/1"]
+    recordings: Annotated[tuple[RecordingEntry, ...], Field(min_length=1, strict=False)]
+
+
+def load_manifest(folder: Path, name: str, channels: Mapping[str, ColumnSettings]) -> Manifest:
+    """Read a manifest and check that each file is there, inside the folder.
+
+    Raises InvalidFileError with all problems. No recording's content is looked at.
+    """
+    path = inside(folder, name)
+    if path is None or not path.is_file():
+        problem = "leads out of the folder" if path is None else "there is no such file"
+        raise InvalidFileError([Problem(problem, Location(str(folder / name)))])
+    texts = read_texts(path)
+    try:
+        manifest = Manifest.model_validate(texts.data)
+    except ValidationError as error:
+        raise InvalidFileError(_of_model(texts, error)) from None
+    problems = [
+        Problem(message, texts.location(path), _dotted(path))
+        for index, entry in enumerate(manifest.recordings)
+        for path, message in (
+            *_of_file(index, entry, folder),
+            *_of_values(index, entry, channels),
+            *_of_setpoints(index, entry, manifest.recordings[:index]),
+        )
+    ]
+    if problems:
+        raise InvalidFileError(problems)
+    return manifest
+
+
+def inside(folder: Path, name: str) -> Path | None:
+    """Return the path of that name in the folder, or None if it leads out of it."""
+    path = (folder / name).resolve()
+    return path if path.is_relative_to(folder.resolve()) else None
+
+
+def _of_model(texts: Texts, error: ValidationError) -> Iterator[Problem]:
+    for found in error.errors(include_url=False, include_context=False, include_input=False):
+        where = ".".join(str(part) for part in found["loc"])
+        yield Problem(
+            found["msg"].removeprefix("Value error, "), texts.location(found["loc"]), where
+        )
+
+
+def _of_file(index: int, entry: RecordingEntry, folder: Path) -> Iterator[tuple[Where, str]]:
+    if entry.file is None:
+        if not entry.values:
+            yield ("recordings", index), "has neither a file nor values"
+        return
+    path = inside(folder, entry.file)
+    if path is None or not path.is_file():
+        problem = "leads out of the folder" if path is None else "is not there"
+        yield ("recordings", index, "file"), f"'{entry.file}' {problem}"
+
+
+def _of_values(
+    index: int, entry: RecordingEntry, channels: Mapping[str, ColumnSettings]
+) -> Iterator[tuple[Where, str]]:
+    for name, quantity in entry.values.items():
+        where = ("recordings", index, "values", name)
+        if name not in channels:
+            yield where, f"there is no channel '{name}'; there are: {', '.join(channels)}"
+        elif quantity.dimension != (wanted := unit(channels[name].unit).dimension):
+            yield where, f"'{quantity}' is a {quantity.dimension}, but a {wanted} is needed"
+
+
+def _of_setpoints(
+    index: int, entry: RecordingEntry, earlier: Sequence[RecordingEntry]
+) -> Iterator[tuple[Where, str]]:
+    if any(other.is_at(entry.frequency, entry.load) for other in earlier):
+        yield ("recordings", index), f"{entry} is there twice"
+
+
+def _dotted(path: Where) -> str:
+    return ".".join(str(part) for part in path)
+
+
+def _same(a: float, b: float) -> bool:
+    return abs(a - b) <= CLOSE * max(abs(a), abs(b))

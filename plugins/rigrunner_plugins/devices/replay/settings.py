@@ -1,0 +1,64 @@
+"""Settings of the replay: what the files look like, and which channels they hold."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, StringConstraints, model_validator
+
+from rigrunner.api.quantity import unit
+from rigrunner.api.settings import Force, Frequency, Settings
+from rigrunner_plugins.devices.fields import quantity
+
+
+def _known_unit(symbol: str) -> str:
+    return unit(symbol).symbol
+
+
+ChannelName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
+UnitSymbol = Annotated[str, AfterValidator(_known_unit)]
+ColumnNumber = Annotated[int, Field(ge=1)]
+
+
+class ColumnSettings(Settings):
+    """Where a channel's samples are."""
+
+    column: Annotated[
+        ColumnNumber | str | None,
+        Field(
+            description="CSV: the column's name or its number from 1; HDF5: the dataset's path;"
+            " left out: the manifest gives a constant"
+        ),
+    ] = None
+    unit: Annotated[UnitSymbol, Field(description="unit of the numbers in the file")]
+    title: Annotated[str, Field(description="name for plots and reports")] = ""
+
+
+class TableSettings(Settings):
+    """How CSV files are written."""
+
+    delimiter: Literal[",", ";", "tab", "|"] = ","
+    decimal: Literal[".", ","] = "."
+    header: Annotated[bool, Field(description="whether a line names the columns")] = True
+    skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
+    encoding: Literal["utf-8", "latin-1", "utf-16"] = "utf-8"
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        if self.delimiter == self.decimal:
+            raise ValueError("delimiter and decimal are the same")
+        return self
+
+
+class ReplaySettings(Settings):
+    """Recordings in a folder, chosen by set frequency and load through a manifest."""
+
+    folder: Annotated[str, Field(description="where recordings and manifest are")]
+    manifest: Annotated[str, Field(description="name of the manifest in the folder")] = (
+        "manifest.yaml"
+    )
+    rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
+    channels: Annotated[dict[ChannelName, ColumnSettings], Field(min_length=1)]
+    table: TableSettings = TableSettings()
+    max_frequency: Frequency = quantity("35 Hz", "highest frequency that can be set", gt=0)
+    max_load: Force = quantity("3 kN", "highest load that can be set", gt=0)

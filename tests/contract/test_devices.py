@@ -1,0 +1,196 @@
+"""Every device that ships goes through the same checks, by the door of the registry."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from rigrunner.api.devices import Device, DeviceContext, Readable, Settable, Streaming
+from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api.quantity import UNITS
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+
+REGISTRY = load_registry()
+DEVICES = REGISTRY.names("device")
+SI_SYMBOLS = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
+
+
+class Stop:
+    """A stop token that is set after so many looks."""
+
+    def __init__(self, after=10**9):
+        self.looks = after
+
+    def is_set(self):
+        self.looks -= 1
+        return self.looks < 0
+
+
+def _settings(name, folder):
+    if name != "replay":
+        return {"seed": 3}
+    angle = np.sin(np.arange(6000) / 50)
+    np.savetxt(folder / "10.csv", np.c_[angle, 2 * angle], delimiter=",", header="a,t", comments="")
+    folder.joinpath("manifest.yaml").write_text(
+        "rigrunner: replay/1\n"
+        "recordings:\n"
+        "  - {frequency: 0 Hz, load: 0 N, values: {angle: 0 deg, torque: 0.01 N·m}}\n"
+        "  - {frequency: 10 Hz, load: 0 N, file: 10.csv}\n"
+    )
+    columns = {"angle": {"column": "a", "unit": "deg"}, "torque": {"column": "t", "unit": "N·m"}}
+    return {"folder": str(folder), "rate": "10 kHz", "channels": columns}
+
+
+@pytest.fixture(params=DEVICES)
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def clock():
+    return SimulatedClock()
+
+
+@pytest.fixture
+def device(name, clock, tmp_path):
+    context = DeviceContext("tester", clock, tmp_path)
+    return REGISTRY.make("device", name, _settings(name, tmp_path), context)
+
+
+@pytest.fixture
+def connected(device):
+    device.connect(1.0)
+    yield device
+    device.close()
+
+
+def test_the_three_devices_are_there():
+    assert set(DEVICES) >= {"swing_tester_sim", "swing_tester_ode", "replay"}
+
+
+def test_it_has_the_abilities_of_a_tester(device):
+    for ability in (Device, Readable, Settable, Streaming):
+        assert isinstance(device, ability)
+
+
+def test_channels_and_drives_are_known_before_connecting_in_si_units(device):
+    assert {"angle", "torque"} <= {info.name for info in device.channels}
+    assert [info.name for info in device.drives] == ["frequency", "load"]
+    assert {info.unit for info in (*device.channels, *device.drives)} <= SI_SYMBOLS
+    assert [info.sets_cycle_frequency for info in device.drives] == [True, False]
+
+
+def test_it_says_who_it_is(device):
+    identity = device.connect(1.0)
+    assert identity.maker
+    assert identity.model
+
+
+def test_nothing_but_safety_works_without_a_connection(device):
+    for use in (
+        lambda: device.set("frequency", 10.0),
+        lambda: device.read_back("load"),
+        lambda: device.read(["angle"]),
+        lambda: list(device.stream(["angle"], 0.1, Stop())),
+    ):
+        with pytest.raises(DeviceError, match="not connected"):
+            use()
+
+
+def test_a_drive_goes_where_it_is_set_and_not_beyond_its_limits(connected):
+    for info in connected.drives:
+        connected.set(info.name, info.maximum)
+        assert connected.read_back(info.name) == info.maximum
+        for wrong in (info.minimum - 1, info.maximum * 1.01, float("nan"), float("inf")):
+            with pytest.raises(DeviceRejectedError, match="allowed") as caught:
+                connected.set(info.name, wrong)
+            assert f"{info.maximum:g} {info.unit}" in str(caught.value)
+        assert connected.read_back(info.name) == info.maximum
+
+
+def test_a_drive_takes_its_time(connected, clock):
+    for info in connected.drives:
+        before = clock.monotonic_s()
+        connected.set(info.name, info.maximum)
+        took = info.maximum / info.rate_per_s if info.rate_per_s else 0.0
+        assert clock.monotonic_s() - before == pytest.approx(took)
+
+
+def test_unknown_drives_and_channels_are_refused_with_the_known_ones(connected):
+    with pytest.raises(DeviceRejectedError, match=r"'speed'.*frequency, load"):
+        connected.set("speed", 1.0)
+    with pytest.raises(DeviceRejectedError, match=r"'speed'.*frequency, load"):
+        connected.read_back("speed")
+    with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
+        connected.stream(["torq"], 0.1, Stop())
+    with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
+        connected.read(["torq"])
+
+
+def test_make_safe_works_in_any_state_as_often_as_wanted(device, connected):
+    safe = {info.name: info.safe_value for info in device.drives}
+    connected.set("load", 100.0)
+    connected.set("frequency", 10.0)
+    assert connected.make_safe() == safe
+    assert connected.make_safe() == safe
+    assert {name: connected.read_back(name) for name in safe} == safe
+    connected.set("frequency", 10.0)
+    device.close()
+    device.close()
+    assert device.make_safe() == safe
+
+
+def test_make_safe_works_before_anything_was_connected(device):
+    assert list(device.make_safe().values()) == [0.0, 0.0]
+    device.close()
+
+
+def test_a_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
+    connected.set("frequency", 10.0)
+    before = clock.monotonic_s()
+    blocks = list(connected.stream(["angle", "torque"], 0.55, Stop()))
+    rate = connected.sample_rate_hz
+    assert sum(block.samples for block in blocks) == round(0.55 * rate)
+    assert all(a.first_sample + a.samples == b.first_sample for a, b in pairwise(blocks))
+    assert max(block.samples for block in blocks) <= 0.1 * rate
+    assert {tuple(block.channels) for block in blocks} == {("angle", "torque")}
+    assert blocks[-1].monotonic_s == pytest.approx(before + blocks[-1].first_sample / rate)
+    assert clock.monotonic_s() - before == pytest.approx(0.55)
+
+
+def test_a_stream_ends_when_asked_to(connected):
+    connected.set("frequency", 10.0)
+    assert len(list(connected.stream(["angle"], 0.55, Stop(after=2)))) == 2
+
+
+def test_what_is_streamed_is_finite_and_swings(connected):
+    connected.set("frequency", 10.0)
+    blocks = list(connected.stream(["angle"], 0.5, Stop()))
+    angle = np.concatenate([block.channels["angle"] for block in blocks])
+    assert np.isfinite(angle).all()
+    assert angle.min() < -0.01 < 0.01 < angle.max()
+
+
+def test_a_reading_gives_each_channel_one_value(connected):
+    connected.set("frequency", 10.0)
+    values = connected.read(["torque", "angle"])
+    assert list(values) == ["torque", "angle"]
+    assert all(isinstance(value, float) and np.isfinite(value) for value in values.values())
+
+
+def test_declaring_devices_loads_no_numpy():
+    code = "import sys, rigrunner_plugins.hooks as h; h.rigrunner_devices()"
+    code += "; print('numpy' in sys.modules or 'scipy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_settings_have_a_schema_in_which_each_one_is_explained(name):
+    schema = REGISTRY.settings_of("device", name).model_json_schema()
+    assert schema["additionalProperties"] is False
+    assert schema["properties"]
