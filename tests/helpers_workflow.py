@@ -1,0 +1,65 @@
+"""Runs through the whole workflow on the simulated station, in simulated time."""
+
+from __future__ import annotations
+
+import threading
+from datetime import UTC, datetime
+
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
+from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
+from rigrunner.workflow.prepare import no_load_for, plan_run
+from rigrunner.workflow.record import execute
+
+START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
+ALL_FREQUENCIES = "[1 Hz, 3 Hz, 5 Hz, 8 Hz, 10 Hz, 15 Hz, 18 Hz, 20 Hz, 25 Hz, 30 Hz, 33 Hz, 35 Hz]"
+FEW_FREQUENCIES = "[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]"
+
+
+def edited(source, target, **replacements):
+    """Write a copy of a shipped file with texts replaced; each must be there."""
+    text = source.read_text(encoding="utf-8")
+    for old, new in replacements.values():
+        assert old in text, old
+        text = text.replace(old, new)
+    target.write_text(text, encoding="utf-8")
+    return target
+
+
+def quick_procedure(folder, name, *changes):
+    """Write a shipped procedure with fewer frequencies and cycles, and further changes."""
+    replacements = [
+        (ALL_FREQUENCIES, FEW_FREQUENCIES),
+        ("cycles: 30}", "cycles: 12}"),
+        *changes,
+    ]
+    return edited(
+        find_procedure(name),
+        folder / f"{name}.yaml",
+        **{str(index): pair for index, pair in enumerate(replacements)},
+    )
+
+
+def station_file(folder, *changes):
+    source = shipped_folder() / "stations" / "simulated.yaml"
+    return edited(
+        source, folder / "station.yaml", **{str(i): pair for i, pair in enumerate(changes)}
+    )
+
+
+def run(procedure, runs, *, station=None, clock=None, no_load=None, listeners=(), stop=None):
+    """Plan and execute one procedure, unattended; return the FinishedRun."""
+    clock = clock or SimulatedClock(START)
+    answers = UnattendedAnswers()
+    planned = plan_run(procedure, station or find_station("simulated"), load_registry(), clock)
+    return execute(
+        planned,
+        runs=runs,
+        inputs=answer_inputs(planned.procedure, {}, answers),
+        no_load=no_load_for(planned, runs, no_load),
+        answers=answers,
+        stop=stop or threading.Event(),
+        listeners=listeners,
+    )

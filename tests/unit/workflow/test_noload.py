@@ -1,0 +1,63 @@
+from datetime import timedelta
+
+import pytest
+
+from helpers_workflow import FEW_FREQUENCIES, START, quick_procedure, run, station_file
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.clock import SimulatedClock
+
+
+@pytest.fixture
+def loaded_run(finished, tmp_path):
+    """Run the loaded procedure against the runs of `finished`, with changes."""
+    folder, _, _ = finished
+
+    def start(*changes, station=(), **options):
+        procedure = quick_procedure(tmp_path, "starting_torque_1000n", *changes)
+        where = station_file(tmp_path, *station) if station else None
+        return run(procedure, folder / "runs", station=where, **options)
+
+    return start
+
+
+def test_the_latest_fitting_no_load_run_is_taken(finished):
+    _, no_load, loaded = finished
+    assert loaded.result.no_load_run.run_id == no_load.folder.name
+
+
+@pytest.mark.parametrize(
+    ("changes", "station", "words"),
+    [
+        ((), [("mandrel: M-01", "mandrel: M-02")], "its mandrel is 'M-01', but 'M-02' is needed"),
+        ((), [("id: simulated", "id: rig-7")], "its station is 'simulated', but 'rig-7'"),
+        ([(FEW_FREQUENCIES, "[8 Hz, 12 Hz]")], (), "it has no recording at 12 Hz"),
+        ([("procedure: SSPB-NLI", "procedure: SSPB-XYZ")], (), "a completed run of SSPB-XYZ"),
+    ],
+)
+def test_a_mismatch_is_refused_before_the_run_with_what_is_needed(
+    loaded_run, changes, station, words
+):
+    with pytest.raises(DataError, match=words) as caught:
+        loaded_run(*changes, station=station)
+    assert "run that procedure first, or name a run with --no-load" in caught.value.hint
+
+
+def test_an_old_no_load_run_is_refused(loaded_run):
+    with pytest.raises(DataError, match=r"it is 31 d old, but at most 30 d is allowed"):
+        loaded_run(clock=SimulatedClock(START + timedelta(days=31)))
+
+
+def test_a_named_run_that_does_not_fit_is_refused_with_its_reason(loaded_run, finished):
+    _, _, loaded = finished
+    with pytest.raises(DataError, match="it is a run of SSPB-STT-1000, not of SSPB-NLI"):
+        loaded_run(no_load=loaded.folder.name)
+    with pytest.raises(UsageError, match="there is no run 'yesterday'"):
+        loaded_run(no_load="yesterday")
+
+
+def test_without_any_run_the_message_says_what_to_do(tmp_path):
+    with pytest.raises(DataError, match="there is no no-load run in") as caught:
+        run(quick_procedure(tmp_path, "starting_torque_1000n"), tmp_path / "none")
+    assert "needed: a completed run of SSPB-NLI, station 'simulated', mandrel 'M-01'" in (
+        caught.value.hint
+    )

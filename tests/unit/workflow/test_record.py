@@ -1,0 +1,117 @@
+import json
+import threading
+
+import pytest
+
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import DeviceNotFoundError, ExitCode
+from rigrunner.api.events import Outcome, StepStarted
+from rigrunner.procedure import parse_procedure
+from rigrunner.registry import load_registry
+from rigrunner.runfile import read
+from rigrunner.workflow.report import write_report
+from rigrunner.workflow.stored import analyse_run, open_run
+
+
+def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):
+    _, _, loaded = finished
+    assert loaded.outcome is Outcome.COMPLETED
+    assert loaded.exit_code is ExitCode.PASS
+    names = {path.name for path in loaded.folder.iterdir()}
+    assert names == {"run.h5", "result.json", "report.html", "run.log"}
+    assert (loaded.folder / "run.h5").stat().st_mode & 0o222 == 0
+
+
+def test_the_result_is_near_the_truth_that_the_simulator_kept(finished):
+    _, _, loaded = finished
+    headline = loaded.result.headline
+    assert headline.value == pytest.approx(0.7262, abs=0.012)
+    assert loaded.result.raw_headline.value > 2.0
+
+
+def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
+    _, no_load, loaded = finished
+    online = json.loads((loaded.folder / "result.json").read_text())
+    registry = load_registry()
+    stored = read(loaded.folder)
+    assert stored.result_document == online
+    assert document(analyse_run(loaded.folder, registry)) == online
+    assert document(analyse_run(loaded.folder, registry, no_load.folder)) == online
+    procedure = parse_procedure(stored.header.procedure_text, "stored").model
+    by_hand = analyse(
+        open_run(loaded.folder).data,
+        open_run(no_load.folder).data,
+        procedure.analysis,
+        acceptance=procedure.acceptance,
+        measurand=procedure.measurand,
+        lookup=registry,
+    )
+    assert json.loads(json.dumps(document(by_hand))) == online
+
+
+def test_the_analysis_never_sees_the_truth(finished):
+    _, _, loaded = finished
+    data = open_run(loaded.folder).data
+    seen = [*data.zeros, *data.inputs]
+    for recording in data.recordings:
+        seen += [*recording.channels, *recording.conditions, *recording.setpoints]
+    assert not [name for name in seen if "truth" in name or "starting" in name]
+
+
+def test_the_same_run_gives_the_same_report_bytes(finished, tmp_path):
+    _, _, loaded = finished
+    again = write_report(loaded.folder, load_registry(), out=tmp_path / "again.html")
+    assert again.read_bytes() == loaded.report.read_bytes()
+
+
+def test_a_disconnected_device_is_named_and_leaves_no_folder(tmp_path):
+    station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, simulate: unplugged}"))
+    with pytest.raises(DeviceNotFoundError, match="tester"):
+        run(
+            quick_procedure(tmp_path, "no_load_inertia_sweep"),
+            tmp_path / "runs",
+            station=station,
+        )
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_stopped_run_is_sealed_as_aborted_with_what_was_complete(tmp_path):
+    stop = threading.Event()
+
+    def stop_at_the_third_recording(event):
+        if isinstance(event, StepStarted) and event.recording.startswith("003"):
+            stop.set()
+
+    finished = run(
+        quick_procedure(tmp_path, "no_load_inertia_sweep"),
+        tmp_path / "runs",
+        listeners=[stop_at_the_third_recording],
+        stop=stop,
+    )
+    assert finished.outcome is Outcome.ABORTED
+    assert finished.exit_code is ExitCode.ABORTED
+    stored = read(finished.folder)
+    assert stored.info.sealed
+    assert len(stored.recordings) == 2
+    assert not (finished.folder / "result.json").exists()
+
+
+def test_a_zero_out_of_limits_ends_the_run_before_anything_moves(tmp_path):
+    procedure = quick_procedure(
+        tmp_path, "no_load_inertia_sweep", ("within: 0.05 N·m", "within: 0.00001 N·m")
+    )
+    finished = run(procedure, tmp_path / "runs")
+    assert finished.outcome is Outcome.ERROR
+    assert "zero" in finished.reason.lower()
+    assert read(finished.folder).recordings == ()
+
+
+def test_a_failing_analysis_still_seals_what_was_measured(tmp_path):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", ("cycles: 12}", "cycles: 3}"))
+    finished = run(procedure, tmp_path / "runs")
+    assert finished.outcome is Outcome.COMPLETED
+    assert finished.exit_code is ExitCode.DATA
+    assert "whole cycles" in str(finished.error)
+    assert len(read(finished.folder).recordings) == 5
