@@ -40,12 +40,12 @@ def _read_si(dimension: str, value: object) -> float:
     return _read(dimension, value).si
 
 
-def _read_yes_no(value: object) -> object:
-    if not isinstance(value, str):
+def _read_yes_no(value: object) -> bool:
+    if isinstance(value, bool):
         return value
-    if value not in _YES_NO:
-        raise ValueError(f"got '{value[:20]}', allowed is yes or no")
-    return _YES_NO[value]
+    if isinstance(value, str) and value in _YES_NO:
+        return _YES_NO[value]
+    raise ValueError(f"got {str(value)[:20]!r}, allowed is yes or no")
 
 
 def _read_date(value: object) -> object:

@@ -33,12 +33,11 @@ class Document:
     """Where values come from that were put in from elsewhere in the document."""
 
     def where(self, path: Path, *, key: bool = False) -> Location:
-        """Return the place of the value (or its key); of the nearest parent if it is not there."""
+        """Return the place of the value, or of its key; the nearest parent's if it is not there."""
         for length in range(len(path), -1, -1):
             marks = self.marks.get(path[:length])
             if marks is not None:
-                line, column = marks.key if key and length == len(path) else marks.value
-                return Location(self.name, line, column)
+                return Location(self.name, *(marks.key if key else marks.value))
         return Location(self.name)
 
     def origin(self, path: Path) -> Location | None:

@@ -1,0 +1,181 @@
+"""A small procedure and station as texts to spoil, and devices that are never connected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo
+from rigrunner.api.errors import InvalidFileError, PluginError, Problem
+from rigrunner.api.settings import ListOf, Settings, Torque, YesNo
+
+PROCEDURE = """\
+rigrunner: procedure/1
+id: TEST-1
+revision: "A"
+title: A test
+measurand: {symbol: Td, name: torque, unit: N·m}
+inputs:
+  specimen: {ask: Serial number, unattended: S-1}
+uses: {tester: swing_tester}
+parameters:
+  load: 1000 N
+  frequencies: [2 Hz, 10 Hz]
+setup:
+  - confirm: {text: Guards closed, unattended: yes}
+  - ask: {text: Remarks, into: remarks, unattended: none}
+  - set: {tester.load: 0 N, tester.frequency: 0 Hz}
+  - zero: {channel: tester.torque, within: 0.05 N·m}
+main:
+  - set: {tester.load: $load}
+  - sweep:
+      set: tester.frequency
+      over: $frequencies
+      steps:
+        - settle: {cycles: 5}
+        - record: {channels: [tester.angle, tester.torque], cycles: 30}
+teardown:
+  - set: {tester.frequency: 0 Hz}
+analysis:
+  no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}
+  despike: {hampel: {window: 11}}
+  outliers: {grubbs: {alpha: 0.05}}
+  fits:
+    - polynomial: {degree: 2}
+    - inertia
+  compensations:
+    - template
+    - energy
+  primary: template
+acceptance:
+  limit: {max: 0.95 N·m, source: nobody}
+  rule: guard_band_u
+"""
+
+STATION = """\
+rigrunner: station/1
+id: bench-1
+title: A bench
+rig:
+  mandrel: M-01
+  eccentric: 2 mm
+  centre_distance: 45 mm
+  inertia: 0.00233 kg·m²
+  support_friction: 0.76 N·m
+  support_damping: 0.31 N·m·s/rad
+devices:
+  tester:
+    type: swing_tester
+    plugin: fake
+    settings: {gain: 1 N·m}
+instruments:
+  - channel: tester.torque
+    serial: T-1
+    full_scale: 10 N·m
+    accuracy: {gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}
+    low_pass: {type: butterworth, order: 2, corner: 1 kHz}
+"""
+
+
+def edited(text: str, *changes: tuple[str, str]) -> str:
+    """Return the text with each part, which must be there once, replaced."""
+    for old, new in changes:
+        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times"
+        text = text.replace(old, new)
+    return text
+
+
+def place_of(text: str, part: str) -> str:
+    """Return `line:column` of the first time that a part stands in a text."""
+    before = text[: text.index(part)]
+    return f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
+
+
+def problems_of(function, *arguments) -> tuple[Problem, ...]:
+    """Return the problems with which a call is refused."""
+    with pytest.raises(InvalidFileError) as caught:
+        function(*arguments)
+    return caught.value.problems
+
+
+def only_problem(function, *arguments) -> Problem:
+    """Return the one problem with which a call is refused."""
+    (problem,) = problems_of(function, *arguments)
+    return problem
+
+
+class Unconnected:
+    """A device as a plan sees it: nobody talks to it."""
+
+    non_blocking = True
+
+    def __init__(self, channels: tuple[ChannelInfo, ...], drives: tuple[DriveInfo, ...]) -> None:
+        self.channels = channels
+        self.drives = drives
+
+    def connect(self, timeout_s):
+        raise NotImplementedError
+
+    make_safe = close = connect
+
+
+class Streamer(Unconnected):
+    """A device that records at 1 kHz."""
+
+    sample_rate_hz = 1000.0
+
+    def stream(self, channels, duration_s, stop):
+        raise NotImplementedError
+
+
+TESTER = Streamer(
+    (
+        ChannelInfo("angle", "rad", "swing angle"),
+        ChannelInfo("torque", "N·m", "torque"),
+        ChannelInfo("load", "N", "radial load"),
+    ),
+    (
+        DriveInfo("load", "N", "radial load", 0.0, 3000.0, rate_per_s=500.0),
+        DriveInfo(
+            "frequency", "Hz", "swing", 0.0, 35.0, rate_per_s=10.0, sets_cycle_frequency=True
+        ),
+    ),
+)
+THERMOMETER = Unconnected((ChannelInfo("room", "K", "room temperature"),), ())
+LOGGER = Streamer((ChannelInfo("torque", "N·m", "a second torque"),), ())
+
+
+class FakeSettings(Settings):
+    gain: Torque
+    quiet: YesNo = False
+
+
+class GrubbsSettings(Settings):
+    alpha: float = 0.05
+
+
+class PolynomialSettings(Settings):
+    degree: int
+    powers: ListOf[int] = ()
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """Plugins by kind and name, as a registry would know them."""
+
+    known: dict[tuple[str, str], type[Settings]] = field(
+        default_factory=lambda: {
+            ("device", "fake"): FakeSettings,
+            ("outlier_rule", "grubbs"): GrubbsSettings,
+            ("fit", "polynomial"): PolynomialSettings,
+            ("fit", "inertia"): Settings,
+            ("compensation", "template"): Settings,
+            ("compensation", "energy"): Settings,
+        }
+    )
+
+    def settings_of(self, kind: str, name: str) -> type[Settings]:
+        if (kind, name) not in self.known:
+            raise PluginError(f"there is no {kind} '{name}'", hint="did you mean another?")
+        return self.known[kind, name]

@@ -1,0 +1,98 @@
+"""Field types that read what stands in YAML, and what instruments and rigs must have."""
+
+from __future__ import annotations
+
+from datetime import date
+
+import pytest
+from pydantic import ValidationError
+
+from rigrunner.api.instruments import RigDescription, TorqueInstrument
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.settings import AnyQuantity, Force, IsoDate, ListOf, Settings, YesNo
+
+RIG = {
+    "mandrel": "M-01",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.00233 kg·m²",
+    "support_friction": "0.76 N·m",
+    "support_damping": "0.31 N·m·s/rad",
+}
+INSTRUMENT = {
+    "channel": "tester.torque",
+    "serial": "T-1",
+    "full_scale": "10 N·m",
+    "accuracy": {"gain": "0.3 %", "offset": "0.02 N·m", "drift": "0 N·m", "nonlinearity": "0 %"},
+}
+
+
+class Example(Settings):
+    load: Force = 0.0
+    loads: ListOf[Force] = ()
+    due: IsoDate | None = None
+    quiet: YesNo = False
+    anything: AnyQuantity | None = None
+
+
+def test_quantities_are_si_inside():
+    assert Example.model_validate({"load": "1.5 kN"}).load == 1500.0
+    assert Example(load=parse_quantity("1.5 kN")).load == 1500.0
+    assert Example.model_validate({"loads": ["1 N", "2 kN"]}).loads == (1.0, 2000.0)
+    assert str(Example.model_validate({"anything": "2100 rpm"}).anything) == "2100 rpm"
+
+
+@pytest.mark.parametrize("value", [5, 5.0, True, None, ["1 N"], "1 Hz", "5"])
+def test_what_is_no_force_is_refused(value):
+    with pytest.raises(ValidationError):
+        Example.model_validate({"load": value})
+
+
+def test_dates_and_answers():
+    assert Example.model_validate({"due": "2026-02-28"}).due == date(2026, 2, 28)
+    assert Example.model_validate({"quiet": "yes"}).quiet is True
+    with pytest.raises(ValidationError, match="2026-02-30"):
+        Example.model_validate({"due": "2026-02-30"})
+    with pytest.raises(ValidationError, match="allowed is yes or no"):
+        Example.model_validate({"quiet": "on"})
+    with pytest.raises(ValidationError):
+        Example.model_validate({"due": 20260228})
+
+
+def test_models_are_frozen_and_know_their_keys():
+    with pytest.raises(ValidationError):
+        Example().load = 5.0
+    with pytest.raises(ValidationError):
+        Example.model_validate({"lod": "5 N"})
+
+
+def test_the_schema_says_what_may_be_written():
+    properties = Example.model_json_schema()["properties"]
+
+    assert properties["load"]["type"] == "string"
+    assert "kN" in properties["load"]["description"]
+    assert properties["quiet"]["enum"] == ["yes", "no", True, False]
+
+
+def test_the_ratio_of_the_rig():
+    assert RigDescription.model_validate(RIG).eccentric_ratio == pytest.approx(2 / 45, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("eccentric", "0 mm"), ("eccentric", "45 mm"), ("eccentric", "50 mm"), ("inertia", "0 kg·m²"),
+     ("support_friction", "-1 N·m"), ("swing_radius", "0 mm"), ("mandrel", 5)],
+)  # fmt: skip
+def test_an_impossible_rig_is_refused(key, value):
+    with pytest.raises(ValidationError):
+        RigDescription.model_validate(RIG | {key: value})
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("full_scale", "0 N·m"), ("low_pass", {"corner": "0 Hz"}), ("low_pass", {"corner": "1 N"}),
+     ("low_pass", {"corner": "1 kHz", "order": 9}), ("calibrated", "yesterday"), ("serial", 5)],
+)  # fmt: skip
+def test_an_impossible_instrument_is_refused(key, value):
+    with pytest.raises(ValidationError):
+        TorqueInstrument.model_validate(INSTRUMENT | {key: value})

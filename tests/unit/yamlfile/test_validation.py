@@ -1,0 +1,131 @@
+"""Pydantic's errors in a technician's words, at the right place."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import pytest
+from pydantic import Field
+
+from helpers_language import only_problem, problems_of
+from rigrunner.api.settings import Force, Frequency, ListOf, Settings, YesNo
+from rigrunner.yamlfile import Document, parse, validate
+
+
+class Inner(Settings):
+    speed: Frequency
+    mode: Literal["slow", "fast"] = "slow"
+
+
+class Other(Settings):
+    force: Force
+
+
+class Model(Settings):
+    name: str
+    count: Annotated[int, Field(ge=1, le=9)] = 1
+    ratio: float = 1.0
+    quiet: YesNo = False
+    flag: bool = False
+    inner: Inner | None = None
+    inners: ListOf[Inner] = ()
+    by_name: dict[str, Inner] = Field(default_factory=dict)
+    either: Inner | Other | None = None
+    words: Annotated[ListOf[str], Field(max_length=2)] = ()
+
+
+def document(text: str) -> Document:
+    return parse(f"name: x\n{text}\n", "f.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("count: no", "2:8: count: got 'no', allowed is a whole number"),
+        ("count: 1.5", "2:8: count: got 1.5, allowed is a whole number"),
+        ("count: true", "2:8: count: got true, allowed is a whole number"),
+        ("count:", "2:7: count: got nothing, allowed is a whole number"),
+        ("count: 0", "2:8: count: got 0, allowed is 1 or more"),
+        ("count: 10", "2:8: count: got 10, allowed is 9 or less"),
+        ("count: [1]", "2:8: count: got a list of 1, allowed is a whole number"),
+        ("count: {a: 1}", "2:8: count: got a mapping of a, allowed is a whole number"),
+        ("ratio: fast", "2:8: ratio: got 'fast', allowed is a number"),
+        ("quiet: off", "2:8: quiet: got 'off', allowed is yes or no"),
+        ("quiet: 1", "2:8: quiet: got '1', allowed is yes or no"),
+        ("flag: yes", "2:7: flag: got 'yes', allowed is true or false"),
+        ("inner: fast", "2:8: inner: got 'fast', allowed is a mapping of names to values"),
+        ("inners: {a: 1}", "2:9: inners: got a mapping of a, allowed is a list"),
+        ("inners: [{}]", "2:10: inners[0].speed: the key 'speed' is missing"),
+        ("inner: {mode: slow}", "2:1: inner.speed: the key 'speed' is missing"),
+        ("words: [a, b, c]", "2:8: words: got a list of 3, allowed is 2 or fewer"),
+        ("words: [a, 2]", "2:12: words[1]: got 2, allowed is a text (put it in quotes: '2')"),
+        ("inner: {speed: 5}",
+         "2:16: inner.speed: 5 is not a number with a unit (write it as '5 Hz')"),
+        ("inner: {speed: [5]}",
+         "2:16: inner.speed: got a list, allowed is a number with a unit (such as '10 Hz')"),
+        ("inner: {speed: 5 N}",
+         "2:16: inner.speed: '5 N' is a force, not a frequency (units of frequency: Hz, kHz, rpm)"),
+        ("inner: {speed: 5 hz}",
+         "2:16: inner.speed: unknown unit 'hz' (did you mean 'Hz'?)"),
+        ("inner: {speed: 5 Hz, mode: fats}",
+         "2:28: inner.mode: got 'fats', allowed is 'slow' or 'fast' (did you mean 'fast'?)"),
+        ("inner: {sped: 5 Hz, speed: 5 Hz}",
+         "2:9: inner.sped: unknown key 'sped' (did you mean 'speed'? known keys: speed, mode)"),
+        ("by_name: {a: {speed: 5 Hz, zzz: 1}}",
+         "2:28: by_name.a.zzz: unknown key 'zzz' (known keys: speed, mode)"),
+    ],
+)  # fmt: skip
+def test_each_error_names_place_field_got_and_allowed(text, expected):
+    assert str(only_problem(validate, Model, document(text))) == f"f.yaml:{expected}"
+
+
+def test_a_missing_key_points_at_the_key_that_should_hold_it():
+    problem = only_problem(validate, Model, parse("count: 2\n", "f.yaml"))
+
+    assert str(problem) == "f.yaml:1:1: name: the key 'name' is missing"
+
+
+def test_unions_leave_no_trace_in_the_field():
+    problems = problems_of(validate, Model, document("either: {speed: 5 N, force: 5 N}"))
+
+    assert {problem.field for problem in problems} <= {"either.speed", "either.force"}
+    hints = {p.hint for p in problems if p.message == "unknown key 'speed'"}
+    assert hints == {"known keys: force"}
+
+
+def test_all_problems_come_at_once_up_to_a_limit():
+    text = "inners:\n" + "  - {speed: 5}\n" * 200
+    problems = problems_of(validate, Model, document(text))
+
+    assert len(problems) == 51
+    assert problems[-1].message == "150 more problems follow; mend these first"
+
+
+@pytest.mark.parametrize("text", ["inner: {speed: 5 Hz}", "quiet: yes", "quiet: true"])
+def test_what_is_right_passes(text):
+    validate(Model, document(text))
+
+
+def test_yes_and_no_are_read_where_a_model_asks_for_them():
+    assert validate(Model, document("quiet: yes")).quiet is True
+    assert validate(Model, document("quiet: no")).quiet is False
+    assert validate(Model, document("words: [yes, no]")).words == ("yes", "no")
+
+
+def test_a_part_of_a_document_keeps_its_places():
+    tree = parse("a:\n  b: {speed: 5}\n  c:\n", "f.yaml")
+
+    problem = only_problem(validate, Inner, tree, ("a", "b"))
+    assert str(problem.location) == "f.yaml:2:14"
+    assert problem.field == "a.b.speed"
+    empty = only_problem(validate, Inner, tree, ("a", "c"))
+    assert str(empty.location) == "f.yaml:3:3"
+    absent = only_problem(validate, Inner, tree, ("a", "d", "e"))
+    assert str(absent.location) == "f.yaml:1:1"
+    assert absent.field == "a.d.e.speed"
+
+
+def test_long_values_do_not_fill_the_screen():
+    problem = only_problem(validate, Model, document(f"count: {'x' * 10_000}"))
+
+    assert len(str(problem)) < 200
