@@ -95,8 +95,8 @@ def read_text(group: h5py.Group, name: str) -> str:
 def write_texts(parent: h5py.Group, name: str, texts: Mapping[str, str]) -> None:
     """Write named texts as a group of their own."""
     group = new_group(parent, name, "NXcollection")
-    for number, (key, text) in enumerate(texts.items()):
-        entry = new_group(group, f"{number:03d}", "NXcollection")
+    for key, text in texts.items():
+        entry = new_group(group, free_name(group, key), "NXcollection")
         write_text(entry, "name", key)
         write_text(entry, "text", text)
 
