@@ -40,8 +40,10 @@ RIG = RigDescription(
 )
 
 
-def instrument(*, full_scale="10 N·m", gain="0 %", drift="0 N·m", nonlinearity="0 %"):
-    accuracy = {"gain": gain, "offset": "0 N·m", "drift": drift, "nonlinearity": nonlinearity}
+def instrument(
+    *, full_scale="10 N·m", gain="0 %", drift="0 N·m", nonlinearity="0 %", offset="0 N·m"
+):
+    accuracy = {"gain": gain, "offset": offset, "drift": drift, "nonlinearity": nonlinearity}
     return TorqueInstrument.model_validate(
         {
             "channel": "tester.torque",

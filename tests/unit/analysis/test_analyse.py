@@ -49,6 +49,20 @@ def test_fits_are_of_the_no_load_peaks(loaded, no_load):
     assert fits["polynomial"].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
 
 
+def test_without_the_no_load_run_there_is_nothing_to_fit(loaded):
+    assert [fit.curve for fit in analysed(loaded, None, spec()).fits] == [None, None]
+
+
+def test_a_run_that_was_not_zeroed_carries_the_offset(no_load):
+    sensors = {"tester.torque": instrument(offset="0.3 N·m")}
+    zeroed, not_zeroed = (
+        analysed(sweep(0.7, 1000.0, instruments=sensors, **changes), no_load).raw_headline.u
+        for changes in ({}, {"zeros": {}})
+    )
+    assert zeroed < 0.01
+    assert not_zeroed == pytest.approx(0.3 / 3**0.5, rel=1e-3)
+
+
 def test_a_no_load_run_is_fitted_and_nothing_is_decided(no_load):
     result = analysed(no_load)
     assert result.fits[0].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
@@ -103,10 +117,14 @@ def test_negative_torque_is_flagged_and_inconclusive(no_load):
     assert result.decision.verdict is Verdict.INCONCLUSIVE
     flagged = {check.name for check in result.checks if not check.ok}
     assert {"positive torque", "friction coefficient"} <= flagged
+    (text,) = (check.text for check in result.checks if check.name == "positive torque")
+    assert [part.split(" Hz")[0] for part in text.split("; ")] == ["2", "4", "6", "8", "10"]
 
 
 def test_checks_cover_both_runs(loaded, no_load):
-    names = [check.name for check in analysed(loaded, no_load).checks]
+    found = analysed(loaded, no_load).checks
+    names = [check.name for check in found]
+    assert all(check.ok for check in found)
     assert len(names) == len(set(names))
     assert {"stroke", "no-load run: stroke", "zero drift", "friction coefficient"} <= set(names)
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helpers_analysis import recording, run_of, spec
+from helpers_analysis import RATIO, recording, run_of, spec
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.analysis import Rejection
 from rigrunner.api.errors import DataError
+from rigrunner.signal.kinematics import swing_angle
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
@@ -79,6 +80,39 @@ def test_a_gross_error_is_rejected_for_both_kinds_of_methods():
     assert [rejection.index for rejection in point.waveform_rejections] == [5]
     assert point.kept.tolist() == point.peak_kept.tolist() == [k != 5 for k in range(8)]
     assert point.torque_nm.shape[0] == 8  # the data stay
+
+
+def test_a_disturbance_away_from_the_peak_spoils_the_waveform_only():
+    rec = recording(PEAKS)
+    torque = rec.channels["tester.torque"].copy()
+    torque[740:800] -= 1.0  # 200 samples a cycle from sample 80 on: the fall of cycle 3
+    point = prepared(replace(rec, channels=dict(rec.channels) | {"tester.torque": torque}))
+    assert [rejection.index for rejection in point.waveform_rejections] == [3]
+    assert point.peak_rejections == ()
+
+
+def test_the_mean_angle_is_over_the_kept_cycles():
+    peaks = PEAKS.copy()
+    peaks[5] = 2.6
+    rec = recording(peaks)
+    angle = rec.channels["tester.angle"].copy()
+    angle[1130:1150] += 0.01  # within cycle 5, away from its ends
+    spoiled = prepared(replace(rec, channels=dict(rec.channels) | {"tester.angle": angle}))
+    assert not spoiled.kept[5]
+    assert spoiled.angle_rad == pytest.approx(prepared(rec).angle_rad, abs=2e-4)
+
+
+def test_frequency_scatter_between_cycles_is_its_uncertainty():
+    periods = np.linspace(190, 210, 12)  # samples; the first and the last cycle are cut in half
+    edges = np.concatenate([[0], np.cumsum(periods)])
+    turns = np.interp(np.arange(100, edges[-1] - 100), edges, np.arange(13.0))
+    phase = 2 * np.pi * turns
+    channels = {"tester.angle": swing_angle(phase, RATIO), "tester.torque": np.cos(phase)}
+    frequency = prepared(replace(recording(PEAKS), channels=channels), lambda _: []).frequency_hz
+    frequencies = 2000 / periods[1:-1]
+    assert frequency.dof == 9
+    assert frequency.value == pytest.approx(2000 / periods[1:-1].mean(), rel=1e-3)
+    assert frequency.u == pytest.approx(frequencies.std(ddof=1) / np.sqrt(10), rel=0.05)
 
 
 def test_spikes_are_replaced_and_counted():

@@ -45,7 +45,10 @@ def test_weights_as_numpy_has_them():
     expected, covariance = np.polyfit(X, Y, 2, w=1 / u_y, cov=True)
     assert curve.coefficients[::-1] == pytest.approx(expected, rel=1e-10)
     assert curve.covariance[::-1, ::-1] == pytest.approx(covariance, rel=1e-8)
-    assert curve.residuals == pytest.approx(Y - np.polyval(expected, X), abs=1e-12)
+    residuals = Y - np.polyval(expected, X)
+    assert curve.residuals == pytest.approx(residuals, abs=1e-12)
+    weights = u_y**-2 / np.mean(u_y**-2)
+    assert curve.residual_s == pytest.approx(np.sqrt(np.sum(weights * residuals**2) / 5))
 
 
 def test_equal_weights_are_no_weights():
