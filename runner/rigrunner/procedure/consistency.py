@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
     """Return every contradiction within a procedure, with its place."""
     return [
-        Problem(message, document.where(path), dotted(path), hint)
+        Problem(message, document.where(path, key=document.part(path) is None), dotted(path), hint)
         for check in (_compensation, _acceptance, _repeated_plugins, _answers)
         for path, message, hint in check(procedure)
     ]
@@ -39,10 +39,11 @@ def _compensation(procedure: Procedure) -> Iterator[Complaint]:
         message = f"got '{spec.primary}', which is not among the compensations"
         yield ("analysis", "primary"), message, f"allowed: {allowed}"
     if names and not spec.primary:
-        yield ("analysis",), "the key 'primary' is missing", f"say which one counts: {allowed}"
+        hint = f"say which one counts: {allowed}"
+        yield ("analysis", "primary"), "the key 'primary' is missing", hint
     if names and spec.no_load is None:
-        hint = "add 'no_load: {from: latest, procedure: ID}'"
-        yield ("analysis", "compensations"), "compensations need a no-load run", hint
+        hint = "compensations need it: 'no_load: {from: latest, procedure: ID}'"
+        yield ("analysis", "no_load"), "the key 'no_load' is missing", hint
 
 
 def _acceptance(procedure: Procedure) -> Iterator[Complaint]:

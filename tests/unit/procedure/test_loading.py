@@ -1,0 +1,112 @@
+"""Procedures: what ships loads, and what is in a model is what stands in the file."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import pytest
+
+from helpers_language import PROCEDURE, edited
+from rigrunner.procedure import Procedure, load_procedure, parse_procedure
+from rigrunner.procedure.steps import ConfirmStep, RecordStep, SetStep, SettleStep, SweepStep
+
+SHIPPED = Path(__file__).parents[3] / "procedures"
+
+
+@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
+def test_what_ships_loads(path):
+    loaded = load_procedure(path)
+
+    assert loaded.text == path.read_text(encoding="utf-8")
+    assert loaded.digest == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_both_shipped_sweeps_go_through_the_same_frequencies():
+    sweeps = [
+        load_procedure(SHIPPED / f"{name}.yaml").model.parameters["frequencies"]
+        for name in ("no_load_inertia_sweep", "starting_torque_1000n")
+    ]
+
+    assert sweeps[0] == sweeps[1]
+    assert len(sweeps[0]) == 12
+
+
+def test_a_procedure_is_what_its_file_says():
+    model = parse_procedure(PROCEDURE, "p.yaml").model
+
+    assert (model.id, model.revision, model.measurand.unit) == ("TEST-1", "A", "N·m")
+    assert model.inputs["specimen"].unattended == "S-1"
+    assert model.uses == {"tester": "swing_tester"}
+    confirm, _, targets, zero = model.setup
+    assert isinstance(confirm, ConfirmStep)
+    assert confirm.confirm.unattended is True
+    assert isinstance(targets, SetStep)
+    assert [str(value) for value in targets.set.values()] == ["0 N", "0 Hz"]
+    assert zero.zero.duration == 1.0
+    load, sweep = model.main
+    assert load.set["tester.load"].si == 1000.0
+    assert isinstance(sweep, SweepStep)
+    assert [value.si for value in sweep.sweep.over] == [2.0, 10.0]
+    settle, record = sweep.sweep.steps
+    assert isinstance(settle, SettleStep)
+    assert (settle.settle.cycles, settle.settle.time) == (5, None)
+    assert isinstance(record, RecordStep)
+    assert record.record.channels == ("tester.angle", "tester.torque")
+
+
+def test_the_analysis_is_what_its_section_says():
+    model = parse_procedure(PROCEDURE, "p.yaml").model
+    spec = model.analysis
+
+    assert (spec.no_load.from_, spec.no_load.procedure) == ("latest", "TEST-0")
+    assert spec.no_load.max_age == 30 * 24 * 3600
+    assert spec.no_load.same == ("station", "mandrel")
+    assert spec.despike.window == 11
+    assert (spec.outliers.name, spec.outliers.settings) == ("grubbs", {"alpha": 0.05})
+    assert [(fit.name, fit.settings) for fit in spec.fits] == [
+        ("polynomial", {"degree": 2}),
+        ("inertia", {}),
+    ]
+    assert [each.name for each in spec.compensations] == ["template", "energy"]
+    assert (model.acceptance.limit.max, model.acceptance.limit.min) == (0.95, None)
+    assert model.acceptance.rule == "guard_band_u"
+
+
+def test_a_plugin_with_an_empty_value_has_no_settings():
+    text = edited(PROCEDURE, ("    - inertia\n", "    - inertia:\n"))
+
+    assert parse_procedure(text, "p.yaml").model.analysis.fits[1].settings == {}
+
+
+def test_a_stored_text_gives_the_same_procedure(tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_bytes(b"\xef\xbb\xbf" + PROCEDURE.replace("\n", "\r\n").encode())
+    loaded = load_procedure(path)
+    stored = parse_procedure(loaded.text, "run.h5")
+
+    assert stored.digest == loaded.digest
+    assert stored.model == loaded.model == parse_procedure(PROCEDURE, "p.yaml").model
+
+
+def test_sections_may_be_left_out():
+    lines = PROCEDURE.splitlines(keepends=True)
+    text = "".join(lines[: lines.index("setup:\n")]) + "main: [settle: {time: 1 s}]\n"
+    model = parse_procedure(text, "p.yaml").model
+
+    assert (model.setup, model.teardown, model.acceptance) == ((), (), None)
+    assert model.analysis.compensations == ()
+
+
+def test_sweeps_nest():
+    inner = "{sweep: {set: tester.load, over: [1 N], steps: [settle: {time: 1 s}]}}"
+    text = edited(PROCEDURE, ("settle: {cycles: 5}", inner[1:-1]))
+    (settle,) = parse_procedure(text, "p.yaml").model.main[1].sweep.steps[0].sweep.steps
+
+    assert settle.settle.time == 1.0
+
+
+def test_the_language_has_a_schema():
+    schema = Procedure.model_json_schema(by_alias=True)
+
+    assert set(schema["required"]) >= {"rigrunner", "id", "main"}

@@ -1,0 +1,228 @@
+"""Spoiled procedures: each is refused with line, column, field, what was got, what is allowed."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_language import PROCEDURE, edited, only_problem, place_of, problems_of
+from rigrunner.procedure import parse_procedure
+
+STEPS = "allowed is one of: confirm, ask, zero, set, settle, sweep, record"
+KEYS = "known keys: "
+
+# old part, new part, where the finger points, field, message, hint
+CASES = [
+    ("procedure/1", "procedure/2", "procedure/2", "rigrunner",
+     "got 'procedure/2', allowed is 'procedure/1'", "did you mean 'procedure/1'?"),
+    ("procedure/1", "station/1", "station/1", "rigrunner", "allowed is 'procedure/1'", ""),
+    ("id: TEST-1\n", "", "rigrunner", "id", "the key 'id' is missing", ""),
+    ("TEST-1", "../../etc", "../../etc", "id", "'../../etc' is not an id: letters, digits", ""),
+    ("TEST-1", "1", "1\nrev", "id", "got 1, allowed is a text", "put it in quotes: '1'"),
+    ('"A"', "1", "1\ntitle", "revision", "got 1, allowed is a text", "put it in quotes: '1'"),
+    ('"A"', "", " \ntitle", "revision", "got nothing, allowed is a text", ""),
+    ("title: A test", 'title: ""', '""', "title", "got '', allowed is a text of 1 or more", ""),
+    ("title: A test", "title: A test\ntitel: B", "titel", "titel", "unknown key 'titel'",
+     "did you mean 'title'?"),
+    ("unit: N·m}", "unit: N}", "N}", "measurand.unit", "'N' is a unit of force, not of torque",
+     "units of torque: N·m"),
+    ("unit: N·m}", "unit: Nm2}", "Nm2", "measurand.unit", "unknown unit 'Nm2'",
+     "did you mean 'N·m'"),
+    ("symbol: Td, ", "", "measurand", "measurand.symbol", "the key 'symbol' is missing", ""),
+    ("{symbol: Td, name: torque, unit: N·m}", "torque", "torque", "measurand",
+     "got 'torque', allowed is a mapping of names to values", ""),
+    ("  specimen:", "  my specimen:", "my specimen", "inputs.my specimen",
+     "'my specimen' is not a name: letters, digits and _", ""),
+    ("unattended: S-1", "unattended: 5", "5}", "inputs.specimen.unattended",
+     "got 5, allowed is a text", "put it in quotes: '5'"),
+    ("unattended: S-1", "unattended: 0001", "0001", "inputs.specimen.unattended",
+     "0001 has a leading zero", "write 1 for the number, or '0001' in quotes for the text"),
+    ("ask: Serial number, ", "", "specimen", "inputs.specimen.ask", "the key 'ask' is missing", ""),
+    ("uses: {tester: swing_tester}", "uses: {}", "{}", "uses", "allowed is 1 or more", ""),
+    ("uses: {tester: swing_tester}", "uses: swing_tester", "swing_tester", "uses",
+     "got 'swing_tester', allowed is a mapping of names to values", ""),
+    ("unattended: yes", "unattended: on", "on}", "setup[0].confirm.unattended",
+     "got 'on', allowed is yes or no", ""),
+    ("unattended: yes", "unattended: 1", "1}\n  - ask", "setup[0].confirm.unattended",
+     "got '1', allowed is yes or no", ""),
+    ("{text: Guards closed, unattended: yes}", "Guards closed", "Guards closed", "setup[0].confirm",
+     "got 'Guards closed', allowed is a mapping of names to values", ""),
+    ("into: remarks, ", "", "ask: {text", "setup[1].ask.into", "the key 'into' is missing", ""),
+    ("into: remarks", "into: specimen", "specimen, una", "setup[1].ask.into",
+     "the input 'specimen' is asked at the start already", "choose another name"),
+    ("confirm:", "confrim:", "confrim", "setup[0]", f"unknown step 'confrim'; {STEPS}",
+     "did you mean 'confirm'?"),
+    ("- zero:", "- zzz: 1\n    zero:", "zzz", "setup[3]",
+     f"a step has one key, got 'zzz' and 'zero'; {STEPS}", "begin each step with its own '-'"),
+    ("setup:\n  - confirm", "setup:\n  - {}\n  - confirm", "{}", "setup[0]",
+     f"a step has one key, got none; {STEPS}", ""),
+    ("setup:\n  - confirm", "setup:\n  - settle\n  - confirm", "settle\n", "setup[0]",
+     f"a step is a mapping with one key, such as 'settle: ...'; {STEPS}", ""),
+    ("setup:\n  - confirm", "setup:\n  -\n  - confirm", "\n  - confirm", "setup[0]",
+     f"a step is a mapping with one key, such as 'settle: ...'; {STEPS}", ""),
+    ("tester.load: 0 N", "load: 0 N", "load: 0 N", "setup[2].set.load",
+     "'load' is not of the form role.name, such as tester.torque", ""),
+    ("tester.load: 0 N", "tester.load: 0", "0, tester", "setup[2].set.tester.load",
+     "0 is not a number with a unit", "such as '10 Hz'"),
+    ("tester.load: 0 N", "tester.load: 0,5 N", "5 N", "setup[2].set",
+     "there is a decimal comma before '5 N'", "write a point: '.5 N'"),
+    ("tester.load: 0 N", "tester.load: [0 N]", "[0 N]", "setup[2].set.tester.load",
+     "got a list, allowed is a number with a unit", ""),
+    ("tester.load: 0 N", "tester.load: ~", "~", "setup[2].set.tester.load",
+     "got nothing, allowed is a number with a unit", ""),
+    ("tester.load: 0 N", "tester.load: 0 Newton", "0 Newton", "setup[2].set.tester.load",
+     "unknown unit 'Newton'", ""),
+    ("{tester.load: $load}", "{}", "{}", "main[0].set",
+     "got a mapping of nothing, allowed is 1 or more", ""),
+    ("channel: tester.torque, ", "", "zero", "setup[3].zero.channel",
+     "the key 'channel' is missing", ""),
+    ("within: 0.05 N·m", "within: 0,05 N·m", "05 N·m", "setup[3].zero",
+     "there is a decimal comma before '05 N·m'", "write a point: '.05 N·m'"),
+    ("within: 0.05 N·m", 'within: "0,05 N·m"', '"0,05', "setup[3].zero.within",
+     "'0,05 N·m' has a decimal comma", "write '0.05 N·m'"),
+    ("within: 0.05 N·m", "within: 0.05 N·m, duration: 1 m", "1 m}", "setup[3].zero.duration",
+     "'1 m' is a length, not a time", "units of time: s, ms, min, h, d"),
+    ("within: 0.05 N·m", "within: 0.05 N·m, duration: 0 s", "0 s", "setup[3].zero.duration",
+     "got '0 s', allowed is more than 0", ""),
+    ("over: $frequencies", "over: []", "[]", "main[1].sweep.over",
+     "got a list of 0, allowed is 1 or more", ""),
+    ("over: $frequencies", "over: $load", "$load\n      steps", "main[1].sweep.over",
+     "got '1000 N', allowed is a list", "it is written at p.yaml:10:9"),
+    ("over: $frequencies", "over: [1 Hz,5 Hz, 5]", "5]", "main[1].sweep.over[2]",
+     "5 is not a number with a unit", ""),
+    ("set: tester.frequency\n", "set: [tester.frequency]\n", "[tester.f", "main[1].sweep.set",
+     "got a list of 1, allowed is a text", ""),
+    ("      over: $frequencies\n", "", "sweep", "main[1].sweep.over",
+     "the key 'over' is missing", ""),
+    ("{cycles: 5}", "{cylces: 5}", "cylces", "main[1].sweep.steps[0].settle.cylces",
+     "unknown key 'cylces'", "did you mean 'cycles'? known keys: cycles, time"),
+    ("{cycles: 5}", "{cycles: 5.5}", "5.5", "main[1].sweep.steps[0].settle.cycles",
+     "got 5.5, allowed is a whole number", ""),
+    ("{cycles: 5}", "{cycles: five}", "five", "main[1].sweep.steps[0].settle.cycles",
+     "got 'five', allowed is a whole number", ""),
+    ("{cycles: 5}", "{cycles: 0}", "0}", "main[1].sweep.steps[0].settle.cycles",
+     "got 0, allowed is 1 or more", ""),
+    ("{cycles: 5}", "{cycles: 05}", "05}", "main[1].sweep.steps[0].settle.cycles",
+     "05 has a leading zero", "write 5 for the number"),
+    ("{cycles: 5}", "{cycles: 10:30}", "10:30", "main[1].sweep.steps[0].settle.cycles",
+     "got '10:30', allowed is a whole number", ""),
+    ("{cycles: 5}", "{cycles: 1_000}", "1_000", "main[1].sweep.steps[0].settle.cycles",
+     "got '1_000', allowed is a whole number", ""),
+    ("{cycles: 5}", "{cycles: .inf}", ".inf", "main[1].sweep.steps[0].settle.cycles",
+     ".inf is not a number to work with", "write a finite number"),
+    ("{cycles: 5}", "{cycles: 5, time: 1 s}", "{cycles: 5,", "main[1].sweep.steps[0].settle",
+     "got both, allowed is one of: cycles, time", ""),
+    ("{cycles: 5}", "{}", "{}", "main[1].sweep.steps[0].settle",
+     "got neither, allowed is one of: cycles, time", ""),
+    ("{cycles: 5}", "{time: 5}", "5}", "main[1].sweep.steps[0].settle.time",
+     "5 is not a number with a unit", "write it as '5 s'"),
+    ("{cycles: 5}", "{time: 10:30}", "10:30", "main[1].sweep.steps[0].settle.time",
+     "'10:30' has more than one number", ""),
+    ("{cycles: 5}", "{cycles: 5, cycles: 6}", "cycles: 6", "main[1].sweep.steps[0].settle",
+     "the key 'cycles' stands twice; first at p.yaml:23:20", ""),
+    (", cycles: 30}", "}", "{channels", "main[1].sweep.steps[1].record",
+     "got neither, allowed is one of: cycles, duration", ""),
+    ("[tester.angle, tester.torque]", "[]", "[]", "main[1].sweep.steps[1].record.channels",
+     "got a list of 0, allowed is 1 or more", ""),
+    ("[tester.angle, tester.torque]", "tester.torque", "tester.torque, cyc",
+     "main[1].sweep.steps[1].record.channels", "got 'tester.torque', allowed is a list", ""),
+    ("tester.angle,", "tester.,", "tester., ", "main[1].sweep.steps[1].record.channels[0]",
+     "'tester.' is not of the form role.name", ""),
+    ("from: latest", "form: latest", "form", "analysis.no_load.form", "unknown key 'form'",
+     "did you mean 'from'? known keys: from, procedure, max_age, same"),
+    ("procedure: TEST-0, ", "", "no_load", "analysis.no_load.procedure",
+     "the key 'procedure' is missing", ""),
+    ("max_age: 30 d", "max_age: 30", "30, same", "analysis.no_load.max_age",
+     "30 is not a number with a unit", "write it as '30 s'"),
+    ("max_age: 30 d", "max_age: 30 N", "30 N", "analysis.no_load.max_age",
+     "'30 N' is a force, not a time", "units of time: s, ms, min, h, d"),
+    ("[station, mandrel]", "[station, mandril]", "mandril", "analysis.no_load.same[1]",
+     "got 'mandril', allowed is 'station' or 'mandrel'", "did you mean 'mandrel'?"),
+    ("window: 11", "window: 2", "2}}", "analysis.despike.hampel.window",
+     "got 2, allowed is 3 or more", ""),
+    ("window: 11", "window: no", "no}}", "analysis.despike.hampel.window",
+     "got 'no', allowed is a whole number", ""),
+    ("{grubbs: {alpha: 0.05}}", "{grubbs: 0.05}", "{grubbs: 0.05}", "analysis.outliers",
+     "got 0.05, allowed is a mapping of names to values", ""),
+    ("{grubbs: {alpha: 0.05}}", "{grubbs: {}, mad: {}}", "{grubbs", "analysis.outliers",
+     "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
+    ("{grubbs: {alpha: 0.05}}", "[grubbs]", "[grubbs]", "analysis.outliers",
+     "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
+    ("    - inertia\n", "    - polynomial\n", "polynomial\n", "analysis.fits[1]",
+     "'polynomial' stands twice", "name it once"),
+    ("    - energy\n", "    - template\n", "template\n  primary", "analysis.compensations[1]",
+     "'template' stands twice", "name it once"),
+    ("primary: template", "primary: templat", "templat\n", "analysis.primary",
+     "got 'templat', which is not among the compensations", "allowed: template, energy"),
+    ("  primary: template\n", "", "analysis", "analysis.primary", "the key 'primary' is missing",
+     "say which one counts: template, energy"),
+    ("  no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}\n", "",
+     "analysis", "analysis.no_load", "the key 'no_load' is missing",
+     "compensations need it: 'no_load: {from: latest, procedure: ID}'"),
+    ("max: 0.95 N·m, ", "", "{source", "acceptance.limit", "a limit needs max, min, or both", ""),
+    ("max: 0.95 N·m", "max: 0.95 N·m, min: 1 N·m", "{max", "acceptance.limit",
+     "min (1 N·m) must be below max (0.95 N·m)", ""),
+    ("max: 0.95 N·m", "max: 0.95", "0.95,", "acceptance.limit.max",
+     "0.95 is not a number with a unit", "write it as '0.95 N·m'"),
+    ("max: 0.95 N·m", "max: 0.95 N", "0.95 N,", "acceptance.limit.max",
+     "'0.95 N' is a force, not a torque", "units of torque: N·m, mN·m, in·lbf"),
+    (", source: nobody", "", "limit", "acceptance.limit.source", "the key 'source' is missing", ""),
+    ("rule: guard_band_u", "rule: guard_band", "guard_band\n", "acceptance.rule",
+     "got 'guard_band', allowed is 'simple' or 'guard_band_u'", "did you mean 'guard_band_u'?"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: (case[1] or case[0])[:30])
+def test_a_spoiled_procedure(case):
+    old, new, finger, field, message, hint = case
+    text = edited(PROCEDURE, (old, new))
+    problem = only_problem(parse_procedure, text, "p.yaml")
+
+    assert message in problem.message
+    assert problem.field == field
+    assert hint in problem.hint
+    assert str(problem.location) == f"p.yaml:{place_of(text, finger)}"
+
+
+def test_a_wrong_section_is_both_unknown_and_missing():
+    text = edited(PROCEDURE, ("main:\n", "mian:\n"))
+    missing, unknown = problems_of(parse_procedure, text, "p.yaml")
+
+    assert (missing.field, missing.message) == ("main", "the key 'main' is missing")
+    assert (unknown.field, unknown.message) == ("mian", "unknown key 'mian'")
+    assert "did you mean 'main'?" in unknown.hint
+
+
+def test_every_problem_is_told_at_once():
+    text = edited(
+        PROCEDURE,
+        ("id: TEST-1\n", ""),
+        ("0.05 N·m", "0.05"),
+        ("cycles: 5", "cycels: 5"),
+        ("guard_band_u", "none"),
+    )
+
+    fields = {problem.field for problem in problems_of(parse_procedure, text, "p.yaml")}
+    assert fields >= {
+        "id",
+        "setup[3].zero.within",
+        "main[1].sweep.steps[0].settle.cycels",
+        "acceptance.rule",
+    }
+
+
+def test_a_limit_without_compensation_decides_on_nothing():
+    start = PROCEDURE.index("  compensations:")
+    text = PROCEDURE[:start] + PROCEDURE[PROCEDURE.index("acceptance:") :]
+    problem = only_problem(parse_procedure, text, "p.yaml")
+
+    assert problem.field == "acceptance"
+    assert problem.message == "a limit needs a compensated torque to decide on"
+
+
+def test_an_inner_problem_of_a_nested_sweep():
+    sweep = "sweep: {set: tester.load, over: [1 N], steps: [settle: {sweep: 1}]}"
+    text = edited(PROCEDURE, ("settle: {cycles: 5}", sweep))
+    problems = problems_of(parse_procedure, text, "p.yaml")
+
+    assert problems[0].field == "main[1].sweep.steps[0].sweep.steps[0].settle.sweep"
+    assert str(problems[0].location) == f"p.yaml:{place_of(text, 'sweep: 1}')}"

@@ -1,0 +1,74 @@
+"""`$name`: plain replacement with both places kept."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_language import PROCEDURE, edited, only_problem, place_of
+from rigrunner.procedure import parse_procedure
+
+
+def problem(*changes):
+    text = edited(PROCEDURE, *changes)
+    return text, only_problem(parse_procedure, text, "p.yaml")
+
+
+@pytest.mark.parametrize(
+    ("change", "part", "message", "hint"),
+    [
+        (("$load", "$laod"), "$laod", "there is no parameter 'laod'", "did you mean '$load'?"),
+        (
+            ("$load", "$zzz"),
+            "$zzz",
+            "there is no parameter 'zzz'",
+            "parameters: $load, $frequencies",
+        ),
+        (("$load", "$load*2"), "$load*2", "'$load*2' is not a reference", "no expressions"),
+        (("$load", "$"), "$}", "'$' is not a reference", "no expressions"),
+        (("$load", "$load + 5 N"), "$load +", "is not a reference", "no expressions"),
+        (("  load: 1000 N", "  load: $frequencies"), "$frequencies", "cannot refer to another", ""),
+    ],
+)
+def test_a_reference_that_leads_nowhere(change, part, message, hint):
+    text, found = problem(change)
+
+    assert str(found.location) == f"p.yaml:{place_of(text, part)}"
+    assert message in found.message
+    assert hint in found.hint
+
+
+def test_what_is_wrong_with_a_parameter_is_told_where_it_is_used_and_where_it_stands():
+    text, found = problem(("  load: 1000 N", "  load: 1000"))
+
+    assert str(found.location) == f"p.yaml:{place_of(text, '$load')}"
+    assert found.field == "main[0].set.tester.load"
+    assert f"it is written at p.yaml:{place_of(text, '1000')}" in found.hint
+
+
+def test_an_item_of_a_list_is_found_in_the_list():
+    text, found = problem(("[2 Hz, 10 Hz]", "[2 Hz, 10]"))
+
+    assert found.field == "main[1].sweep.over[1]"
+    assert f"it is written at p.yaml:{place_of(text, '10]')}" in found.hint
+
+
+def test_a_reference_may_stand_for_any_value():
+    text = edited(
+        PROCEDURE,
+        ("  load: 1000 N", "  load: 1000 N\n  n: 5\n  chans: [tester.angle]\n  who: Guards shut"),
+        ("settle: {cycles: 5}", "settle: {cycles: $n}"),
+        ("[tester.angle, tester.torque]", "$chans"),
+        ("Guards closed", "$who"),
+    )
+    model = parse_procedure(text, "p.yaml").model
+
+    assert model.setup[0].confirm.text == "Guards shut"
+    settle, record = model.main[1].sweep.steps
+    assert settle.settle.cycles == 5
+    assert record.record.channels == ("tester.angle",)
+
+
+def test_a_dollar_within_a_text_is_a_dollar():
+    text = edited(PROCEDURE, ("Guards closed", "Pay 5 $load"))
+
+    assert parse_procedure(text, "p.yaml").model.setup[0].confirm.text == "Pay 5 $load"

@@ -1,0 +1,99 @@
+"""Stations: what ships loads; a spoiled one is refused with place, field, got and allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from helpers_language import STATION, edited, only_problem, place_of, problems_of
+from rigrunner.station import load_station, parse_station
+
+SHIPPED = Path(__file__).parents[3] / "procedures" / "stations"
+
+SECOND = """
+  - channel: tester.torque
+    serial: T-2
+    full_scale: 10 N·m
+    accuracy: {gain: 0 %, offset: 0 N·m, drift: 0 N·m, nonlinearity: 0 %}
+"""
+
+# old part, new part, where the finger points, field, message, hint
+CASES = [
+    ("station/1", "procedure/1", "procedure/1", "rigrunner",
+     "got 'procedure/1', allowed is 'station/1'", ""),
+    ("id: bench-1", "id: bench 1", "bench 1", "id", "'bench 1' is not an id", ""),
+    ("eccentric: 2 mm", "eccentric: 2", "2\n", "rig.eccentric", "2 is not a number with a unit",
+     "write it as '2 m'"),
+    ("eccentric: 2 mm", "eccentric: 0 mm", "0 mm", "rig.eccentric",
+     "got '0 mm', allowed is more than 0", ""),
+    ("eccentric: 2 mm", "eccentric: 50 mm", "mandrel", "rig",
+     "eccentric must be less than centre_distance", ""),
+    ("eccentric: 2 mm", "eccentric: 2 mm\n  excentric: 2 mm", "excentric", "rig.excentric",
+     "unknown key 'excentric'", "did you mean 'eccentric'? known keys: mandrel, eccentric"),
+    ("kg·m²", "kg·m", "0.00233", "rig.inertia", "unknown unit 'kg·m'", "did you mean 'kg·m²'?"),
+    ("  mandrel: M-01\n", "", "rig:", "rig.mandrel", "the key 'mandrel' is missing", ""),
+    ("mandrel: M-01", "mandrel: 01", "01", "rig.mandrel", "01 has a leading zero",
+     "write 1 for the number, or '01' in quotes for the text"),
+    ("    plugin: fake\n", "", "tester:", "devices.tester.plugin",
+     "the key 'plugin' is missing", ""),
+    ("settings: {gain: 1 N·m}", "settings: fast", "fast", "devices.tester.settings",
+     "got 'fast', allowed is a mapping of names to values", ""),
+    ("  tester:\n", "  the tester:\n", "the tester", "devices.the tester",
+     "'the tester' is not a name", ""),
+    ("channel: tester.torque", "channel: testre.torque", "testre.torque", "instruments[0].channel",
+     "there is no device in the role 'testre'", "did you mean 'tester'?"),
+    ("channel: tester.torque", "channel: torque", "torque\n", "instruments[0].channel",
+     "there is no device in the role 'torque'", "roles: tester"),
+    ("serial: T-1", "serial: 17", "17", "instruments[0].serial", "got 17, allowed is a text",
+     "put it in quotes: '17'"),
+    ("full_scale: 10 N·m", "full_scale: 10 Nm/s", "10 Nm/s", "instruments[0].full_scale",
+     "unknown unit 'Nm/s'", ""),
+    ("full_scale: 10 N·m", "full_scale: 10 N·m\n    due: 2026-02-30", "2026-02-30",
+     "instruments[0].due", "'2026-02-30' is not a date; write it as 2026-01-31", ""),
+    ("gain: 0.3 %", "gain: 0.003", "0.003", "instruments[0].accuracy.gain",
+     "0.003 is not a number with a unit", "write it as '0.003 1'"),
+    ("order: 2", "order: 9", "9,", "instruments[0].low_pass.order",
+     "got 9, allowed is 8 or less", ""),
+    ("butterworth", "bessel", "bessel", "instruments[0].low_pass.type",
+     "got 'bessel', allowed is 'butterworth'", ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
+def test_what_ships_loads(path):
+    assert load_station(path).model.id == path.stem
+
+
+def test_a_station_is_what_its_file_says():
+    station = parse_station(STATION, "s.yaml")
+
+    assert station.model.devices["tester"].settings == {"gain": "1 N·m"}
+    assert station.model.rig.eccentric_ratio == pytest.approx(2 / 45, rel=1e-15)
+    assert station.instruments["tester.torque"].low_pass.corner == 1000.0
+    assert parse_station(station.text, "run.h5").digest == station.digest
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: (case[1] or case[0])[:30])
+def test_a_spoiled_station(case):
+    old, new, finger, field, message, hint = case
+    text = edited(STATION, (old, new))
+    problem = only_problem(parse_station, text, "s.yaml")
+
+    assert message in problem.message
+    assert problem.field == field
+    assert hint in problem.hint
+    assert str(problem.location) == f"s.yaml:{place_of(text, finger)}"
+
+
+def test_a_channel_has_one_instrument():
+    problem = only_problem(parse_station, STATION.rstrip() + SECOND, "s.yaml")
+
+    assert problem.message == "'tester.torque' is registered twice"
+    assert problem.field == "instruments[1].channel"
+
+
+def test_every_problem_is_told_at_once():
+    text = edited(STATION, ("2 mm", "2"), ("10 N·m", "10"), ("1 kHz", "1"))
+
+    assert len(problems_of(parse_station, text, "s.yaml")) == 3
