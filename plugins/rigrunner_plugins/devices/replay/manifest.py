@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError
 
 from rigrunner.api.errors import InvalidFileError, Location, Problem
 from rigrunner.api.quantity import unit
-from rigrunner.api.settings import AnyQuantity, Force, Frequency, Settings
+from rigrunner.api.settings import AnyQuantity, Force, Frequency, ListOf, Settings
 from rigrunner_plugins.devices.replay.texts import read_texts
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Manifest(Settings):
     """All recordings of a folder."""
 
     rigrunner: Literal["replay/1"]
-    recordings: Annotated[tuple[RecordingEntry, ...], Field(min_length=1, strict=False)]
+    recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
 
 
 def load_manifest(folder: Path, name: str, channels: Mapping[str, ColumnSettings]) -> Manifest:
@@ -93,10 +93,19 @@ def inside(folder: Path, name: str) -> Path | None:
 
 def _of_model(texts: Texts, error: ValidationError) -> Iterator[Problem]:
     for found in error.errors(include_url=False, include_context=False, include_input=False):
-        where = ".".join(str(part) for part in found["loc"])
+        path = found["loc"]
         yield Problem(
-            found["msg"].removeprefix("Value error, "), texts.location(found["loc"]), where
+            _words(found["type"], found["msg"], path), texts.location(path), _dotted(path)
         )
+
+
+def _words(kind: str, message: str, path: Where) -> str:
+    if kind == "missing":
+        return "is missing"
+    if kind == "extra_forbidden":
+        model = Manifest if len(path) == 1 else RecordingEntry
+        return f"is unknown; known are {', '.join(model.model_fields)}"
+    return message.removeprefix("Value error, ")
 
 
 def _of_file(index: int, entry: RecordingEntry, folder: Path) -> Iterator[tuple[Where, str]]:
@@ -129,7 +138,8 @@ def _of_setpoints(
 
 
 def _dotted(path: Where) -> str:
-    return ".".join(str(part) for part in path)
+    steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
+    return "".join(steps).removeprefix(".")
 
 
 def _same(a: float, b: float) -> bool:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from rigrunner.api.quantity import unit
-from rigrunner.api.settings import Force, Frequency, Settings
+from rigrunner.api.settings import Force, Frequency, Settings, YesNo
 from rigrunner_plugins.devices.fields import quantity
 
 
@@ -39,7 +39,7 @@ class TableSettings(Settings):
 
     delimiter: Literal[",", ";", "tab", "|"] = ","
     decimal: Literal[".", ","] = "."
-    header: Annotated[bool, Field(description="whether a line names the columns")] = True
+    header: Annotated[YesNo, Field(description="whether a line names the columns")] = True
     skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
     encoding: Literal["utf-8", "latin-1", "utf-16"] = "utf-8"
 
