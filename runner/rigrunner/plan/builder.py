@@ -63,16 +63,15 @@ class Builder:
         self._bench = bench
         self._problems = problems
         self._drives = DriveStates(bench, procedure.document, problems)
-        self._digits = _LEAST_DIGITS
+        self.wanted = 0
         self.steps: list[PlannedStep] = []
         self.recordings: list[tuple[Record, Path]] = []
 
     def build(self) -> None:
-        """Fill `steps` and `recordings`."""
+        """Fill `steps` and `recordings`; `wanted` is how many recordings are asked for."""
         sections = {phase: getattr(self._procedure, phase.value) for phase in Phase}
         self._refuse_endless(sum(_count(steps, _actions_of) for steps in sections.values()))
-        total = sum(_count(steps, _recordings_of) for steps in sections.values())
-        self._digits = max(_LEAST_DIGITS, len(str(total)))
+        self.wanted = sum(_count(steps, _recordings_of) for steps in sections.values())
         for phase, steps in sections.items():
             self._walk(steps, Place(phase, (phase.value,), phase.value))
 
@@ -160,11 +159,9 @@ class Builder:
         if not units:
             return
         duration_s, span = self._span(record, role, place)
-        rate_hz = self._bench.sample_rate_hz(role, place.path)
-        if duration_s is None or rate_hz is None:
-            return
         frequency_hz = self._drives.known_cycle_frequency_hz(role)
-        number = f"{len(self.recordings) + 1:0{self._digits}d}"
+        digits = max(_LEAST_DIGITS, len(str(self.wanted)))
+        number = f"{len(self.recordings) + 1:0{digits}d}"
         action = Record(
             name=number if frequency_hz is None else f"{number}_{frequency_hz:.6g}Hz",
             role=role,
@@ -173,7 +170,7 @@ class Builder:
             setpoints=self._drives.values(),
             units=self._drives.units() | units,
             cycle_frequency_hz=frequency_hz,
-            sample_rate_hz=rate_hz,
+            sample_rate_hz=self._bench.sample_rate_hz(role, place.path),
         )
         self.recordings.append((action, place.path))
         text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
@@ -196,13 +193,16 @@ class Builder:
             return roles[0], {member: info.unit for member, info in found.items() if info}
         return roles[0], {}
 
-    def _span(self, record: language.Record, role: str, place: Place) -> tuple[float | None, str]:
-        """Return how long to record: a cycle more than asked for, so that as many are whole."""
+    def _span(self, record: language.Record, role: str, place: Place) -> tuple[float, str]:
+        """Return how long to record: a cycle more than asked for, so that as many are whole.
+
+        Zero, which no plan is made of, where a problem keeps it from being known.
+        """
         if record.duration is not None:
             return record.duration, "for a time"
         frequency_hz = self._drives.cycle_frequency_hz(role, (*place.path, "cycles"))
         if not frequency_hz or record.cycles is None:
-            return None, ""
+            return 0.0, ""
         duration_s = (record.cycles + 1) / frequency_hz
         return duration_s, f"{record.cycles} cycles at {frequency_hz:.6g} Hz"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.plan.actions import Plan
 from rigrunner.plan.bench import Bench, check_roles
 from rigrunner.plan.builder import Builder
-from rigrunner.plan.needs import check_analysis, check_register
+from rigrunner.plan.needs import check_analysis, check_motion, check_register
 from rigrunner.plan.problems import Problems
 
 if TYPE_CHECKING:
@@ -32,8 +32,11 @@ def make_plan(
     check_roles(procedure, station, problems)
     builder = Builder(procedure, Bench(procedure, devices, problems), problems)
     builder.build()
-    check_analysis(procedure, builder.recordings, problems)
+    check_analysis(procedure, builder.recordings, problems, wanted=builder.wanted)
     check_register(procedure, station, builder.recordings, problems)
+    problems.stop_if_any()
+    # Only now: a mistake above that leaves a frequency unset would be told twice.
+    check_motion(procedure, builder.recordings, problems)
     problems.stop_if_any()
     return Plan(tuple(builder.steps))
 

@@ -18,17 +18,32 @@ if TYPE_CHECKING:
 
 
 def check_analysis(
-    procedure: LoadedProcedure, recordings: Sequence[tuple[Record, Path]], problems: Problems
+    procedure: LoadedProcedure,
+    recordings: Sequence[tuple[Record, Path]],
+    problems: Problems,
+    *,
+    wanted: int,
 ) -> None:
-    """Add a problem for all that would keep the analysis from using the recordings."""
-    spec = procedure.model.analysis
-    if not (spec.fits or spec.compensations or spec.no_load):
+    """Add a problem for all that would keep the analysis from using the recordings.
+
+    `wanted` is how many the procedure asks for; those with problems are not in `recordings`.
+    """
+    if not _analyses(procedure):
         return
-    if not recordings:
+    if not wanted:
         message = "there is no recording to analyse"
         problems.add(procedure.document, ("analysis",), message, "add a record step", key=True)
     for record, path in recordings:
         _check_channels(procedure, record, path, problems)
+
+
+def check_motion(
+    procedure: LoadedProcedure, recordings: Sequence[tuple[Record, Path]], problems: Problems
+) -> None:
+    """Add a problem for every recording without the cyclic motion that the analysis needs."""
+    if not _analyses(procedure):
+        return
+    for record, path in recordings:
         if not record.cycle_frequency_hz:
             message = "the analysis needs a cycle frequency, and none is set here"
             problems.add(procedure.document, path, message, "set the drive before", key=True)
@@ -53,6 +68,11 @@ def channels_of(record: Record, dimension: str) -> list[str]:
         for name in record.channels
         if unit(record.units[f"{record.role}.{name}"]).dimension == dimension
     ]
+
+
+def _analyses(procedure: LoadedProcedure) -> bool:
+    spec = procedure.model.analysis
+    return bool(spec.fits or spec.compensations or spec.no_load)
 
 
 def _check_channels(

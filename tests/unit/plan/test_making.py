@@ -1,0 +1,151 @@
+"""From a procedure to explicit actions: order, values, times, names."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_language import LOGGER, PROCEDURE, STATION, TESTER, THERMOMETER, edited
+from rigrunner.plan import make_plan, plan_text
+from rigrunner.plan.actions import Ask, Confirm, Phase, Record, SetDrive, Settle, Zero
+from rigrunner.procedure import parse_procedure
+from rigrunner.station import parse_station
+
+DEVICES = {"tester": TESTER, "room": THERMOMETER, "logger": LOGGER}
+
+
+def plan_of(*changes, station=STATION):
+    procedure = parse_procedure(edited(PROCEDURE, *changes), "p.yaml")
+    return make_plan(procedure, parse_station(station, "s.yaml"), DEVICES)
+
+
+def test_every_action_in_order_with_its_values():
+    actions = [step.action for step in plan_of().steps]
+    setpoints = {"tester.load": 1000.0, "tester.frequency": 2.0}
+    units = {
+        "tester.load": "N",
+        "tester.frequency": "Hz",
+        "tester.angle": "rad",
+        "tester.torque": "N·m",
+    }
+
+    assert actions[:7] == [
+        Confirm("Guards closed", unattended=True),
+        Ask("Remarks", "remarks", "none"),
+        SetDrive("tester", "load", 0.0, "N"),
+        SetDrive("tester", "frequency", 0.0, "Hz"),
+        Zero("tester", "torque", "N·m", 0.05, 1.0),
+        SetDrive("tester", "load", 1000.0, "N"),
+        SetDrive("tester", "frequency", 2.0, "Hz"),
+    ]
+    assert actions[7] == Settle(2.5)
+    assert actions[8] == Record(
+        name="001_2Hz",
+        role="tester",
+        channels=("angle", "torque"),
+        duration_s=15.5,
+        setpoints=setpoints,
+        units=units,
+        cycle_frequency_hz=2.0,
+        sample_rate_hz=1000.0,
+    )
+    assert actions[9:11] == [SetDrive("tester", "frequency", 10.0, "Hz"), Settle(0.5)]
+    assert actions[11].name == "002_10Hz"
+    assert actions[11].duration_s == pytest.approx(3.1)
+    assert actions[12:] == [SetDrive("tester", "frequency", 0.0, "Hz")]
+
+
+def test_phases_paths_and_texts():
+    steps = plan_of().steps
+
+    assert [step.phase for step in steps] == [Phase.SETUP] * 5 + [Phase.MAIN] * 7 + [Phase.TEARDOWN]
+    assert [step.path for step in steps[4:9]] == [
+        "setup[3].zero",
+        "main[0].set.tester.load",
+        "main[1].sweep[0].set",
+        "main[1].sweep[0].steps[0].settle",
+        "main[1].sweep[0].steps[1].record",
+    ]
+    assert len({step.path for step in steps}) == len(steps)
+    assert [step.text for step in steps[4:9]] == [
+        "Zero tester.torque, within 0.05 N·m",
+        "Set tester.load to 1000 N",
+        "Set tester.frequency to 2 Hz",
+        "Settle for 5 cycles (2.5 s)",
+        "Record angle, torque of tester, 30 cycles at 2 Hz (15.5 s)",
+    ]
+
+
+def test_times_count_cycles_and_the_rates_of_drives():
+    plan = plan_of()
+    load_s, zero_s = 1000 / 500, 1.0
+    frequency_s = (2 + 8 + 10) / 10
+    cycles_s = (5 + 31) / 2 + (5 + 31) / 10
+
+    assert plan.estimated_s == pytest.approx(load_s + zero_s + frequency_s + cycles_s)
+
+
+def test_rpm_and_times_serve_as_well():
+    steps = plan_of(
+        ("[2 Hz, 10 Hz]", "[120 rpm]"),
+        ("settle: {cycles: 5}", "settle: {time: 3 s}"),
+        ("cycles: 30", "duration: 0.5 min"),
+    ).steps
+
+    assert steps[6].action.value == pytest.approx(2.0)
+    assert steps[6].text == "Set tester.frequency to 120 rpm"
+    assert steps[7].action == Settle(3.0)
+    assert (steps[8].action.name, steps[8].action.duration_s) == ("001_2Hz", 30.0)
+
+
+def test_names_of_recordings_sort_in_order():
+    values = ", ".join(f"{1 + index * 0.02:.2f} Hz" for index in range(1200))
+    records = [
+        step.action.name
+        for step in plan_of(("[2 Hz, 10 Hz]", f"[{values}]")).steps
+        if isinstance(step.action, Record)
+    ]
+
+    assert records[0] == "0001_1Hz"
+    assert records[1] == "0002_1.02Hz"
+    assert records == sorted(set(records))
+    assert len(records) == 1200
+
+
+def test_sweeps_nest():
+    nested = (
+        "sweep: {set: tester.load, over: [10 N, 20 N], steps:"
+        " [record: {channels: [tester.angle, tester.torque], cycles: 4}]}"
+    )
+    steps = plan_of(("settle: {cycles: 5}", nested)).steps
+    records = [step for step in steps if isinstance(step.action, Record)]
+
+    assert [record.action.name for record in records] == [
+        "001_2Hz", "002_2Hz", "003_2Hz", "004_10Hz", "005_10Hz", "006_10Hz",
+    ]  # fmt: skip
+    assert [record.action.setpoints["tester.load"] for record in records] == [10, 20, 20] * 2
+    assert records[0].path == "main[1].sweep[0].steps[0].sweep[0].steps[0].record"
+
+
+def test_a_recording_without_motion():
+    start = PROCEDURE.index("main:")
+    text = (
+        edited(PROCEDURE[:start], ("  - set: {tester.load: 0 N, tester.frequency: 0 Hz}\n", ""))
+        + "main: [record: {channels: [tester.torque], duration: 2 s}]\n"
+    )
+    station = parse_station(STATION, "s.yaml")
+    (*_, step) = make_plan(parse_procedure(text, "p.yaml"), station, DEVICES).steps
+
+    assert step.action.name == "001"
+    assert (step.action.cycle_frequency_hz, step.action.setpoints) == (None, {})
+    assert step.text == "Record torque of tester, for a time (2 s)"
+
+
+def test_the_text_of_a_plan_is_json():
+    plan = plan_of()
+    steps = json.loads(plan_text(plan))
+
+    assert len(steps) == len(plan.steps)
+    assert (steps[8]["do"], steps[8]["action"]["name"]) == ("Record", "001_2Hz")
+    assert (steps[8]["phase"], steps[8]["path"]) == ("main", plan.steps[8].path)

@@ -1,0 +1,91 @@
+"""The plugins that files name: there, and content with their settings."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_language import PROCEDURE, STATION, Lookup, edited, only_problem, place_of, problems_of
+from rigrunner.plan import check_plugins
+from rigrunner.procedure import parse_procedure
+from rigrunner.station import parse_station
+
+
+def checked(text, station=STATION):
+    check_plugins(parse_procedure(text, "p.yaml"), parse_station(station, "s.yaml"), Lookup())
+
+
+def test_what_is_right_passes():
+    checked(PROCEDURE)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "finger", "field", "message"),
+    [
+        ("{grubbs:", "{grubs:", "grubs", "analysis.outliers.grubs",
+         "there is no outlier_rule 'grubs'"),
+        ("- inertia", "- inretia", "inretia", "analysis.fits[1]", "there is no fit 'inretia'"),
+        ("- energy", "- enrgy", "enrgy", "analysis.compensations[1]",
+         "there is no compensation 'enrgy'"),
+        ("alpha: 0.05", "alfa: 0.05", "alfa", "analysis.outliers.grubbs.alfa",
+         "unknown key 'alfa'"),
+        ("alpha: 0.05", "alpha: low", "low", "analysis.outliers.grubbs.alpha",
+         "got 'low', allowed is a number"),
+        ("degree: 2", "degree: 2.5", "2.5", "analysis.fits[0].polynomial.degree",
+         "got 2.5, allowed is a whole number"),
+        ("degree: 2", "degree: 2, powers: [0, x]", "x]", "analysis.fits[0].polynomial.powers[1]",
+         "got 'x', allowed is a whole number"),
+        ("polynomial: {degree: 2}", "polynomial", "polynomial",
+         "analysis.fits[0].polynomial.degree", "the key 'degree' is missing"),
+        ("polynomial: {degree: 2}", "polynomial:", "polynomial:",
+         "analysis.fits[0].polynomial.degree", "the key 'degree' is missing"),
+    ],
+)  # fmt: skip
+def test_a_plugin_of_the_procedure(old, new, finger, field, message):
+    text = edited(PROCEDURE, (old, new))
+    problem = only_problem(checked, text)
+
+    assert problem.message == message
+    assert problem.field == field
+    assert str(problem.location) == f"p.yaml:{place_of(text, finger)}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "finger", "field", "message"),
+    [
+        ("plugin: fake", "plugin: fkae", "fkae", "devices.tester.plugin",
+         "there is no device 'fkae'"),
+        ("gain: 1 N·m", "gain: 1 N", "1 N}", "devices.tester.settings.gain",
+         "'1 N' is a force, not a torque"),
+        ("gain: 1 N·m", "gain: 1 N·m, quiet: on", "on}", "devices.tester.settings.quiet",
+         "got 'on', allowed is yes or no"),
+        ("    settings: {gain: 1 N·m}\n", "", "tester:", "devices.tester.settings.gain",
+         "the key 'gain' is missing"),
+    ],
+)  # fmt: skip
+def test_a_device_of_the_station(old, new, finger, field, message):
+    station = edited(STATION, (old, new))
+    problem = only_problem(checked, PROCEDURE, station)
+
+    assert problem.message == message
+    assert problem.field == field
+    assert str(problem.location) == f"s.yaml:{place_of(station, finger)}"
+
+
+def test_a_reference_in_settings_keeps_both_places():
+    text = edited(PROCEDURE, ("degree: 2", "degree: $load"))
+    problem = only_problem(checked, text)
+
+    place = place_of(text, "$load}\n    - i")
+    assert str(problem.location) == f"p.yaml:{place}"
+    assert problem.hint == f"it is written at p.yaml:{place_of(text, '1000 N')}"
+
+
+def test_all_problems_of_both_files_come_at_once():
+    text = edited(PROCEDURE, ("alpha: 0.05", "alpha: low"), ("degree: 2", "degree: x"))
+    station = edited(STATION, ("gain: 1 N·m", "gain: 1"))
+
+    assert [problem.location.file for problem in problems_of(checked, text, station)] == [
+        "p.yaml",
+        "p.yaml",
+        "s.yaml",
+    ]

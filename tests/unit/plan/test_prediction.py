@@ -1,0 +1,64 @@
+"""Torque to be expected against the instrument's range, and disk."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from helpers_language import PROCEDURE, STATION, TESTER, edited
+from rigrunner.plan import make_plan, predict
+from rigrunner.procedure import parse_procedure
+from rigrunner.station import parse_station
+
+RATIO, INERTIA, FRICTION_NM, DAMPING = 2 / 45, 0.00233, 0.76, 0.31
+
+
+def prediction_of(*changes, station=STATION):
+    procedure = parse_procedure(edited(PROCEDURE, *changes), "p.yaml")
+    loaded = parse_station(station, "s.yaml")
+    return predict(procedure, loaded, make_plan(procedure, loaded, {"tester": TESTER}))
+
+
+def rig_torque_nm(frequency_hz):
+    """The same by differentiating the swing numerically, as no formula of the code does."""
+    time_s = np.linspace(0, 1 / frequency_hz, 20_001)
+    phase = 2 * math.pi * frequency_hz * time_s
+    angle = np.arctan2(RATIO * np.sin(phase), 1 + RATIO * np.cos(phase))
+    speed = np.gradient(angle, time_s, edge_order=2)
+    acceleration = np.gradient(speed, time_s, edge_order=2)
+    return INERTIA * acceleration.max() + FRICTION_NM + DAMPING * np.abs(speed).max()
+
+
+def test_the_peak_is_rig_and_limit_together():
+    torques = prediction_of().torques
+
+    assert [torque.recording for torque in torques] == ["001_2Hz", "002_10Hz"]
+    assert [torque.frequency_hz for torque in torques] == [2.0, 10.0]
+    for torque in torques:
+        expected_nm = rig_torque_nm(torque.frequency_hz) + 0.95
+        assert torque.peak_nm == pytest.approx(expected_nm, rel=1e-5)
+        assert torque.share == pytest.approx(expected_nm / 10, rel=1e-5)
+
+
+def test_without_a_limit_it_is_the_rig_alone():
+    text = PROCEDURE[: PROCEDURE.index("acceptance:")]
+    procedure, station = parse_procedure(text, "p.yaml"), parse_station(STATION, "s.yaml")
+    prediction = predict(procedure, station, make_plan(procedure, station, {"tester": TESTER}))
+
+    assert prediction.torques[1].peak_nm == pytest.approx(rig_torque_nm(10.0), rel=1e-5)
+
+
+def test_an_overload_is_found():
+    small = edited(STATION, ("full_scale: 10 N·m", "full_scale: 2.5 N·m"))
+
+    assert prediction_of().overloads == ()
+    assert [each.recording for each in prediction_of(station=small).overloads] == ["002_10Hz"]
+
+
+def test_the_disk_holds_every_sample_of_every_channel():
+    channels, bytes_per_sample, rate_hz = 2, 8, 1000
+
+    expected = round((15.5 + 3.1) * rate_hz) * channels * bytes_per_sample
+    assert prediction_of().disk_bytes == expected
