@@ -1,10 +1,11 @@
+import sys
 from importlib.metadata import EntryPoint
 
 import pytest
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.settings import Frequency, Settings
-from rigrunner.registry import load_registry
+from rigrunner.registry import load_registry, with_drop_ins
 
 GOOD = """
 from rigrunner.api.hooks import FitRecord, hookimpl
@@ -86,3 +87,43 @@ def test_settings_take_no_bare_number():
 
     with pytest.raises(ValueError, match="not a number with a unit"):
         Drive.model_validate({"speed": 5})
+
+
+@pytest.fixture
+def folder(tmp_path):
+    drop_ins = tmp_path / "plugins"
+    drop_ins.mkdir()
+    return drop_ins
+
+
+def test_drop_ins_are_loaded_by_path_and_leave_the_import_path_alone(folder):
+    (folder / "lab_fit.py").write_text(GOOD)
+    (folder / "_helper.py").write_text("raise SystemError('not a plugin')")
+    before = list(sys.path)
+    registry = with_drop_ins(load_registry([]), folder)
+    assert sys.path == before
+    provider = registry.find("fit", "line").provider
+    assert provider.name == str(folder / "lab_fit.py")
+    assert provider.version.startswith("sha256:")
+    assert registry.make("fit", "line", {}).cutoff == 5.0
+
+
+def test_a_drop_in_cannot_shadow_an_installed_plugin(entry, folder):
+    (folder / "mine.py").write_text(GOOD)
+    registry = with_drop_ins(load_registry([entry("installed_one", GOOD)]), folder)
+    with pytest.raises(PluginError, match=r"by installed_one and .*mine\.py"):
+        registry.find("fit", "line")
+
+
+def test_a_broken_drop_in_is_disabled_and_harms_no_other(folder):
+    (folder / "broken.py").write_text("def f(:")
+    (folder / "good.py").write_text(GOOD)
+    registry = with_drop_ins(load_registry([]), folder)
+    assert registry.names("fit") == ["line"]
+    (disabled,) = registry.disabled
+    assert "SyntaxError" in disabled.reason
+
+
+def test_a_missing_drop_in_folder_is_named(tmp_path):
+    with pytest.raises(PluginError, match=r"there is no plugin folder .*nowhere"):
+        with_drop_ins(load_registry([]), tmp_path / "nowhere")

@@ -29,3 +29,5 @@ class Station(Settings):
     rig: RigDescription
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
     instruments: ListOf[TorqueInstrument] = ()
+    plugins: Text | None = None
+    """The folder of the lab's own plugins, relative to the station file."""

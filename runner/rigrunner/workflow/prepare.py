@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import DeviceContext
+from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.plan import check_plugins, make_plan, predict
 from rigrunner.plan.actions import Record
 from rigrunner.procedure import load_procedure
+from rigrunner.registry import with_drop_ins
 from rigrunner.station import load_station
 from rigrunner.workflow.noload import LoadedRun, find_no_load
 
@@ -42,6 +44,7 @@ class Planned:
 def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -> Planned:
     """Load and check both files and plan the run; raise InvalidFileError with all problems."""
     loaded_procedure, loaded_station = load_procedure(procedure), load_station(station)
+    registry = _with_lab_plugins(registry, loaded_station, station.parent)
     check_plugins(loaded_procedure, loaded_station, registry)
     devices = {
         role: registry.make(
@@ -51,6 +54,17 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
     }
     plan = make_plan(loaded_procedure, loaded_station, devices)
     return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock)
+
+
+def _with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
+    named = station.model.plugins
+    if named is None:
+        return registry
+    try:
+        return with_drop_ins(registry, folder / named)
+    except PluginError as error:
+        where = station.document.where(("plugins",))
+        raise InvalidFileError([Problem(error.message, where, "plugins", error.hint)]) from error
 
 
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:

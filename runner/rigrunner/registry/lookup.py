@@ -1,36 +1,21 @@
-"""From pluggy's manager to typed look-ups: which plugins there are, and how to make one.
-
-A plugin that cannot be imported is disabled with its reason, and a name that two plugins claim is
-refused with both providers when it is used: neither takes the program down.
-"""
+"""Which plugins there are, by kind and name, and how to make one."""
 
 from __future__ import annotations
 
 import difflib
 from collections import defaultdict
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any
 
-import pluggy
 from pydantic import ValidationError
 
 from rigrunner.api.errors import PluginError
-from rigrunner.api.hooks import PROJECT, HookSpecs, PluginRecord
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.settings import Settings
-
-HOOK_OF_KIND = {
-    "device": "rigrunner_devices",
-    "outlier_rule": "rigrunner_outlier_rules",
-    "fit": "rigrunner_fits",
-    "compensation": "rigrunner_compensations",
-    "report_format": "rigrunner_report_formats",
-    "event_sink": "rigrunner_event_sinks",
-}
 
 
 @dataclass(frozen=True)
@@ -109,49 +94,3 @@ class Registry:
         names = self.names(kind)
         near = difflib.get_close_matches(name, names, n=1)
         return f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
-
-
-def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
-    """Return the registry of all installed plugins, the built-ins by the same door as others.
-
-    `entries` are the entry points to load; left out, those of every installed distribution.
-    """
-    manager = pluggy.PluginManager(PROJECT)
-    manager.add_hookspecs(HookSpecs)
-    plugins: list[Plugin] = []
-    disabled: list[DisabledPlugin] = []
-    found = entry_points(group=PROJECT) if entries is None else entries
-    for entry in sorted(found, key=lambda entry: entry.name):
-        provider = _provider(entry)
-        try:
-            plugins += _collect(manager, entry, provider)
-        except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
-            manager.unregister(name=entry.name)
-            disabled.append(DisabledPlugin(provider, f"{type(error).__name__}: {error}"))
-    return Registry(plugins, disabled)
-
-
-def _provider(entry: EntryPoint) -> Provider:
-    distribution = entry.dist
-    return Provider(entry.name, distribution.version if distribution else "")
-
-
-def _collect(manager: pluggy.PluginManager, entry: EntryPoint, provider: Provider) -> list[Plugin]:
-    module = entry.load()
-    manager.register(module, entry.name)
-    manager.check_pending()
-    return [
-        Plugin(kind, record, provider)
-        for kind, hook in HOOK_OF_KIND.items()
-        for record in _records(manager, hook, module)
-    ]
-
-
-def _records(manager: pluggy.PluginManager, hook: str, module: object) -> list[PluginRecord]:
-    others = [plugin for plugin in manager.get_plugins() if plugin is not module]
-    caller = manager.subset_hook_caller(hook, others)
-    records = [record for returned in caller() for record in returned]
-    for record in records:
-        if not isinstance(record, PluginRecord):
-            raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
-    return records

@@ -1,0 +1,118 @@
+"""Loads plugins from entry points and from a lab's drop-in folder, all by the same door.
+
+A plugin that cannot be imported is disabled with its reason, and a name that two plugins claim is
+refused with both providers when it is used: neither takes the program down.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import sys
+from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING
+
+import pluggy
+
+from rigrunner.api.errors import PluginError
+from rigrunner.api.hooks import PROJECT, HookSpecs, PluginRecord
+from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+    from types import ModuleType
+
+HOOK_OF_KIND = {
+    "device": "rigrunner_devices",
+    "outlier_rule": "rigrunner_outlier_rules",
+    "fit": "rigrunner_fits",
+    "compensation": "rigrunner_compensations",
+    "report_format": "rigrunner_report_formats",
+    "event_sink": "rigrunner_event_sinks",
+}
+
+
+def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
+    """Return the registry of all installed plugins, the built-ins by the same door as others.
+
+    `entries` are the entry points to load; left out, those of every installed distribution.
+    """
+    found = entry_points(group=PROJECT) if entries is None else entries
+    ordered = sorted(found, key=lambda entry: entry.name)
+    return _loaded((_provider(entry), entry.load) for entry in ordered)
+
+
+def with_drop_ins(registry: Registry, folder: Path) -> Registry:
+    """Return the registry with the plugins of a lab's folder added: each `*.py` is one provider.
+
+    A file is loaded by its path and by nothing else; its version is the digest of its text. Names
+    that begin with '_' are left out. Raises PluginError if there is no such folder.
+    """
+    if not folder.is_dir():
+        raise PluginError(
+            f"there is no plugin folder {folder}",
+            hint="the station names it under plugins:, relative to its own folder",
+        )
+    files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
+    added = _loaded((_drop_in_provider(path), _loader(path)) for path in files)
+    return Registry((*registry.plugins, *added.plugins), (*registry.disabled, *added.disabled))
+
+
+def _loaded(sources: Iterable[tuple[Provider, Callable[[], object]]]) -> Registry:
+    plugins: list[Plugin] = []
+    disabled: list[DisabledPlugin] = []
+    for provider, load in sources:
+        try:
+            plugins += _plugins(provider, load())
+        except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
+            disabled.append(DisabledPlugin(provider, f"{type(error).__name__}: {error}"))
+    return Registry(plugins, disabled)
+
+
+def _plugins(provider: Provider, module: object) -> list[Plugin]:
+    manager = pluggy.PluginManager(PROJECT)
+    manager.add_hookspecs(HookSpecs)
+    manager.register(module, provider.name)
+    manager.check_pending()
+    return [
+        Plugin(kind, record, provider)
+        for kind, hook in HOOK_OF_KIND.items()
+        for records in getattr(manager.hook, hook)()
+        for record in _checked(hook, records)
+    ]
+
+
+def _checked(hook: str, records: Iterable[object]) -> Iterable[PluginRecord]:
+    for record in records:
+        if not isinstance(record, PluginRecord):
+            raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
+        yield record
+
+
+def _provider(entry: EntryPoint) -> Provider:
+    distribution = entry.dist
+    return Provider(entry.name, distribution.version if distribution else "")
+
+
+def _drop_in_provider(path: Path) -> Provider:
+    return Provider(str(path), f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")
+
+
+def _loader(path: Path) -> Callable[[], ModuleType]:
+    def load() -> ModuleType:
+        unique = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
+        name = f"rigrunner_drop_in_{unique}_{path.stem}"
+        spec = importlib.util.spec_from_file_location(name, path)
+        if spec is None or spec.loader is None:
+            raise PluginError(f"{path} cannot be loaded as a module")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module  # pydantic resolves annotations through it
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+        return module
+
+    return load
