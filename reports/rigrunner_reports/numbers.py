@@ -79,7 +79,7 @@ def with_sign(value: float, decimals: int) -> str:
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """Return a number with so many significant digits, as 2.324 × 10⁻³ where it is far from 1."""
+    """Return a number with so many significant digits, with a power of ten far from 1."""
     if not isfinite(value):
         return fixed(value, 0)
     if value == 0:
@@ -92,7 +92,7 @@ def significant(value: float, digits: int = 4) -> str:
 
 
 def with_standard_uncertainty(value: float, u: float, unit: str) -> str:
-    """Return '(2.3240 ± 0.0041) × 10⁻³ kg·m²' with a standard uncertainty of two digits."""
+    """Return value ± u and unit, u with two significant digits, in brackets before a power."""
     power = floor(log10(abs(value))) if value and isfinite(value) else 0
     scale = 10.0**-power if not LOWEST < power < HIGHEST else 1.0
     digits = places(u * scale)

@@ -18,7 +18,8 @@ from rigrunner_reports.view.cycles import named_runs, rejections
 from rigrunner_reports.view.fits import fit_views
 from rigrunner_reports.view.frequency_table import frequency_table
 from rigrunner_reports.view.meaning import meaning
-from rigrunner_reports.view.methods import methods, paper_on_this_run
+from rigrunner_reports.view.methods import methods
+from rigrunner_reports.view.paper import paper_on_this_run
 from rigrunner_reports.view.points import by_frequency, set_points
 
 if TYPE_CHECKING:
@@ -108,10 +109,11 @@ def make_page(report: ReportInput) -> Page:
 
 def _provenance(report: ReportInput) -> run.Facts:
     runs = (("Run", report.result.run), ("No-load run", report.result.no_load_run))
+    told = set(report.provenance.values())
     digests = tuple(
-        (f"{name}: SHA-256 of the recordings", each.digest)
+        (f"{name}, SHA-256 of the recordings", each.digest)
         for name, each in runs
-        if each is not None and each.digest
+        if each is not None and each.digest and each.digest not in told
     )
     return (*digests, *report.provenance.items())
 

@@ -33,15 +33,18 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Plot:
         _raw_and_compensated(left, result, ordered)
         _methods(right, result, ordered)
 
-    return Plot(caption=_caption(result, ordered), alt=_alt(result, ordered), svg=draw(paint, 3.5))
+    return Plot(caption=_caption(result, ordered), alt=_alt(result, ordered), svg=draw(paint, 3.3))
 
 
 def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
     frequency = [each.frequency_hz for each in points]
-    axes.plot(frequency, [each.raw_peak_nm for each in points], label="raw peak", **_look(RAW))
-    _bars(axes, points, result.primary, PRIMARY, f"compensated ({result.primary})")
+    peaks = [each.raw_peak_nm for each in points]
+    axes.plot(
+        frequency, peaks, RAW.marker, color=RAW.color, linestyle=RAW.linestyle, label="raw peak"
+    )
+    _bars(axes, points, result.primary, f"compensated ({result.primary})", line=PRIMARY)
     _limits(axes, result.decision)
-    axes.set(title="What the sensor shows, and the bearing's part", ylim=(0, None))
+    axes.set(title="Raw and compensated", ylim=(0, None))
     _finish(axes)
     axes.legend(loc="upper left")
 
@@ -50,12 +53,13 @@ def _methods(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
     names = [name for name, each in result.compensations.items() if each.points]
     for place, name in enumerate(names):
         dodge = (place - (len(names) - 1) / 2) * DODGE_HZ
-        _bars(axes, points, name, line_of(name, names, result.primary), name, dodge)
+        line = line_of(name, names, result.primary)
+        _bars(axes, points, name, name, line=line, dodge_hz=dodge)
     true = [(each.frequency_hz, each.truth_nm) for each in points if each.truth_nm is not None]
     if true:
-        axes.plot(*np.transpose(true), color=INK, linewidth=1, label="simulated truth", zorder=1)
+        axes.plot(*np.transpose(true), color=INK, linewidth=0.9, label="simulated truth", zorder=5)
     _limits(axes, result.decision)
-    axes.set(title="Every method, enlarged")
+    axes.set(title="Compensated by each method, enlarged")
     _finish(axes)
     axes.margins(y=0.16)
     axes.legend(loc="upper center", ncols=2)
@@ -64,7 +68,13 @@ def _methods(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
 
 
 def _bars(
-    axes: Axes, points: Sequence[SetPoint], name: str, line: Line, label: str, dodge_hz: float = 0
+    axes: Axes,
+    points: Sequence[SetPoint],
+    name: str,
+    label: str,
+    *,
+    line: Line,
+    dodge_hz: float = 0,
 ) -> None:
     found = [each.by_method[name] for each in points if name in each.by_method]
     axes.errorbar(
@@ -73,16 +83,14 @@ def _bars(
         yerr=[_finite(expanded(each.torque)) for each in found],
         label=label,
         elinewidth=1,
-        **_look(line),
+        color=line.color,
+        linestyle=line.linestyle,
+        marker=line.marker,
     )
 
 
 def _finite(value: float) -> float:
     return value if isfinite(value) else 0.0
-
-
-def _look(line: Line) -> dict[str, str]:
-    return {"color": line.color, "linestyle": line.linestyle, "marker": line.marker}
 
 
 def _limits(axes: Axes, decision: Decision | None) -> None:
@@ -93,11 +101,10 @@ def _limits(axes: Axes, decision: Decision | None) -> None:
             axes.axhline(value, color=INK, linewidth=1.1, linestyle=(0, (6, 3)), zorder=1)
             axes.annotate(
                 f"limit {decision.limit_text}",
-                (1, value),
+                (0, value),
                 xycoords=("axes fraction", "data"),
-                xytext=(-2, 3),
+                xytext=(4, 3),
                 textcoords="offset points",
-                ha="right",
                 fontsize=7.5,
             )
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import SwingPoint
     from rigrunner.api.data import Array
 
+ALPHA = "\N{GREEK SMALL LETTER ALPHA}"
 PHASES = 361
 SHOWN = 24
 """Of the measured angle, so many marks."""
@@ -28,7 +29,11 @@ def motion(point: SwingPoint, eccentric_ratio: float) -> Plot:
     curves = (
         ("Angle", "θ / °", np.degrees(swing_angle(phase, eccentric_ratio))),
         ("Velocity", "ω / (rad/s)", angular_velocity(phase, frequency, eccentric_ratio)),
-        ("Acceleration", "α / (rad/s²)", angular_acceleration(phase, frequency, eccentric_ratio)),
+        (
+            "Acceleration",
+            f"{ALPHA} / (rad/s²)",
+            angular_acceleration(phase, frequency, eccentric_ratio),
+        ),
     )
 
     def paint(figure: Figure) -> None:
@@ -43,7 +48,7 @@ def motion(point: SwingPoint, eccentric_ratio: float) -> Plot:
             axes.set(title=title, ylabel=label, xlabel="crank phase / °", xlim=(0, 360))
             axes.set_xticks([0, 90, 180, 270, 360])
         panels[0].plot(*_measured(point), "o", color=VERMILION, markersize=3, label="measured")
-        panels[0].legend(loc="upper right")
+        panels[0].legend(loc="lower left")
 
     return Plot(caption=_caption(frequency), alt=_alt(curves), svg=draw(paint, 2.5))
 

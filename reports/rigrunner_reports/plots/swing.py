@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from rigrunner_reports.view.points import SetPoint
 
 TURN_DEG = 360.0
+NEARLY_TOP = 0.995
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,15 +119,23 @@ def _phase_panel(axes: Axes, swing: Swing) -> None:
     phase = np.linspace(0, TURN_DEG, len(swing.angle_rad), endpoint=False)
     for name, line, torque in swing.torques_nm:
         axes.plot(phase, torque, label=name, color=line.color, linestyle=line.linestyle)
-    for reversal in (np.argmax(swing.angle_rad), np.argmin(swing.angle_rad)):
-        axes.axvline(phase[reversal], color=GREY, linewidth=0.8, linestyle=(0, (1, 2)))
+    for angle in (swing.angle_rad, -swing.angle_rad):
+        axes.axvline(_top_deg(angle), color=GREY, linewidth=0.8, linestyle=(0, (1, 2)))
     axes.axhline(0, color=INK, linewidth=0.6)
     axes.set(title=swing.title, xlabel="crank phase / °", xlim=(0, TURN_DEG))
     axes.set_xticks([0, 90, 180, 270, 360])
 
 
+def _top_deg(angle_rad: Array) -> float:
+    """Return the phase of the largest angle: the middle of the flat top, as encoders have steps."""
+    top = np.flatnonzero(angle_rad >= NEARLY_TOP * angle_rad.max())
+    return TURN_DEG * float(top.mean()) / len(angle_rad)
+
+
 def _loop_panel(axes: Axes, swings: Sequence[Swing], index: int) -> None:
-    for swing, line in zip(swings, LOW_MIDDLE_HIGH[-len(swings) :], strict=True):
+    for depth, (swing, line) in enumerate(
+        zip(swings, LOW_MIDDLE_HIGH[-len(swings) :], strict=True)
+    ):
         closed = np.arange(len(swing.angle_rad) + 1) % len(swing.angle_rad)
         axes.plot(
             np.degrees(swing.angle_rad[closed]),
@@ -134,6 +143,7 @@ def _loop_panel(axes: Axes, swings: Sequence[Swing], index: int) -> None:
             label=swing.title,
             color=line.color,
             linestyle=line.linestyle,
+            zorder=3 - depth / 10,
         )
     axes.axhline(0, color=INK, linewidth=0.6)
     name = swings[0].torques_nm[index][0]
@@ -146,7 +156,10 @@ def _loop_panel(axes: Axes, swings: Sequence[Swing], index: int) -> None:
 
 def _loop_caption(first: str, last: str) -> str:
     if first == last:
-        return "Friction loop: torque over the swing angle. The loop's area is the work of a swing."
+        return (
+            "Torque over the swing angle: tilted by the inertia, opened by friction. The loop's "
+            "area is the work of a swing."
+        )
     return (
         "Friction loop: torque over the swing angle. Measured, the loops are tilted by the inertia "
         "and differ with frequency; compensated, they should lie on each other. The loop's area is "

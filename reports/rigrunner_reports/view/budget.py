@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 MILLI = 1e3
 MISSING = "\N{EM DASH}"
 MANY_DOF = 1e4
+LEAST_MILLI = 0.01
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,12 @@ def _part(component: Component | None, point: CompensatedPoint) -> Part:
         return Part(MISSING, MISSING, 0.0)
     total = sum(part.u**2 for part in point.components)
     share = 100 * component.u**2 / total if total > 0 else 0.0
-    return Part(significant(MILLI * component.u, 2), f"{share:.0f} %", round(share, 1))
+    return Part(_milli(component.u), f"{share:.0f} %", round(share, 1))
+
+
+def _milli(u_nm: float) -> str:
+    """Return a torque in mN·m with two significant digits, or that there is next to nothing."""
+    return f"< {LEAST_MILLI}" if MILLI * u_nm < LEAST_MILLI else significant(MILLI * u_nm, 2)
 
 
 def _total(point: CompensatedPoint) -> Total:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.data import Estimate
 from rigrunner_reports.numbers import expanded, fixed, places, plain, stated, with_sign
 from rigrunner_reports.view.points import error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.data import Estimate
     from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 
 MILLI = 1e3
 MOST_PLACES = 4
+DEFAULT_PLACES = 3
 MISSING = "\N{EM DASH}"
 
 
@@ -47,6 +48,7 @@ class FrequencyTable:
     """Header and rows; a method that is not applicable has its reason instead of a column."""
 
     methods: tuple[str, ...]
+    measurands: tuple[tuple[str, str], ...]
     primary: str
     rows: tuple[Row, ...]
     simulated: bool
@@ -56,10 +58,12 @@ class FrequencyTable:
 def frequency_table(result: Result, points: Sequence[SetPoint]) -> FrequencyTable:
     """Return the table of a run, in the order of the recordings."""
     methods = [name for name, each in result.compensations.items() if each.points]
+    digits = _common_digits(result, points)
     return FrequencyTable(
         methods=tuple(methods),
+        measurands=tuple((name, result.compensations[name].measurand) for name in methods),
         primary=result.primary,
-        rows=tuple(_row(result, methods, each) for each in points),
+        rows=tuple(_row(result, methods, each, digits) for each in points),
         simulated=any(each.truth_nm is not None for each in points),
         excluded=tuple(
             (name, each.not_applicable or "it gave no points")
@@ -69,14 +73,13 @@ def frequency_table(result: Result, points: Sequence[SetPoint]) -> FrequencyTabl
     )
 
 
-def _row(result: Result, methods: Sequence[str], each: SetPoint) -> Row:
+def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) -> Row:
     primary = each.by_method.get(result.primary)
-    digits = _digits(primary.torque) if primary else 3
     point = each.point
     return Row(
         set_hz=plain(point.set_frequency_hz),
         measured_hz=fixed(point.frequency_hz.value, _digits(point.frequency_hz)),
-        raw=fixed(each.raw_peak_nm, digits),
+        raw=fixed(each.raw_peak_nm, digits) if methods else _raw_peak(each),
         rig=fixed(primary.rig_nm, digits) if primary else MISSING,
         cells=tuple(_cell(result, name, each) for name in methods),
         truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
@@ -91,6 +94,17 @@ def _cell(result: Result, name: str, each: SetPoint) -> Cell:
         return Cell(MISSING)
     off = error(each, name, result.compensations[name])
     return Cell(stated(found.torque).interval, "" if off is None else with_sign(MILLI * off, 1))
+
+
+def _raw_peak(each: SetPoint) -> str:
+    dof = len(each.kept_peaks_nm) - 1.0
+    return stated(Estimate(each.raw_peak_nm, each.raw_peak_u_nm, dof)).interval
+
+
+def _common_digits(result: Result, points: Sequence[SetPoint]) -> int:
+    """Return how many decimals the primary method's uncertainty bears at every set-point."""
+    found = [each.by_method[result.primary] for each in points if result.primary in each.by_method]
+    return min((_digits(each.torque) for each in found), default=DEFAULT_PLACES)
 
 
 def _digits(estimate: Estimate) -> int:

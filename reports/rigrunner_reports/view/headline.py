@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 MILLI = 1e3
 CERTAIN = 0.9999
+LOAD_KEPT = 0.01
 SYMBOLS = {
     Verdict.PASS: "✓",
     Verdict.CONDITIONAL_PASS: "(✓)",
@@ -149,12 +150,19 @@ def truth(result: Result, points: Sequence[SetPoint]) -> Truth | None:
 
 def _span(points: Sequence[SetPoint]) -> str:
     ordered = by_frequency(points)
-    loads = sorted({round(each.point.load_n) for each in ordered})
-    load = " to ".join(f"{value} N" for value in dict.fromkeys((loads[0], loads[-1])))
+    load = _load([each.point.load_n for each in ordered])
     if len(ordered) == 1:
         return f"One set-point, {ordered[0].frequency_hz:.4g} Hz, under {load}"
     low, high = (plain(ordered[i].point.set_frequency_hz) for i in (0, -1))
     return f"Mean of {len(ordered)} set-points, {low} Hz to {high} Hz, under {load}"
+
+
+def _load(loads_n: Sequence[float]) -> str:
+    """Return the mean load, or its range where it was not kept within 1 %."""
+    low, high = min(loads_n), max(loads_n)
+    if high - low <= LOAD_KEPT * high:
+        return f"{float(np.mean(loads_n)):.0f} N"
+    return f"{low:.0f} N to {high:.0f} N"
 
 
 def _peaks(result: Result, points: Sequence[SetPoint]) -> Headline:

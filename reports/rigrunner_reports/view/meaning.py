@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
 
 ALLOWANCE = "support_load_dependence"
+RIG_ITSELF = (
+    "The torque that the rig itself puts on the sensor: the inertia of all behind it and the "
+    "friction of the supports, with whatever friction the bearing has without load. It is what a "
+    "loaded run is compensated with; no bearing is judged by it."
+)
 
 
 def meaning(result: Result) -> tuple[str, ...]:
@@ -19,11 +24,7 @@ def meaning(result: Result) -> tuple[str, ...]:
     if "starting torque" in result.measurand.lower():
         return tuple(_starting_torque(result))
     if not result.compensations:
-        return (
-            "The torque that the rig itself puts on the sensor: the inertia of everything behind "
-            "the sensor and the friction of the supports, with whatever friction the bearing has "
-            "without load. It is what a loaded run is compensated with; no bearing is judged by it.",
-        )
+        return (RIG_ITSELF,)
     return ()
 
 
@@ -34,8 +35,8 @@ def _starting_torque(result: Result) -> Iterator[str]:
         "not the breakaway torque from rest after a dwell, and not the total torque."
     )
     yield (
-        "Friction that the bearing has at zero load is in the no-load run too, and cannot be told "
-        "from the friction of the supports. It is not part of the value."
+        "Friction that the bearing has at zero load is in the no-load run too, where it cannot be "
+        "told from the friction of the supports: it is not part of the value."
     )
     yield (
         "The value is conditional on the friction of the supports not growing with load beyond the "
@@ -43,8 +44,8 @@ def _starting_torque(result: Result) -> Iterator[str]:
         "bearing; no method here can see it."
     )
     yield (
-        "Limits for the no-load breakaway torque of a bearing (as in AS14101) are limits of another "
-        "quantity and must not be applied to this value."
+        "Limits for the no-load breakaway torque of a bearing (as in AS14101) are limits of "
+        "another quantity."
     )
 
 

@@ -26,7 +26,15 @@ if TYPE_CHECKING:
     from rigrunner_reports.view.points import SetPoint
 
 MILLI = 1e3
-PAPER_METHOD = "paper_peak"
+PLACES = 3
+
+
+@dataclass(frozen=True)
+class At:
+    """A value and the set frequency in Hz at which it stands."""
+
+    value: str
+    frequency: str
 
 
 @dataclass(frozen=True)
@@ -35,12 +43,31 @@ class Parameter:
 
     name: str
     value: str
-    truth: str = ""
+    truth: str
+
+
+@dataclass(frozen=True)
+class Evenness:
+    """How a method's torque varies over frequency: values in N·m, widths in mN·m."""
+
+    lowest: At
+    highest: At
+    spread: str
+    largest_u: str
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How a method stands to the simulated truth, in mN·m."""
+
+    rms: str
+    worst: At
+    covered: str
 
 
 @dataclass(frozen=True)
 class MethodView:
-    """One method over the whole run; `rms_error` and what follows only where truth is known."""
+    """One method over the whole run; without evenness if it gave no points."""
 
     name: str
     primary: bool
@@ -48,13 +75,22 @@ class MethodView:
     not_applicable: str
     notes: tuple[str, ...]
     parameters: tuple[Parameter, ...]
-    lowest: str = ""
-    highest: str = ""
-    spread: str = ""
-    largest_u: str = ""
-    rms_error: str = ""
-    worst_error: str = ""
-    covered: str = ""
+    evenness: Evenness | None
+    accuracy: Accuracy | None
+
+
+@dataclass(frozen=True)
+class Error:
+    """A method's value minus the truth at one set frequency, with the U it states; N·m."""
+
+    set_frequency_hz: float
+    value: float
+    expanded: float
+
+    @property
+    def covered(self) -> bool:
+        """Whether the stated interval holds the truth."""
+        return abs(self.value) <= self.expanded
 
 
 def methods(result: Result, points: Sequence[SetPoint]) -> tuple[MethodView, ...]:
@@ -63,79 +99,8 @@ def methods(result: Result, points: Sequence[SetPoint]) -> tuple[MethodView, ...
     return tuple(sorted(views, key=lambda view: not view.primary))
 
 
-def paper_on_this_run(result: Result, points: Sequence[SetPoint]) -> tuple[str, ...]:
-    """Return what the published method does on this run, in sentences made of its numbers."""
-    paper = result.compensations.get(PAPER_METHOD)
-    if paper is None or not paper.points:
-        return ()
-    found = _found(points, PAPER_METHOD)
-    low, high = found[0], found[-1]
-    spread = _spread([torque for _, torque in found])
-    width = max(expanded(torque) for _, torque in found)
-    sentences = [
-        f"On this run it gives {fixed(low[1].value, 3)} N·m at {plain(low[0])} Hz and "
-        f"{fixed(high[1].value, 3)} N·m at {plain(high[0])} Hz; over all set-points it varies by "
-        f"{fixed(spread, 3)} N·m, where its own stated U is at most {fixed(width, 3)} N·m.",
-        _comparison(result, points, spread),
-        *_against_truth(paper, points),
-    ]
-    return tuple(sentence for sentence in sentences if sentence)
-
-
-def _view(
-    result: Result, name: str, compensation: Compensation, points: Sequence[SetPoint]
-) -> MethodView:
-    return MethodView(
-        name=name,
-        primary=name == result.primary,
-        measurand=compensation.measurand,
-        not_applicable="" if compensation.points else compensation.not_applicable or "no points",
-        notes=compensation.notes,
-        parameters=_parameters(compensation.parameters, points),
-        **_evenness(points, name),
-        **_accuracy(points, name, compensation),
-    )
-
-
-def _evenness(points: Sequence[SetPoint], name: str) -> dict[str, str]:
-    found = _found(points, name)
-    if not found:
-        return {}
-    values = [torque.value for _, torque in found]
-    return {
-        "lowest": _at(min(values), found),
-        "highest": _at(max(values), found),
-        "spread": fixed(MILLI * _spread([torque for _, torque in found]), 0),
-        "largest_u": fixed(MILLI * max(expanded(torque) for _, torque in found), 0),
-    }
-
-
-def _accuracy(points: Sequence[SetPoint], name: str, compensation: Compensation) -> dict[str, str]:
-    errors = _errors(points, name, compensation)
-    if not errors:
-        return {}
-    off = np.array([each for _, each, _ in errors])
-    worst = int(np.argmax(np.abs(off)))
-    covered = sum(abs(each) <= width for _, each, width in errors)
-    return {
-        "rms_error": fixed(MILLI * float(np.sqrt(np.mean(off**2))), 1),
-        "worst_error": f"{with_sign(MILLI * off[worst], 1)} at {plain(errors[worst][0])} Hz",
-        "covered": f"{covered} of {len(errors)}",
-    }
-
-
-def _errors(
-    points: Sequence[SetPoint], name: str, compensation: Compensation
-) -> list[tuple[float, float, float]]:
-    """Return (set frequency, error, U) of every set-point of which the truth is known."""
-    return [
-        (each.point.set_frequency_hz, off, expanded(each.by_method[name].torque))
-        for each in by_frequency(points)
-        if (off := error(each, name, compensation)) is not None
-    ]
-
-
-def _found(points: Sequence[SetPoint], name: str) -> list[tuple[float, Estimate]]:
+def torques(points: Sequence[SetPoint], name: str) -> list[tuple[float, Estimate]]:
+    """Return (set frequency, torque) of a method in the order of frequency."""
     return [
         (each.point.set_frequency_hz, each.by_method[name].torque)
         for each in by_frequency(points)
@@ -143,50 +108,74 @@ def _found(points: Sequence[SetPoint], name: str) -> list[tuple[float, Estimate]
     ]
 
 
-def _spread(torques: Sequence[Estimate]) -> float:
-    values = [torque.value for torque in torques]
+def spread(found: Sequence[tuple[float, Estimate]]) -> float:
+    """Return the largest minus the smallest value in N·m."""
+    values = [torque.value for _, torque in found]
     return max(values) - min(values)
 
 
-def _at(value: float, found: Sequence[tuple[float, Estimate]]) -> str:
-    frequency = next(hz for hz, torque in found if torque.value == value)
-    return f"{fixed(value, 3)} at {plain(frequency)} Hz"
+def largest_expanded(found: Sequence[tuple[float, Estimate]]) -> float:
+    """Return the largest U in N·m."""
+    return max(expanded(torque) for _, torque in found)
 
 
-def _comparison(result: Result, points: Sequence[SetPoint], spread: float) -> str:
-    primary = _found(points, result.primary) if result.primary != PAPER_METHOD else []
-    if not primary:
-        return ""
-    own = _spread([torque for _, torque in primary])
-    return f"By {result.primary} the same recordings vary by {fixed(own, 3)} N·m" + (
-        f", {spread / own:.0f} times less." if own > 0 and spread / own > 1.5 else "."  # noqa: PLR2004
-    )
-
-
-def _against_truth(paper: Compensation, points: Sequence[SetPoint]) -> list[str]:
-    errors = _errors(points, PAPER_METHOD, paper)
-    if not errors:
-        return []
-    (low_hz, low, _), (high_hz, high, _) = (
-        min(errors, key=lambda each: each[1]),
-        max(errors, key=lambda each: each[1]),
-    )
-    covered = sum(abs(off) <= width for _, off, width in errors)
+def errors(points: Sequence[SetPoint], name: str, compensation: Compensation) -> list[Error]:
+    """Return the error at every set-point of which the truth is known, in order of frequency."""
     return [
-        f"Against the simulated truth it errs by {with_sign(MILLI * low, 0)} mN·m at "
-        f"{plain(low_hz)} Hz to {with_sign(MILLI * high, 0)} mN·m at {plain(high_hz)} Hz; its "
-        f"stated U covers the truth at {covered} of {len(errors)} set-points."
+        Error(each.point.set_frequency_hz, off, expanded(each.by_method[name].torque))
+        for each in by_frequency(points)
+        if (off := error(each, name, compensation)) is not None
     ]
+
+
+def _view(
+    result: Result, name: str, compensation: Compensation, points: Sequence[SetPoint]
+) -> MethodView:
+    found = torques(points, name)
+    off = errors(points, name, compensation)
+    return MethodView(
+        name=name,
+        primary=name == result.primary,
+        measurand=compensation.measurand,
+        not_applicable="" if found else compensation.not_applicable or "it gave no points",
+        notes=compensation.notes,
+        parameters=_parameters(compensation.parameters, points),
+        evenness=_evenness(found) if found else None,
+        accuracy=_accuracy(off) if off else None,
+    )
+
+
+def _evenness(found: Sequence[tuple[float, Estimate]]) -> Evenness:
+    low, high = (pick(found, key=lambda each: each[1].value) for pick in (min, max))
+    return Evenness(
+        lowest=At(fixed(low[1].value, PLACES), plain(low[0])),
+        highest=At(fixed(high[1].value, PLACES), plain(high[0])),
+        spread=fixed(MILLI * spread(found), 0),
+        largest_u=fixed(MILLI * largest_expanded(found), 0),
+    )
+
+
+def _accuracy(found: Sequence[Error]) -> Accuracy:
+    worst = max(found, key=lambda each: abs(each.value))
+    rms = float(np.sqrt(np.mean([each.value**2 for each in found])))
+    return Accuracy(
+        rms=fixed(MILLI * rms, 1),
+        worst=At(with_sign(MILLI * worst.value, 1), plain(worst.set_frequency_hz)),
+        covered=f"{sum(each.covered for each in found)} of {len(found)}",
+    )
 
 
 def _parameters(
     parameters: Mapping[str, Estimate], points: Sequence[SetPoint]
 ) -> tuple[Parameter, ...]:
-    return tuple(
-        Parameter(
-            name,
-            with_standard_uncertainty(each.value, each.u, "" if each.unit == "1" else each.unit),
-            "" if (true := true_parameter(points, name)) is None else significant(true),
-        )
-        for name, each in parameters.items()
+    return tuple(_parameter(name, each, points) for name, each in parameters.items())
+
+
+def _parameter(name: str, estimate: Estimate, points: Sequence[SetPoint]) -> Parameter:
+    unit = "" if estimate.unit == "1" else estimate.unit
+    truth = true_parameter(points, name)
+    return Parameter(
+        name=name,
+        value=with_standard_uncertainty(estimate.value, estimate.u, unit),
+        truth="" if truth is None else f"{significant(truth)} {unit}",
     )

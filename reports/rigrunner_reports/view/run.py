@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
 
 COMPLETED = "completed"
+STEP = " \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK} "
+"""Between the parts of a setting's path."""
+
 Facts = tuple[tuple[str, str], ...]
 
 
@@ -41,12 +44,12 @@ def facts(result: Result) -> Facts:
         ("Run", run.run_id),
         ("Procedure", f"{run.procedure_id}, revision {run.procedure_revision}"),
         ("Station", f"{run.station_id}, mandrel {run.rig.mandrel}"),
-        ("Performed", f"{moment(run.started_utc)} to {moment(run.ended_utc)} UTC"),
+        ("Performed", _period(run.started_utc, run.ended_utc)),
         *((name.capitalize(), value) for name, value in run.inputs.items()),
-        ("Outcome of the run", run.outcome),
+        ("Outcome", run.outcome),
     ]
     if no_load is not None:
-        pairs.append(("No-load run", f"{no_load.run_id} ({moment(no_load.started_utc)} UTC)"))
+        pairs.append(("No-load run", no_load.run_id))
     return tuple(pairs)
 
 
@@ -63,6 +66,12 @@ def warnings(result: Result) -> tuple[str, ...]:
 def moment(utc: str) -> str:
     """Return '2026-03-02 09:15:00' of an ISO time."""
     return utc[:19].replace("T", " ")
+
+
+def _period(start_utc: str, end_utc: str) -> str:
+    start, end = moment(start_utc), moment(end_utc)
+    day = len("2026-01-31 ")
+    return f"{start} to {end[day:] if end[:day] == start[:day] else end} UTC"
 
 
 def instruments(run: RunData) -> tuple[InstrumentRow, ...]:
@@ -105,7 +114,7 @@ def _due(run: RunData, each: TorqueInstrument) -> str:
     if each.due is None:
         return "not stated"
     overdue = each.due.isoformat() < run.started_utc[:10]
-    return f"{each.due.isoformat()}{' – OVERDUE at this run' if overdue else ''}"
+    return f"{each.due.isoformat()}{', OVERDUE at this run' if overdue else ''}"
 
 
 def _low_pass(each: LowPass | None) -> str:
@@ -118,7 +127,7 @@ def _flat(value: object, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:
     """Yield (path, text); a plugin {name, settings} adds its name to the path."""
     if isinstance(value, Mapping) and set(value) == {"name", "settings"}:
         inner = tuple(_flat(value["settings"], (*path, str(value["name"]))))
-        yield from inner or ((" › ".join(path), str(value["name"])),)
+        yield from inner or ((STEP.join(path), str(value["name"])),)
     elif isinstance(value, Mapping):
         for key, each in value.items():
             yield from _flat(each, (*path, str(key)))
@@ -126,10 +135,12 @@ def _flat(value: object, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         for each in value:
             yield from _flat(each, path)
     else:
-        yield " › ".join(path), _text(value)
+        yield STEP.join(path), _text(value)
 
 
 def _text(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(_text(each) for each in value) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return "none" if value is None else f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,103 @@
+"""What the published method does on a run, in sentences made of the run's own numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.averaging import robust_mean
+from rigrunner_reports.numbers import fixed, plain, with_sign
+from rigrunner_reports.view.methods import errors, largest_expanded, spread, torques
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.results import Result
+    from rigrunner_reports.view.methods import Error
+    from rigrunner_reports.view.points import SetPoint
+
+METHOD = "paper_peak"
+MILLI = 1e3
+TURN_DEG = 360
+WORTH_SAYING = 1.5
+
+
+def paper_on_this_run(result: Result, points: Sequence[SetPoint]) -> tuple[str, ...]:
+    """Return the sentences; none where the method did not take part."""
+    if not torques(points, METHOD):
+        return ()
+    off = errors(points, METHOD, result.compensations[METHOD])
+    return (
+        _range(points),
+        *_made_of(result, points),
+        *_beside_primary(result, points),
+        *([_against_truth(off)] if off else []),
+    )
+
+
+def _range(points: Sequence[SetPoint]) -> str:
+    found = torques(points, METHOD)
+    (low_hz, low), (high_hz, high) = found[0], found[-1]
+    return (
+        f"On this run it gives {fixed(low.value, 3)} N·m at {plain(low_hz)} Hz and "
+        f"{fixed(high.value, 3)} N·m at {plain(high_hz)} Hz; over all set-points it varies by "
+        f"{fixed(spread(found), 3)} N·m, where its own stated U is at most "
+        f"{fixed(largest_expanded(found), 3)} N·m."
+    )
+
+
+def _made_of(result: Result, points: Sequence[SetPoint]) -> Iterator[str]:
+    """Yield what the lowest and the highest value are made of, where a no-load point is there."""
+    no_load = {point.set_frequency_hz: point for point in result.no_load}
+    measured = [each for each in points if METHOD in each.by_method]
+    for pick in (min, max):
+        each = pick(measured, key=_value)
+        if each.point.set_frequency_hz in no_load:
+            yield _parts(each, no_load[each.point.set_frequency_hz])
+
+
+def _value(each: SetPoint) -> float:
+    return each.by_method[METHOD].torque.value
+
+
+def _parts(each: SetPoint, no_load: SwingPoint) -> str:
+    """Return the value as difference of the measured peaks plus the misfit of the curve."""
+    found = each.by_method[METHOD]
+    own = float(no_load.peak_nm[no_load.peak_kept].mean())
+    loaded_deg, no_load_deg = (_peak_phase_deg(point) for point in (each.point, no_load))
+    side = "below" if own > found.rig_nm else "above"
+    return (
+        f"At {plain(each.point.set_frequency_hz)} Hz the measured peaks differ by "
+        f"{fixed(found.raw_nm - own, 3)} N·m; in the mean swings they stand at {loaded_deg:.0f}° "
+        f"(loaded) and {no_load_deg:.0f}° (no load) of the crank. The subtracted curve is "
+        f"{fixed(abs(own - found.rig_nm), 3)} N·m {side} the measured no-load peak. Together this "
+        f"makes {fixed(found.torque.value, 3)} N·m."
+    )
+
+
+def _peak_phase_deg(point: SwingPoint) -> float:
+    mean, _ = robust_mean(point.torque_nm, point.kept)
+    return TURN_DEG * float(np.argmax(mean)) / len(mean)
+
+
+def _beside_primary(result: Result, points: Sequence[SetPoint]) -> Iterator[str]:
+    primary = torques(points, result.primary)
+    if not primary or result.primary == METHOD:
+        return
+    own, paper = spread(primary), spread(torques(points, METHOD))
+    times = f", {paper / own:.0f} times less" if own > 0 and paper / own > WORTH_SAYING else ""
+    yield f"By {result.primary} the same recordings vary by {fixed(own, 3)} N·m{times}."
+
+
+def _against_truth(found: Sequence[Error]) -> str:
+    low, high = (pick(found, key=lambda each: each.value) for pick in (min, max))
+    return (
+        f"Against the simulated truth it errs by {_error(low)} to {_error(high)}; its stated U "
+        f"covers the truth at {sum(each.covered for each in found)} of {len(found)} set-points."
+    )
+
+
+def _error(each: Error) -> str:
+    return f"{with_sign(MILLI * each.value, 0)} mN·m at {plain(each.set_frequency_hz)} Hz"
