@@ -25,23 +25,31 @@ class Measurand(Settings):
     """What is measured: its symbol, its name in words, the unit of the report."""
 
     symbol: Text
+    """Such as Td."""
     name: Text
+    """In words, such as 'starting torque'."""
     unit: Annotated[str, AfterValidator(_torque_unit)] = "N·m"
+    """The unit of torque in the report."""
 
 
 class Input(Settings):
     """What is asked at the start; `unattended` is the answer where nobody is there."""
 
     ask: Text
+    """The question to a person."""
     unattended: str | None = None
+    """The answer with `--unattended`; without one the run cannot start."""
 
 
 class Limit(Settings):
     """What the measurand may be, in N·m, and who says so."""
 
     max: Torque | None = None
+    """The highest that is allowed."""
     min: Torque | None = None
+    """The lowest that is allowed."""
     source: Text
+    """Who says so: a standard with its edition, a drawing, an agreement."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -57,6 +65,7 @@ class Acceptance(Settings):
 
     limit: Limit
     rule: Literal["simple", "guard_band_u"] = "simple"
+    """Whether the uncertainty counts against the specimen (guard_band_u) or not at all (simple)."""
 
 
 Scalar = str | bool | int | float
@@ -67,17 +76,27 @@ class Procedure(Settings):
     """A procedure: what is measured, what is done, how it is analysed, what is acceptable."""
 
     rigrunner: Literal["procedure/1"]
+    """What this file is, and its version of the language."""
     id: Identifier
+    """How runs and other procedures name it."""
     revision: Text
+    """A text: put a number in quotes."""
     title: Text
+    """One line for lists and for the report."""
     description: str = ""
+    """Why, and how, in as many words as it takes."""
     measurand: Measurand
     inputs: dict[Name, Input] = Field(default_factory=dict)
+    """What is asked at the start, by name."""
     uses: Annotated[dict[Name, Text], Field(min_length=1)]
     """Role to the type of device that fills it."""
     parameters: dict[Name, Parameter] = Field(default_factory=dict)
+    """Values by name; `$name` stands for one anywhere else in the file."""
     setup: ListOf[Step] = ()
+    """What is done before anything is measured."""
     main: Annotated[ListOf[Step], Field(min_length=1)]
+    """What is measured."""
     teardown: ListOf[Step] = ()
+    """What is done at the end, whatever happened before."""
     analysis: AnalysisSpec = AnalysisSpec()
     acceptance: Acceptance | None = None

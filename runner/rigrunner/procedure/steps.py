@@ -19,30 +19,40 @@ class Confirm(Settings):
     """A person confirms that something is so; 'no' stops the run."""
 
     text: Text
+    """What is to be confirmed."""
     unattended: YesNo | None = None
+    """The answer with `--unattended`; without one the step cannot be done then."""
 
 
 class Ask(Settings):
     """A person is asked for a value, which becomes the input named by `into`."""
 
     text: Text
+    """The question."""
     into: Name
+    """The input that the answer becomes."""
     unattended: str | None = None
+    """The answer with `--unattended`; without one the step cannot be done then."""
 
 
 class Zero(Settings):
     """A channel is read at rest and taken as zero; beyond `within` the run stops."""
 
     channel: Member
+    """Role and channel, such as tester.torque."""
     within: AnyQuantity
+    """How far from zero it may be."""
     duration: PositiveDuration = 1.0
+    """How long it is read."""
 
 
 class Settle(Settings):
     """Time passes until the motion is steady: cycles of it, or a time."""
 
     cycles: Cycles | None = None
+    """How many cycles of the motion."""
     time: PositiveDuration | None = None
+    """How long."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -54,8 +64,11 @@ class Record(Settings):
     """Channels of one device are recorded: over whole cycles, or for a time."""
 
     channels: Annotated[ListOf[Member], Field(min_length=1)]
+    """Roles and channels, such as [tester.angle, tester.torque]."""
     cycles: Cycles | None = None
+    """How many whole cycles of the motion."""
     duration: PositiveDuration | None = None
+    """How long."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -67,8 +80,11 @@ class Sweep(Settings):
     """A drive goes through a list of set-points; at each the steps are done."""
 
     set: Member
+    """Role and drive, such as tester.frequency."""
     over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
+    """The set-points, in the order in which they are gone through."""
     steps: Annotated[ListOf[Step], Field(min_length=1)]
+    """What is done at each."""
 
 
 class ConfirmStep(Settings):

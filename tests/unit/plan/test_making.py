@@ -6,7 +6,16 @@ import json
 
 import pytest
 
-from helpers_language import LOGGER, PROCEDURE, STATION, TESTER, THERMOMETER, edited
+from helpers_language import (
+    LOGGER,
+    PROCEDURE,
+    STATION,
+    TESTER,
+    THERMOMETER,
+    Streamer,
+    edited,
+)
+from rigrunner.api.devices import DriveInfo
 from rigrunner.plan import make_plan, plan_text
 from rigrunner.plan.actions import Ask, Confirm, Phase, Record, SetDrive, Settle, Zero
 from rigrunner.procedure import parse_procedure
@@ -140,6 +149,29 @@ def test_a_recording_without_motion():
     assert step.action.name == "001"
     assert (step.action.cycle_frequency_hz, step.action.setpoints) == (None, {})
     assert step.text == "Record torque of tester, for a time (2 s)"
+
+
+def test_cycles_are_counted_by_the_recorded_device_s_own_drive():
+    shaker = Streamer(
+        LOGGER.channels, (DriveInfo("speed", "Hz", "", 0.0, 50.0, sets_cycle_frequency=True),)
+    )
+    procedure = edited(
+        PROCEDURE,
+        ("uses: {tester: swing_tester}", "uses: {shaker: shaker, tester: swing_tester}"),
+        ("- set: {tester.load: $load}", "- set: {shaker.speed: 50 Hz, tester.load: $load}"),
+        ("settle: {cycles: 5}", "settle: {time: 1 s}"),
+    )
+    station = edited(STATION, ("devices:\n", "devices:\n  shaker: {type: shaker, plugin: fake}\n"))
+    plan = make_plan(
+        parse_procedure(procedure, "p.yaml"),
+        parse_station(station, "s.yaml"),
+        {"tester": TESTER, "shaker": shaker},
+    )
+    records = [step.action for step in plan.steps if isinstance(step.action, Record)]
+
+    assert [record.name for record in records] == ["001_2Hz", "002_10Hz"]
+    assert records[0].duration_s == 15.5
+    assert records[0].setpoints["shaker.speed"] == 50.0
 
 
 def test_the_text_of_a_plan_is_json():

@@ -85,6 +85,7 @@ def test_a_stored_text_gives_the_same_procedure(tmp_path):
     loaded = load_procedure(path)
     stored = parse_procedure(loaded.text, "run.h5")
 
+    assert loaded.text == PROCEDURE.replace("\n", "\r\n")
     assert stored.digest == loaded.digest
     assert stored.model == loaded.model == parse_procedure(PROCEDURE, "p.yaml").model
 

@@ -82,6 +82,7 @@ def test_a_third_key_is_told_of_the_first():
         (b"- " * 400_000, "nested more than 40 deep"),
         (b"a: &a [x]\n" + b"".join(b"b%d: [*a]\n" % i for i in range(1000)), "more problems"),
         (b"a" * 1_000_001, "larger than 1,000,000 bytes"),
+        ("é".encode() * 600_000, "larger than 1,000,000 bytes"),
         (b"[" + b"a," * 499_000 + b"]", "more than 20,000 values"),
         (b"a: 1\n" * 100_000, "more problems follow"),
         (b"a: '" + b"x" * 900_000, "unexpected end of stream"),
@@ -96,10 +97,10 @@ def test_hostile_files_end_in_a_message_within_a_second(tmp_path, content, messa
     path = tmp_path / "hostile.yaml"
     path.write_bytes(content)
 
-    start_s = time.perf_counter()
+    start_s = time.process_time()
     problems = problems_of(read, path)
 
-    assert time.perf_counter() - start_s < 1
+    assert time.process_time() - start_s < 1
     assert message in problems[-1].message
     assert problems[-1].location.file == str(path)
 
