@@ -65,7 +65,7 @@ class Acceptance(Settings):
 
     limit: Limit
     rule: Literal["simple", "guard_band_u"] = "simple"
-    """Whether the uncertainty counts against the specimen (guard_band_u) or not at all (simple)."""
+    """simple: the value alone decides; guard_band_u: nearer to the limit than U is conditional."""
 
 
 Scalar = str | bool | int | float
