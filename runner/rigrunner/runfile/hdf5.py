@@ -53,8 +53,8 @@ def open_file(path: Path) -> Iterator[h5py.File]:
 
 
 def new_group(parent: h5py.Group, name: str, nx_class: str) -> h5py.Group:
-    """Make a group of a NeXus class."""
-    group = parent.create_group(name)
+    """Make a group of a NeXus class; its members keep the order in which they are made."""
+    group = parent.create_group(name, track_order=True)
     group.attrs["NX_class"] = nx_class
     return group
 

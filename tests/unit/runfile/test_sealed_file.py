@@ -245,3 +245,11 @@ def test_half_written_files_of_a_killed_sealing_are_overwritten(tmp_path):
     seal(tmp_path / "run")
     assert len(read(tmp_path / "run").recordings) == 2
     assert not (tmp_path / "run" / "run.h5.tmp").exists()
+
+
+def test_sealing_keeps_the_order_of_named_texts(tmp_path):
+    inputs = {"specimen": "A", "operator": "B", "batch": "C"}
+    writer = write_run(tmp_path / "run", [], header=header_of(inputs=inputs))
+    assert list(read(tmp_path / "run").header.inputs) == list(inputs)
+    writer.seal()
+    assert list(read(tmp_path / "run").header.inputs) == list(inputs)
