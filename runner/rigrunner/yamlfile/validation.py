@@ -30,12 +30,19 @@ def validate(model_type: type[Model], document: Document, at: Path = ()) -> Mode
     try:
         return model_type.model_validate({} if data is None else data)
     except ValidationError as error:
-        found = error.errors(include_url=False)
+        found = [each for each in error.errors(include_url=False) if not _is_echo(each)]
         problems = [_problem(model_type, document, at, details) for details in found[:MAX_PROBLEMS]]
         if len(found) > MAX_PROBLEMS:
             rest = f"{len(found) - MAX_PROBLEMS} more problems follow; mend these first"
             problems.append(Problem(rest, document.where(at)))
         raise InvalidFileError(problems) from error
+
+
+def _is_echo(details: ErrorDetails) -> bool:
+    """Say whether a list is called too short because items of it are wrong: told already."""
+    if details["type"] != "too_short":
+        return False
+    return len(details["input"]) >= details["ctx"]["min_length"]
 
 
 def _problem(

@@ -31,6 +31,7 @@ class Model(Settings):
     inners: ListOf[Inner] = ()
     by_name: dict[str, Inner] = Field(default_factory=dict)
     either: Inner | Other | None = None
+    some: Annotated[ListOf[Inner], Field(min_length=1)] = (Inner(speed="1 Hz"),)
     words: Annotated[ListOf[str], Field(max_length=2)] = ()
 
 
@@ -83,6 +84,12 @@ def test_a_missing_key_points_at_the_key_that_should_hold_it():
     problem = only_problem(validate, Model, parse("count: 2\n", "f.yaml"))
 
     assert str(problem) == "f.yaml:1:1: name: the key 'name' is missing"
+
+
+def test_a_wrong_item_does_not_make_its_list_too_short():
+    (problem,) = problems_of(validate, Model, document("some: [{speed: 5}]"))
+
+    assert problem.field == "some[0].speed"
 
 
 def test_unions_leave_no_trace_in_the_field():
