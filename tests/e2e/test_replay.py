@@ -1,0 +1,107 @@
+"""Recordings that another program wrote give the same result as the run that they came from."""
+
+from __future__ import annotations
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from helpers_cli import call
+
+STATION = """\
+rigrunner: station/1
+id: simulated
+title: Recordings of the simulated rig
+rig:
+  mandrel: M-01
+  eccentric: 2 mm
+  centre_distance: 45 mm
+  inertia: 0.00233 kg·m²
+  support_friction: 0.76 N·m
+  support_damping: 0.31 N·m·s/rad
+  swing_radius: 10.4 mm
+devices:
+  tester:
+    type: swing_tester
+    plugin: replay
+    settings:
+      folder: recordings
+      rate: 10 kHz
+      channels:
+        torque: {column: Drehmoment, unit: mN·m}
+        angle: {column: Winkel in Grad, unit: deg}
+        load: {unit: kN}
+      table: {delimiter: ";", decimal: ","}
+instruments:
+  - channel: tester.torque
+    serial: SIM-TQ-01
+    full_scale: 10 N·m
+    accuracy: {gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}
+    low_pass: {type: butterworth, order: 2, corner: 1 kHz}
+"""
+
+
+def export(run, folder):
+    """Write a run's recordings as a German spreadsheet would; return their manifest entries."""
+    entries = []
+    with h5py.File(run / "run.h5") as file:
+        zero_nm = file["entry/zeros/tester_torque"][()]
+        for name, recording in file["entry/recordings"].items():
+            setpoints = recording["setpoints"]
+            hertz, load = setpoints["tester_frequency"][()], setpoints["tester_load"][()]
+            actual = recording["conditions/tester_load"][()]
+            degrees = np.rad2deg(recording["tester_angle"][()]).tolist()
+            torque = (1e3 * recording["tester_torque"][()]).tolist()
+            lines = [
+                f"{t!r};{k};{a!r}" for k, (t, a) in enumerate(zip(torque, degrees, strict=True))
+            ]
+            text = "\n".join(["Drehmoment;Nr;Winkel in Grad", *lines]).replace(".", ",")
+            out = f"{load:g}N_{name}.csv"
+            (folder / out).write_text(text + "\n", encoding="utf-8")
+            entries.append(
+                f"- {{frequency: {hertz:g} Hz, load: {load:g} N, file: {out},"
+                f" values: {{load: {float(actual)!r} N}}}}"
+            )
+    return float(zero_nm), entries
+
+
+def results(run):
+    return json.loads((run / "result.json").read_text(encoding="utf-8"))
+
+
+def numbers(node, path=""):
+    """Return every number in a document by its path."""
+    if isinstance(node, dict):
+        return {k: v for key in node for k, v in numbers(node[key], f"{path}.{key}").items()}
+    if isinstance(node, list):
+        return {k: v for i, x in enumerate(node) for k, v in numbers(x, f"{path}[{i}]").items()}
+    return {path: node} if isinstance(node, (int, float)) and not isinstance(node, bool) else {}
+
+
+@pytest.fixture(scope="module")
+def replayed(demo, tmp_path_factory):
+    """The runs of the demonstration, played back from CSV files."""
+    station = tmp_path_factory.mktemp("replay")
+    folder = station / "recordings"
+    folder.mkdir()
+    zero_nm, entries = export(demo.no_load, folder)
+    loaded_zero_nm, loaded_entries = export(demo.loaded, folder)
+    assert loaded_zero_nm == zero_nm  # the same rig at the same age: one entry serves both
+    rest = f"- {{frequency: 0 Hz, load: 0 N, values: {{torque: {zero_nm!r} N·m}}}}"
+    lines = ["rigrunner: replay/1", "recordings:", rest, *entries, *loaded_entries]
+    (folder / "manifest.yaml").write_text("\n".join(lines), encoding="utf-8")
+    (station / "bench.yaml").write_text(STATION, encoding="utf-8")
+    for procedure in ("no_load_inertia_sweep", "starting_torque_1000n"):
+        options = ("--station", station / "bench.yaml", "--runs", station / "runs", "--unattended")
+        called = call("run", procedure, *options)
+        assert called.code == 0, called.err
+    return sorted((station / "runs").iterdir())
+
+
+def test_replay_gives_the_same_numbers_as_the_run(demo, replayed):
+    for original, copy in zip((demo.no_load, demo.loaded), replayed, strict=True):
+        expected, found = numbers(results(original)), numbers(results(copy))
+        assert len(expected) > 100
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
