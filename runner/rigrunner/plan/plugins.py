@@ -65,10 +65,10 @@ def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
 def _named(spec: AnalysisSpec) -> Iterator[tuple[str, Path, PluginRef]]:
     if spec.outliers is not None:
         yield "outlier_rule", ("analysis", "outliers"), spec.outliers
-    for index, plugin in enumerate(spec.fits):
-        yield "fit", ("analysis", "fits", index), plugin
-    for index, plugin in enumerate(spec.compensations):
-        yield "compensation", ("analysis", "compensations", index), plugin
+    for index, fit in enumerate(spec.fits):
+        yield "fit", ("analysis", "fits", index), fit
+    for index, compensation in enumerate(spec.compensations):
+        yield "compensation", ("analysis", "compensations", index), compensation
 
 
 def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> None:

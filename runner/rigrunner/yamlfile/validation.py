@@ -42,7 +42,7 @@ def _is_echo(details: ErrorDetails) -> bool:
     """Say whether a list is called too short because items of it are wrong: told already."""
     if details["type"] != "too_short":
         return False
-    return len(details["input"]) >= details["ctx"]["min_length"]
+    return bool(len(details["input"]) >= details["ctx"]["min_length"])
 
 
 def _problem(
