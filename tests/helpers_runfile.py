@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from rigrunner.api.data import Block, Recording
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Samples, StepEnded, StepStarted
@@ -14,7 +16,7 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import RunHeader, RunWriter, SweepPlot
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
@@ -159,3 +161,15 @@ def assert_same_recording(found: Recording, wanted: Recording) -> None:
     for name, values in wanted.channels.items():
         assert found.channels[name].dtype == "<f8"
         assert found.channels[name].tobytes() == values.astype("<f8").tobytes(), name
+
+
+@contextmanager
+def disk_full_beyond(size: int) -> Iterator[None]:
+    """No file may grow beyond the size: writing then raises OSError, as on a full disk."""
+    resource = pytest.importorskip("resource", reason="limits on file sizes need a Unix")
+    former = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, former)

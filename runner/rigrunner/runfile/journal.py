@@ -64,7 +64,8 @@ class JournalWriter:
                 self._write(part)
         except OSError:
             with suppress(OSError):
-                os.ftruncate(self._file.fileno(), self._end)
+                self._file.seek(self._end)
+                self._file.truncate()
             raise
         self._end += _HEAD.size + length
 

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from helpers_devices import SETUP, FakeTester, Listener, NthCall, plan_of, run
+from helpers_devices import SETUP, FakeTester, Listener, NthCall, plan_of, record, run
 from rigrunner.api.errors import DeviceLostError, UsageError
 from rigrunner.api.events import (
     Alarm,
@@ -19,7 +19,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.engine import UnattendedAnswers
-from rigrunner.plan.actions import Ask, Confirm, SetDrive
+from rigrunner.plan.actions import Ask, Confirm, SetDrive, Settle
 
 CALLS = 30
 """More than the device calls of the plan's setup and main."""
@@ -186,6 +186,31 @@ def test_stop_is_obeyed_within_a_tenth_of_a_second_of_settling():
     (begun,) = (one for one in listener.of(StepStarted) if one.action == "settle")
     (ended,) = (one for one in listener.of(StepEnded) if one.action == "settle")
     assert ended.monotonic_s - begun.monotonic_s <= 0.1
+
+
+def test_teardown_takes_its_time_also_after_a_stop():
+    stop, listener = threading.Event(), Listener()
+    stop.set()
+    teardown = (Settle(0.5), record("after", seconds=0.1))
+    run(FakeTester(), plan_of((), (), teardown), critical=[listener], stop=stop)
+    assert [one.ok for one in listener.of(StepEnded)] == [True, True]
+
+
+def test_stop_is_obeyed_between_blocks_also_where_the_device_does_not():
+    class Stubborn(FakeTester):
+        def stream(self, channels, duration_s, stop):  # noqa: ARG002
+            return super().stream(channels, duration_s, threading.Event())
+
+    stop, listener = threading.Event(), Listener()
+
+    def request(event: object) -> None:
+        if isinstance(event, Samples):
+            stop.set()
+
+    listener.before = request
+    summary = run(Stubborn(), plan_of((), [record("one")], ()), critical=[listener], stop=stop)
+    assert summary.outcome is Outcome.ABORTED
+    assert len(listener.of(Samples)) == 1
 
 
 def test_failing_teardown_step_does_not_stop_the_next():

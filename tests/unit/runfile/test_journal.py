@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+import tracemalloc
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helpers_runfile import (
     assert_same_recording,
+    disk_full_beyond,
     emitter_of,
     end_recording,
     header_of,
@@ -70,7 +73,21 @@ def test_damaged_length_does_not_ask_for_memory(journal):
     content = bytearray(journal.read_bytes())
     content[len(MAGIC) : len(MAGIC) + 4] = b"\xff\xff\xff\xff"
     journal.write_bytes(content)
+    tracemalloc.start()
     assert found_in(journal) == ()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1_000_000
+
+
+def test_record_that_did_not_fit_is_taken_back(tmp_path):
+    writer = JournalWriter(tmp_path / "a.journal")
+    writer.append(Kind.EVENT, b"first")
+    with disk_full_beyond(1000), pytest.raises(OSError, match="File too large"):
+        writer.append(Kind.BLOCK, b"x" * 600, b"y" * 600)
+    writer.append(Kind.EVENT, b"last")
+    writer.close()
+    assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
 
 
 def test_other_files_are_no_journal(tmp_path):

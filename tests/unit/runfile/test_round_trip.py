@@ -4,6 +4,7 @@ import hashlib
 import json
 from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -130,6 +131,8 @@ def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
     for found, wanted in zip(embedded.recordings, TWO, strict=True):
         assert_same_recording(found, wanted)
     assert read_truth(path) == {"001_10Hz": TRUTH}
+    with h5py.File(path, "r") as file:
+        assert "verification" not in file["entry/no_load"]
 
 
 def test_no_load_run_that_is_not_sealed_is_embedded_too(tmp_path):

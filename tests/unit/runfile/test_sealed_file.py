@@ -97,9 +97,9 @@ def test_texts_are_there_byte_by_byte(file):
     assert json.loads(bytes(file["entry/analysis/result"][()])) == DOCUMENT
 
 
-def test_file_opens_in_readers_of_hdf5_1_10(folder):
-    """The superblock's version stands at byte 8; 1.10 knows 0 to 3 (HDF5 file format, II.A)."""
-    assert (folder / "run.h5").read_bytes()[8] <= 3
+def test_file_has_the_oldest_form_which_every_reader_knows(folder):
+    """The superblock's version stands at byte 8 (HDF5 file format specification, II.A)."""
+    assert (folder / "run.h5").read_bytes()[8] == 0
 
 
 def test_sealed_file_is_read_only_and_never_written_again(folder):

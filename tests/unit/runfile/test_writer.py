@@ -1,12 +1,11 @@
 from __future__ import annotations
 
-from contextlib import contextmanager
-
 import pytest
 
 from helpers_devices import FakeTester, Listener, run
 from helpers_runfile import (
     TWO,
+    disk_full_beyond,
     emitter_of,
     end_recording,
     header_of,
@@ -17,19 +16,6 @@ from helpers_runfile import (
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome, StepEnded
 from rigrunner.runfile import RunWriter, read, read_truth
-
-resource = pytest.importorskip("resource", reason="file size limits need a Unix")
-
-
-@contextmanager
-def disk_full_beyond(size):
-    """No file may grow beyond the size: writing then raises OSError, as on a full disk."""
-    former = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, former)
 
 
 def test_what_the_engine_records_is_stored_whole(tmp_path):
