@@ -137,7 +137,7 @@ def swing_point(frequency_hz, load_n, *, cycles=30, outlier=None):
     if outlier is not None:
         torque[outlier] += 0.4
         kept[outlier] = False
-        rejections = (Rejection(outlier, 0.4, "grubbs", 4.81, 2.9085),)
+        rejections = (Rejection(outlier, 0.4, "grubbs", 4.81, 2.908),)
     peaks = torque.max(axis=1)
     peak_rejections = tuple(replace(each, value=float(peaks[each.index])) for each in rejections)
     return SwingPoint(

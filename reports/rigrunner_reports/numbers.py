@@ -17,7 +17,7 @@ UNKNOWN = "unknown"
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLACES_WITHOUT_UNCERTAINTY = 4
 LOWEST, HIGHEST = -3, 5
-"""Powers of ten between which a number is written without one."""
+"""Exclusive: between these powers of ten a number is written without one."""
 
 
 @dataclass(frozen=True)

@@ -80,15 +80,16 @@ class Page:
 def make_page(report: ReportInput) -> Page:
     """Return the page of a report."""
     result, points = report.result, set_points(report)
+    warnings = run.warnings(result)
     return Page(
         title=result.run.procedure_title,
         run_id=result.run.run_id,
         simulated=bool(report.truth),
         facts=run.facts(result),
-        warnings=run.warnings(result),
+        warnings=warnings,
         headline=head.headline(result, points),
         raw=head.raw(result),
-        decision=head.decision(result.decision),
+        decision=head.decision(result.decision, complete=not warnings),
         truth=head.truth(result, points),
         meaning=meaning(result),
         table=frequency_table(result, points),

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Decision, Result
     from rigrunner_reports.view.points import SetPoint
 
+COLUMNS = 2
+LEGEND_ROW = 0.08
+"""Of the panel's height, what a row of the legend takes."""
+
 DODGE_HZ = 0.25
 """Methods stand so far apart, or their bars of uncertainty hide each other."""
 
@@ -61,10 +65,11 @@ def _methods(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
     _limits(axes, result.decision)
     axes.set(title="Compensated by each method, enlarged")
     _finish(axes)
-    axes.margins(y=0.16)
-    axes.legend(loc="upper center", ncols=2)
+    axes.margins(y=0.1)
+    legend = axes.legend(loc="upper center", ncols=COLUMNS)
+    rows = -(-len(legend.get_texts()) // COLUMNS)
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.18 * (high - low))
+    axes.set_ylim(low, low + (high - low) / (1 - LEGEND_ROW * rows))
 
 
 def _bars(

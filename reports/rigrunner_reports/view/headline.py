@@ -43,6 +43,10 @@ class VerdictView:
         return self.word.replace(" ", "-")
 
 
+NO_VERDICT = VerdictView("?", "no verdict")
+NOT_COMPLETED = "A run that was not completed neither passes nor fails."
+
+
 @dataclass(frozen=True)
 class DecisionView:
     """The decision, ready to print."""
@@ -115,14 +119,15 @@ def raw(result: Result) -> Raw | None:
     return Raw(str(shown), shown.factor, ratio)
 
 
-def decision(found: Decision | None) -> DecisionView | None:
-    """Return the decision, ready to print."""
+def decision(found: Decision | None, *, complete: bool) -> DecisionView | None:
+    """Return the decision, ready to print; of a run that was not completed there is no verdict."""
     if found is None:
         return None
+    stopped = f"{NOT_COMPLETED} On what was recorded the rule would say: {found.verdict}. "
     return DecisionView(
-        verdict=_verdict(found.verdict),
+        verdict=_verdict(found.verdict) if complete else NO_VERDICT,
         uncompensated=_verdict(found.uncompensated),
-        reason=found.reason,
+        reason=found.reason if complete else stopped + found.reason,
         limit=found.limit_text,
         source=found.limit_source,
         rule=found.rule,

@@ -1,0 +1,86 @@
+"""Prints a report to PDF pages with a real browser: as a lab would, offline."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from helpers_report import loaded_result, no_load_result, report_input
+from rigrunner_reports.render import html
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+QUIET = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+)
+A4_POINTS = (595, 842)
+
+
+def needed(programs, what):
+    """Return the first of the programs that is there; skip, or fail where that is demanded."""
+    found = next((path for name in programs if (path := shutil.which(name))), None)
+    if found is None and os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
+        pytest.fail(f"{what} is required here, and none of {', '.join(programs)} was found")
+    if found is None:
+        pytest.skip(f"{what} is not installed: none of {', '.join(programs)} was found")
+    return found
+
+
+@pytest.fixture(scope="module", params=[loaded_result, no_load_result])
+def printed(request, tmp_path_factory):
+    browser = needed(BROWSERS, "a browser")
+    result, folder = request.param(), tmp_path_factory.mktemp("print")
+    page, pdf = folder / "report.html", folder / "report.pdf"
+    page.write_bytes(html(report_input(result)))
+    command = [browser, *QUIET, f"--user-data-dir={folder / 'profile'}", "--no-pdf-header-footer"]
+    subprocess.run(
+        [*command, f"--print-to-pdf={pdf}", page.as_uri()],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    return result, pdf
+
+
+def pages(pdf):
+    """Return the text of each page."""
+    reader = needed(["pdftotext"], "a PDF reader (poppler-utils)")
+    text = subprocess.run([reader, "-layout", pdf, "-"], check=True, capture_output=True).stdout
+    return text.decode("utf-8").split("\f")[:-1]
+
+
+def test_the_pages_are_a4(printed):
+    _, pdf = printed
+    boxes = re.findall(rb"/MediaBox \[0 0 ([0-9.]+) ([0-9.]+)\]", pdf.read_bytes())
+    assert boxes
+    assert {tuple(round(float(side)) for side in box) for box in boxes} == {A4_POINTS}
+
+
+def test_every_page_has_the_run_and_its_number(printed):
+    result, pdf = printed
+    found = pages(pdf)
+    assert 3 <= len(found) <= 9
+    for number, text in enumerate(found, 1):
+        assert f"Page {number} of {len(found)}" in text
+        assert result.run.run_id in text
+
+
+def test_the_report_begins_with_its_headline_and_ends_with_its_mark(printed):
+    result, pdf = printed
+    found = pages(pdf)
+    assert result.symbol in found[0]
+    assert "Result" in found[0]
+    assert f"End of report {result.run.run_id}" in found[-1]
+
+
+def test_every_figure_stands_on_the_page_of_its_caption(printed):
+    _, pdf = printed
+    text = "".join(pages(pdf))
+    numbers = [int(each) for each in re.findall(r"Figure (\d+)\.", text)]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert len(numbers) >= 5

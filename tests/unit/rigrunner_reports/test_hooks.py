@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from helpers_report import report_input
+from rigrunner.registry import load_registry
+
+
+def test_html_is_found_through_the_entry_point():
+    render = load_registry().make("report_format", "html", {})
+    assert render(report_input()).startswith(b"<!DOCTYPE html>")
+
+
+def test_declaring_the_formats_loads_no_heavy_library():
+    code = (
+        "import sys, rigrunner_reports.hooks as h; h.rigrunner_report_formats();"
+        "print([m for m in ('numpy', 'matplotlib', 'jinja2') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

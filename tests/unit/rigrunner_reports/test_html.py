@@ -1,0 +1,241 @@
+# ruff: noqa: RUF001  (typographic signs are what is looked for)
+from __future__ import annotations
+
+import re
+from base64 import b64decode
+from dataclasses import replace
+from itertools import pairwise
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from helpers_html import read_html
+from helpers_report import TRUTH_NM, loaded_result, no_load_result, report_input
+from rigrunner.api.analysis import Check
+from rigrunner.api.results import Verdict
+from rigrunner_reports.render import css_string, html
+
+DOI = "https://doi.org/10.3390/machines13110976"
+PASSED = r"✓ pass\b"
+HOSTILE = "</style></title><script>alert(1)</script>\"'&"
+
+
+@pytest.fixture(scope="module")
+def loaded_bytes():
+    return html(report_input())
+
+
+@pytest.fixture(scope="module")
+def loaded(loaded_bytes):
+    return read_html(loaded_bytes)
+
+
+@pytest.fixture(scope="module")
+def no_load():
+    return read_html(html(report_input(no_load_result())))
+
+
+def small(result):
+    """Return the result with its first two set-points alone and no fits: quick to draw."""
+    return replace(
+        result,
+        loaded=result.loaded[:2],
+        no_load=result.no_load[:2],
+        fits=(),
+        compensations={
+            name: replace(each, points=each.points[:2])
+            for name, each in result.compensations.items()
+        },
+    )
+
+
+def test_the_same_input_gives_the_same_bytes(loaded_bytes):
+    assert html(report_input()) == loaded_bytes
+
+
+def test_nothing_is_loaded_and_nothing_runs(loaded, no_load):
+    for page in (loaded, no_load):
+        tags = {tag for tag, _ in page.elements}
+        assert not tags & {"script", "link", "iframe", "object", "form", "base"}
+        sources = [each["src"] for each in page.all("img")]
+        assert all(source.startswith("data:image/svg+xml;base64,") for source in sources)
+        assert {each["href"] for each in page.all("a") if each["href"][0] != "#"} <= {DOI}
+        assert not [a for _, attributes in page.elements for a in attributes if a.startswith("on")]
+
+
+def test_the_style_sheet_reaches_for_nothing(loaded_bytes):
+    style = re.search(rb"<style>(.*?)</style>", loaded_bytes, re.DOTALL)[1]
+    assert b"url(" not in style
+    assert b"@import" not in style
+
+
+def test_every_picture_is_svg_that_refers_to_itself_alone(loaded):
+    for image in loaded.all("img"):
+        tree = ET.fromstring(b64decode(image["src"].split(",")[1]))  # noqa: S314  (our own)
+        assert tree.tag.endswith("}svg")
+        links = [v for e in tree.iter() for k, v in e.attrib.items() if k.endswith("href")]
+        assert all(link.startswith("#") for link in links)
+
+
+def test_every_picture_says_its_numbers(loaded, no_load):
+    for page in (loaded, no_load):
+        assert all(re.search(r"[0-9]\.[0-9]|[0-9] of [0-9]", e["alt"]) for e in page.all("img"))
+
+
+def test_the_page_has_its_landmarks_language_and_headings_in_order(loaded, no_load):
+    for page in (loaded, no_load):
+        tags = [tag for tag, _ in page.elements]
+        assert page.all("html")[0]["lang"] == "en"
+        assert [tags.count(each) for each in ("header", "nav", "main", "footer", "h1")] == [1] * 5
+        levels = [int(tag[1]) for tag in tags if re.fullmatch("h[1-6]", tag)]
+        assert all(b <= a + 1 for a, b in pairwise(levels))
+
+
+def test_every_header_cell_has_its_scope_and_every_table_its_caption(loaded):
+    assert all(each.get("scope") for each in loaded.all("th"))
+    assert len(loaded.all("caption")) == len(loaded.all("table"))
+
+
+def test_the_contents_lead_to_sections_that_are_there(loaded, no_load):
+    for page in (loaded, no_load):
+        ids = [each["id"] for _, each in page.elements if "id" in each]
+        assert len(ids) == len(set(ids))
+        assert {e["href"][1:] for e in page.all("a") if e["href"][0] == "#"} <= set(ids)
+
+
+def test_the_headline_is_rounded_to_its_uncertainty(loaded):
+    assert "Td = 0.727 ± 0.012 N·m" in loaded.words
+    assert re.search(PASSED, loaded.words)
+    assert "Would it pass uncompensated? ✗ fail" in loaded.words
+
+
+def test_the_truth_is_marked_as_simulated_and_unseen(loaded):
+    assert f"Simulated rig: the truth {TRUTH_NM} N·m" in loaded.words
+    assert "off by +1.2 mN·m, within its U" in loaded.words
+
+
+def test_a_real_rig_has_no_word_of_a_truth():
+    page = read_html(html(report_input(small(loaded_result()), truth={})))
+    assert "truth" not in page.words.lower()
+    assert "simulated rig" not in page.words.lower()
+
+
+def test_the_number_is_said_to_be_conditional_on_the_allowance(loaded):
+    assert "beyond the stated allowance of 1.0 %" in loaded.words
+    assert "not the breakaway torque from rest" in loaded.words
+
+
+def test_the_published_method_is_cited_and_shown_as_it_is(loaded):
+    assert "Machines 2025, 13(11), 976" in loaded.words
+    assert "errs by −163 mN·m at 1 Hz to +165 mN·m at 35 Hz" in loaded.words
+
+
+def test_a_method_that_cannot_be_used_says_why(loaded):
+    assert "tacho_only is not applicable to this run: there is no tacho channel" in loaded.words
+
+
+def test_a_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
+    assert "No-load torque of the rig".lower() in no_load.words.lower()
+    assert "Verdict" not in no_load.words
+    assert "not fitted: two points are not enough here" in no_load.words
+    assert "no bearing is judged by it" in no_load.words
+
+
+def test_what_a_lab_writes_is_shown_and_never_becomes_markup():
+    base = small(loaded_result())
+    run = replace(
+        base.run,
+        run_id=HOSTILE,
+        procedure_title=HOSTILE,
+        station_id=HOSTILE,
+        inputs={"specimen": HOSTILE},
+    )
+    check = Check(HOSTILE, ok=False, text=HOSTILE, advice=HOSTILE)
+    data = html(
+        report_input(
+            replace(base, run=run, symbol=HOSTILE, checks=(check,), notes=(HOSTILE,)),
+            provenance={HOSTILE: HOSTILE},
+            events=({"utc": HOSTILE, "kind": HOSTILE, "text": HOSTILE},),
+        )
+    )
+    page = read_html(data)
+    assert b"<script" not in data
+    assert page.words.count(HOSTILE) >= 10
+
+
+def test_a_run_that_was_stopped_has_no_verdict():
+    base = small(loaded_result())
+    page = read_html(html(report_input(replace(base, run=replace(base.run, outcome="aborted")))))
+    assert "This run ended as 'aborted'" in page.words
+    assert "? no verdict" in page.words
+    assert not re.search(PASSED, page.words)
+
+
+def test_without_a_result_the_reason_stands_in_its_place():
+    base = small(loaded_result())
+    primary = replace(
+        base.compensations["template_inverse"], points=(), not_applicable="no low_pass"
+    )
+    decision = replace(
+        base.decision, verdict=Verdict.INCONCLUSIVE, probability_of_conformity=float("nan")
+    )
+    page = read_html(
+        html(
+            report_input(
+                replace(
+                    base,
+                    headline=None,
+                    notes=("template_inverse is not applicable: no low_pass",),
+                    compensations={**base.compensations, "template_inverse": primary},
+                    decision=decision,
+                )
+            )
+        )
+    )
+    assert "Td = no result" in page.words
+    assert "? inconclusive" in page.words
+    assert "Probability of conformity: not determined" in page.words
+
+
+def test_a_run_of_one_point_without_fits_is_reported():
+    base = small(loaded_result())
+    one = replace(
+        base,
+        loaded=base.loaded[:1],
+        no_load=(),
+        no_load_run=None,
+        fits=(),
+        compensations={
+            name: replace(each, points=each.points[:1]) for name, each in base.compensations.items()
+        },
+    )
+    page = read_html(html(report_input(one)))
+    assert "One set-point, 1 Hz, under 1000 N" in page.words
+
+
+def test_a_text_for_css_cannot_end_its_string():
+    assert (
+        css_string('a"; } </style>\n')
+        == r'"a\000022\00003b \00007d \00003c\00002fstyle\00003e\00000a"'
+    )
+
+
+def contrast(foreground, background):
+    """Return the contrast ratio of two #rrggbb colours (WCAG 2.2, relative luminance)."""
+    light, dark = sorted((luminance(foreground), luminance(background)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def luminance(colour):
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def test_text_colours_keep_a_contrast_of_4_5_on_every_ground(loaded_bytes):
+    style = loaded_bytes.decode("utf-8").split("</style>")[0]
+    colours = dict(re.findall(r"--([a-z]+): (#[0-9a-f]{6})", style))
+    assert {"ink", "soft", "blue", "pass", "fail", "middle"} <= set(colours)
+    grounds = ("#ffffff", colours["panel"], "#eaf3f9")
+    for name in ("ink", "soft", "blue", "pass", "fail", "middle"):
+        assert min(contrast(colours[name], ground) for ground in grounds) >= 4.5, name

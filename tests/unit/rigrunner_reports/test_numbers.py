@@ -1,0 +1,92 @@
+# ruff: noqa: RUF001  (typographic signs are what is looked for)
+from __future__ import annotations
+
+from math import inf, nan
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigrunner.api.data import Estimate
+from rigrunner_reports.numbers import (
+    fixed,
+    places,
+    plain,
+    significant,
+    stated,
+    with_sign,
+    with_standard_uncertainty,
+)
+
+
+def test_expanded_uncertainty_has_two_digits_and_the_value_its_place():
+    # the normal quantile 1.959964: U = 0.01215
+    shown = stated(Estimate(0.72744, 0.0062))
+    assert (shown.interval, shown.factor, str(shown)) == (
+        "0.727 ± 0.012",
+        "1.96",
+        "0.727 ± 0.012 N·m",
+    )
+
+
+def test_the_coverage_factor_follows_the_degrees_of_freedom():
+    # Student's t of two-sided 95 % at 9 degrees of freedom is 2.262157 (GUM table G.2)
+    shown = stated(Estimate(10.0, 1.0, 9.0, "Hz"))
+    assert (shown.value, shown.expanded, shown.factor) == ("10.0", "2.3", "2.26")
+
+
+def test_an_uncertainty_that_rounds_up_to_the_next_decade_loses_a_place():
+    assert [places(each) for each in (0.0994, 0.0996, 0.012, 9.96, 12.0, 120.0)] == [
+        *(3, 2, 3, 0, 0, -1)
+    ]
+
+
+@pytest.mark.parametrize("u", [0.0, nan, inf])
+def test_without_a_usable_uncertainty_four_decimals_are_shown(u):
+    assert stated(Estimate(0.726249, u)).value == "0.7262"
+
+
+def test_an_unknown_uncertainty_is_said_to_be_unknown():
+    assert stated(Estimate(0.7, nan, nan)).interval == "0.7000 ± unknown"
+
+
+def test_large_uncertainties_round_to_tens():
+    assert fixed(1234.0, -1) == "1230"
+
+
+@given(
+    st.floats(-1e4, 1e4, allow_nan=False),
+    st.floats(1e-6, 1e3, allow_nan=False),
+)
+@settings(max_examples=200, deadline=None)
+def test_rounding_keeps_value_and_interval_within_half_a_step(value, u):
+    shown = stated(Estimate(value, u))
+    step = 10.0 ** -places(1.959964 * u)
+    assert abs(float(shown.value.replace("−", "-")) - value) <= 0.5001 * step
+    assert abs(float(shown.expanded) - 1.959964 * u) <= 0.5001 * step
+    digits = shown.expanded.replace(".", "").lstrip("0").rstrip("0")
+    assert 1 <= len(digits) <= 2
+
+
+def test_minus_signs_are_typographic_and_zero_has_none():
+    assert [fixed(-0.5, 1), fixed(-0.001, 1), with_sign(0.5, 1), with_sign(-0.5, 1)] == [
+        *("−0.5", "0.0", "+0.5", "−0.5")
+    ]
+
+
+def test_numbers_far_from_one_have_a_power_of_ten():
+    assert significant(0.02324) == "0.02324"
+    assert significant(0.002324) == "2.324 × 10⁻³"
+    assert significant(-1234567.0, 3) == "−1.23 × 10⁶"
+    assert significant(0.0) == "0"
+    assert significant(400.0) == "400.0"
+
+
+def test_a_coefficient_and_its_uncertainty_share_a_power_of_ten():
+    shown = with_standard_uncertainty(0.0002324, 4.1e-7, "kg·m²")
+    assert shown == "(2.3240 ± 0.0041) × 10⁻⁴ kg·m²"
+    assert with_standard_uncertainty(400.31, 0.62, "Hz") == "400.31 ± 0.62 Hz"
+
+
+def test_set_values_are_shown_as_they_were_written():
+    assert [plain(35.0), plain(0.5), plain(-2.0)] == ["35", "0.5", "−2"]

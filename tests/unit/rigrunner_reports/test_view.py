@@ -1,0 +1,240 @@
+# ruff: noqa: RUF001  (typographic signs are what is looked for)
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+from helpers_report import (
+    INSTRUMENT,
+    PAPER_ERRORS,
+    TEMPLATE_ERRORS,
+    TRUTH_NM,
+    loaded_result,
+    no_load_result,
+    report_input,
+)
+from rigrunner.api.results import Verdict
+from rigrunner_reports.view import headline as head
+from rigrunner_reports.view import run
+from rigrunner_reports.view.budget import budget, degrees_of_freedom
+from rigrunner_reports.view.checks import check_rows
+from rigrunner_reports.view.cycles import rejections
+from rigrunner_reports.view.fits import fit_views
+from rigrunner_reports.view.frequency_table import frequency_table
+from rigrunner_reports.view.methods import methods
+from rigrunner_reports.view.points import set_points, true_parameter, true_torque
+
+
+@pytest.fixture(scope="module")
+def result():
+    return loaded_result()
+
+
+@pytest.fixture(scope="module")
+def points(result):
+    return set_points(report_input(result))
+
+
+def milli(errors):
+    return [f"{'−' if each < 0 else '+'}{abs(1000 * each):.1f}" for each in errors]
+
+
+def test_the_table_has_each_methods_error_against_the_truth(result, points):
+    table = frequency_table(result, points)
+    columns = {
+        name: [row.cells[i].error for row in table.rows] for i, name in enumerate(table.methods)
+    }
+    assert columns["template_inverse"] == milli(TEMPLATE_ERRORS)
+    assert columns["paper_peak"] == milli(PAPER_ERRORS)
+    assert columns["energy"] == [""] * 12
+
+
+def test_raw_peak_and_rigs_part_have_no_more_digits_than_the_result(result, points):
+    row = frequency_table(result, points).rows[0]
+    raw = result.loaded[0].peak_nm.mean()
+    assert row.raw == f"{raw:.3f}"
+    assert row.rig == f"{raw - TRUTH_NM - TEMPLATE_ERRORS[0]:.3f}"
+
+
+def test_rejected_cycles_are_counted_and_listed(result, points):
+    row = next(row for row in frequency_table(result, points).rows if row.set_hz == "8")
+    assert (row.peaks, row.swings) == ("29 / 1", "29 / 1")
+    table = rejections(result)
+    assert [(each.frequency, each.cycle, each.judged_by) for each in table.rows] == [
+        ("8", "7", "raw peak"),
+        ("8", "7", "shape of the swing"),
+    ]
+    assert (table.rows[0].statistic, table.rows[0].critical) == ("4.810", "2.908")
+    assert table.cycles == 24 * 30
+
+
+def test_a_repeated_set_point_finds_its_own_result(result):
+    twin = replace(
+        result.loaded[0],
+        recording="again",
+        frequency_hz=replace(result.loaded[0].frequency_hz, value=1.2),
+    )
+    name = "template_inverse"
+    compensation = result.compensations[name]
+    second = replace(compensation.points[0], frequency_hz=1.2)
+    changed = replace(
+        result,
+        loaded=(twin, *result.loaded),
+        compensations={name: replace(compensation, points=(*compensation.points, second))},
+    )
+    first, other, *_ = set_points(report_input(changed))
+    assert first.by_method[name] is second
+    assert other.by_method[name] is compensation.points[0]
+
+
+def test_a_truth_belongs_to_the_measurand_that_has_its_name():
+    truth = {"starting_torque_nm": 0.7, "inertia_kgm2": 0.002}
+    assert true_torque(truth, "load-induced starting torque") == 0.7
+    assert true_torque(truth, "running torque") is None
+
+
+def test_a_parameter_finds_its_truth_if_all_points_agree(points):
+    assert true_parameter(points, "inertia") == 0.002324
+    assert true_parameter(points, "damping ratio") is None
+    other = replace(points[0], truth={"inertia_kgm2": 0.003})
+    assert true_parameter((other, *points[1:]), "inertia") is None
+
+
+def test_methods_are_judged_by_spread_error_and_coverage(result, points):
+    views = {view.name: view for view in methods(result, points)}
+    paper, template = views["paper_peak"], views["template_inverse"]
+    assert next(iter(views)) == "template_inverse"
+    assert paper.evenness.spread == f"{1000 * (0.165 + 0.163):.0f}"
+    assert paper.accuracy.rms == f"{1000 * np.sqrt(np.mean(np.square(PAPER_ERRORS))):.1f}"
+    assert (paper.accuracy.worst.value, paper.accuracy.worst.frequency) == ("+165.0", "35")
+    assert template.accuracy.covered == "12 of 12"
+    assert views["energy"].accuracy is None
+    assert views["tacho_only"].not_applicable == "there is no tacho channel"
+
+
+def test_the_shares_of_the_budget_make_a_whole(result, points):
+    found = budget(result, points)
+    assert found.frequencies == ("1 Hz", "18 Hz", "35 Hz")
+    for column in range(3):
+        assert sum(row.parts[column].percent for row in found.rows) == pytest.approx(100, abs=0.3)
+    drift = next(row for row in found.rows if row.name == "zero drift")
+    assert (drift.dof, drift.common, drift.parts[0].u) == ("∞", "all points alike", "5.8")
+
+
+def test_degrees_of_freedom_are_rounded_down():
+    assert [degrees_of_freedom(each) for each in (14.99, 1e5, inf)] == ["14", "∞", "∞"]
+
+
+def test_failed_checks_come_first_with_their_method(result):
+    rows = check_rows(result)
+    assert [row.ok for row in rows] == [False, False, True, True]
+    assert [(row.name, row.source) for row in rows[:2]] == [
+        ("cycles", ""),
+        ("resonance", "template_inverse"),
+    ]
+
+
+def test_a_headline_says_over_what_it_is_the_mean(result, points):
+    detail = head.headline(result, points).detail
+    assert "k = 1.96. Mean of 12 set-points, 1 Hz to 35 Hz, under 1000 N" in detail
+
+
+def test_a_load_that_was_not_kept_is_shown_as_a_range(result, points):
+    heavy = replace(points[0], point=replace(points[0].point, load_n=1100.0))
+    assert "under 1000 N to 1100 N" in head.headline(result, (heavy, *points[1:])).detail
+
+
+def test_the_error_of_the_headline_is_that_of_its_mean(result, points):
+    assert head.truth(result, points) == head.Truth("0.7262 N·m", "+1.2 mN·m", covered=True)
+    assert head.truth(result, set_points(report_input(result, truth={}))) is None
+
+
+def test_a_partial_truth_gives_no_error_of_the_mean(result):
+    truth = report_input(result).truth
+    partial = {name: each for name, each in truth.items() if name != "35 Hz"}
+    assert head.truth(result, set_points(report_input(result, truth=partial))) is None
+
+
+@pytest.mark.parametrize(
+    ("probability", "text"),
+    [(1.0, "> 99.99 %"), (0.975, "97.50 %"), (1e-6, "< 0.01 %"), (nan, "not determined")],
+)
+def test_probabilities_are_not_shown_as_certain(result, probability, text):
+    decision = replace(result.decision, probability_of_conformity=probability)
+    assert head.decision(decision, complete=True).probability == text
+
+
+@pytest.mark.parametrize("verdict", Verdict)
+def test_every_verdict_has_symbol_and_word(result, verdict):
+    shown = head.decision(replace(result.decision, verdict=verdict), complete=True).verdict
+    assert shown.symbol
+    assert shown.word == str(verdict)
+
+
+def test_a_stopped_run_has_no_verdict_but_what_the_rule_would_say(result):
+    shown = head.decision(result.decision, complete=False)
+    assert shown.verdict.word == "no verdict"
+    assert "the rule would say: pass" in shown.reason
+
+
+def test_a_no_load_run_shows_the_range_of_its_peaks():
+    result = no_load_result()
+    shown = head.headline(result, set_points(report_input(result)))
+    low, high = (
+        point.peak_nm[point.peak_kept].mean() for point in (result.loaded[0], result.loaded[-1])
+    )
+    assert shown.value == f"{low:.3f} to {high:.3f}"
+    assert head.raw(result) is None
+
+
+def test_fits_have_coefficients_with_uncertainty_or_a_reason(result):
+    good, bad = fit_views(result.fits)
+    curve = result.fits[0].curve
+    u = np.sqrt(curve.covariance[0, 0])
+    assert good.coefficients[0][0] == "c0"
+    assert f"{curve.coefficients[0]:.3f} ± {u:.3f} N·m" == good.coefficients[0][1]
+    assert bad.problem == "two points are not enough here"
+
+
+def test_an_overdue_instrument_is_called_overdue(result):
+    late = INSTRUMENT.model_copy(update={"due": date(2026, 3, 1)})
+    on_the_day = INSTRUMENT.model_copy(update={"due": date(2026, 3, 2)})
+    rows = run.instruments(replace(result.run, instruments={"a": late, "b": on_the_day}))
+    assert [row.due for row in rows] == ["2026-03-01, OVERDUE at this run", "2026-03-02"]
+    assert [row.zero for row in rows] == ["not zeroed", "not zeroed"]
+
+
+def test_accuracy_limits_are_shown_in_their_units(result):
+    (row,) = run.instruments(result.run)
+    assert row.accuracy == (
+        "gain ±0.3 %, offset ±0.02 N·m, drift ±0.02 N·m, non-linearity ±0.05 % of full scale"
+    )
+    assert (row.low_pass, row.zero) == ("Butterworth, order 2, 1000 Hz", "+0.0123 N·m")
+
+
+def test_a_period_over_midnight_has_both_dates(result):
+    late = replace(result.run, ended_utc="2026-03-03T00:10:00Z")
+    assert dict(run.facts(replace(result, run=late)))["Performed"] == (
+        "2026-03-02 09:15:00 to 2026-03-03 00:10:00 UTC"
+    )
+
+
+def test_settings_are_shown_by_the_name_of_their_plugin(result):
+    assert dict(run.settings(result)) == {
+        "despike › window": "11",
+        "outliers › grubbs › alpha": "0.05",
+        "compensations › template_inverse › support_load_dependence": "0.01",
+        "primary": "template_inverse",
+    }
+
+
+def test_an_unfinished_no_load_run_is_said_above_the_number(result):
+    assert run.warnings(result) == ()
+    stopped = replace(result, no_load_run=replace(result.no_load_run, outcome="error"))
+    assert run.warnings(stopped) == (
+        "The no-load run ended as 'error', not as completed: it is no full test.",
+    )
