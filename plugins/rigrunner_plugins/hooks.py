@@ -7,25 +7,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import (
-    CompensationRecord,
-    DeviceRecord,
-    FitRecord,
-    OutlierRuleRecord,
-    hookimpl,
-)
+from rigrunner.api.hooks import CompensationRecord, DeviceRecord, hookimpl
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
-from rigrunner_plugins.fits.settings import InertiaPhysicalSettings, PolynomialSettings
-from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
+from rigrunner_plugins.fits.records import rigrunner_fits
+from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
+    from rigrunner.api.analysis import CompensationMethod
     from rigrunner.api.devices import Device, DeviceContext
-    from rigrunner.api.hooks import NoSettings
+
+__all__ = [
+    "rigrunner_compensations",
+    "rigrunner_devices",
+    "rigrunner_fits",
+    "rigrunner_outlier_rules",
+]
 
 
 @hookimpl
@@ -72,65 +72,6 @@ def _replay(settings: ReplaySettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.replay.device import Replay  # noqa: PLC0415  (numpy)
 
     return Replay(settings, context)
-
-
-@hookimpl
-def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
-    """Return the rules for gross errors."""
-    return [
-        OutlierRuleRecord(
-            name="grubbs",
-            help="Grubbs' test, repeated until it finds no gross error",
-            settings=GrubbsSettings,
-            factory=_grubbs,
-        ),
-        OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all),
-    ]
-
-
-def _grubbs(settings: GrubbsSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.grubbs import Grubbs  # noqa: PLC0415  (scipy)
-
-    return Grubbs(settings)
-
-
-def _keep_all(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.keep_all import keep_all  # noqa: PLC0415  (numpy)
-
-    return keep_all
-
-
-@hookimpl
-def rigrunner_fits() -> list[FitRecord]:
-    """Return the fits of torque over frequency."""
-    return [
-        FitRecord(
-            name="polynomial",
-            help="Least-squares polynomial; of degree 2 it is the paper's Eq. (1)",
-            settings=PolynomialSettings,
-            factory=_polynomial,
-        ),
-        FitRecord(
-            name="inertia_physical",
-            help="Support friction, damping and inertia from the drive's kinematics",
-            settings=InertiaPhysicalSettings,
-            factory=_inertia_physical,
-        ),
-    ]
-
-
-def _polynomial(settings: PolynomialSettings) -> Fit:
-    from rigrunner_plugins.fits.polynomial import PolynomialFit  # noqa: PLC0415  (numpy)
-
-    return PolynomialFit(settings)
-
-
-def _inertia_physical(settings: InertiaPhysicalSettings) -> Fit:
-    from rigrunner_plugins.fits.inertia_physical import (  # noqa: PLC0415  (numpy)
-        InertiaPhysicalFit,
-    )
-
-    return InertiaPhysicalFit(settings)
 
 
 @hookimpl

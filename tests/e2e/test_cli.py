@@ -20,7 +20,8 @@ LOADED = "starting_torque_1000n"
 NO_LOAD = "no_load_inertia_sweep"
 SHIPPED_PLUGINS = (
     *("swing_tester_sim", "swing_tester_ode", "replay"),
-    *("grubbs", "none", "polynomial", "inertia_physical"),
+    *("grubbs", "generalized_esd", "pauta", "chauvenet", "mad", "none"),
+    *("polynomial", "inertia_physical"),
     *("paper_peak", "template_inverse", "energy", "html"),
 )
 SWEEP = [1, 3, 5, 8, 10, 15, 18, 20, 25, 30, 33, 35]
