@@ -80,9 +80,9 @@ def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     """Return what neither inertia nor the support's known friction explains of one run."""
     frequency = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
-    twist = line.share * line.twist(mean.torque_nm, frequency)
+    twist = line.twist(mean.torque_nm, frequency)
     at_load = line.at_load(mean.torque_nm, frequency)
-    return at_load - inertial - friction.torque(frequency, twist)
+    return at_load - inertial - friction.torque(frequency, twist, line.share)
 
 
 def reversals(

@@ -27,13 +27,17 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner_plugins.compensations.bearing import Pair
+    from rigrunner_plugins.compensations.drive_line import DriveLine
     from rigrunner_plugins.compensations.settings import TemplateInverseSettings
 
 NONLINEAR_SLOPE = 4.0
 """Greatest slope of a parabolic error curve, in its greatest value over full scale."""
 
-METHOD_SHARE = 0.1
-"""Of what the compensation depends on where the friction acts; see `_method`."""
+PLACE = 0.1
+"""Of what the friction's place makes out: more than either rig model errs by, without noise."""
+
+COARSER = 0.75
+"""Of the harmonics: what changes with a quarter fewer of them is not resolved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +70,12 @@ class Budget:
             _rectangular("low-pass filter", self._refiltered(pair) - torque),
             _rectangular("inertia between the runs", self._inertia(pair)),
             _rectangular("support friction under load", self._support()),
-            self._method(pair),
+            _rectangular("place of the friction", self._place(pair)),
+            _rectangular("finite band", self._band(pair, torque)),
         )
 
     def _sensor(self, torque: float, pair: Pair) -> tuple[Component, ...]:
-        """Gain of the difference; of non-linearity what a smooth error curve can differ by.
+        """Return gain of the difference, and of non-linearity what a smooth error curve can differ.
 
         A constant offset, and drift between the runs, fall out of the mean of both strokes; what
         drifts within half a swing does not.
@@ -84,20 +89,15 @@ class Budget:
         )
 
     def _identification(self, pair: Pair) -> Component:
-        """fn, z, J and share as learned from the no-load sweep, with their covariance."""
-        values, steps = vector(self.rig.line), np.sqrt(np.diag(self.rig.covariance))
-        gradient = np.array(
-            [
-                (self._at(values + step, pair) - self._at(values - step, pair)) / 2 / step.sum()
-                for step in np.diag(steps)
-            ]
+        """Return the part of fn, z, J and share, with their covariance from the no-load sweep."""
+        line, u_values = self.rig.line, np.sqrt(np.diag(self.rig.covariance))
+        above, below = (
+            np.array([self._of(with_vector(line, vector(line) + s), pair) for s in np.diag(step)])
+            for step in (u_values, -u_values)
         )
+        gradient = (above - below) / (2 * u_values)
         u = sqrt(gradient @ self.rig.covariance @ gradient)
         return Component("resonance, damping, inertia", u, self.rig.dof, "normal", common=True)
-
-    def _at(self, values: Array, pair: Pair) -> float:
-        line = with_vector(self.rig.line, values)
-        return starting_torque(line, self.rig.friction, pair, self.settings.window)
 
     def _refiltered(self, pair: Pair) -> float:
         rig = self.refiltered
@@ -111,14 +111,21 @@ class Budget:
     def _support(self) -> float:
         return self.settings.support_load_dependence * self.rig.friction.level_nm
 
-    def _method(self, pair: Pair) -> Component:
-        """Return what remains between rig models."""
-        line, window = self.rig.line, self.settings.window
-        sprung, rigid = (
-            starting_torque(replace(line, share=share), self.rig.friction, pair, window)
-            for share in (1.0, 0.0)
-        )
-        return _rectangular("method", METHOD_SHARE * (sprung - rigid))
+    def _place(self, pair: Pair) -> float:
+        """Return what it may matter that friction follows the load or the drive.
+
+        `share` is learned from the support's friction alone, as one number: a part of the whole
+        difference stays open.
+        """
+        load, drive = (self._of(replace(self.rig.line, share=share), pair) for share in (1.0, 0.0))
+        return PLACE * (load - drive)
+
+    def _band(self, pair: Pair, torque: float) -> float:
+        line = self.rig.line
+        return self._of(replace(line, harmonics=round(COARSER * line.harmonics)), pair) - torque
+
+    def _of(self, line: DriveLine, pair: Pair) -> float:
+        return starting_torque(line, self.rig.friction, pair, self.settings.window)
 
 
 def _rectangular(name: str, half_width: float) -> Component:
@@ -126,6 +133,6 @@ def _rectangular(name: str, half_width: float) -> Component:
 
 
 def _repeatability(name: str, where: Reversals, without_each: Array) -> Component:
-    """Jackknife over the cycles of one run: what the greatest torque does without each of them."""
+    """Return the jackknife over the cycles of one run: what the torque is without each of them."""
     values = where.torque(without_each)
     return Component(name, jackknife(values), len(values) - 1, "normal", common=False)

@@ -21,12 +21,14 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import LowPass
 
-MAX_HARMONIC = 48
-"""What friction at a reversal still has, seen over a whole swing."""
+HARMONICS = 24
+"""Of the swing, up to which it is undone: enough for presliding over a fiftieth of the swing."""
 
-BAND_OVER_RESONANCE = 2.0
+TWIST_HARMONICS = 48
+"""Of the twist, where no resonance is undone, and so less noise amplified."""
+
 TAPER = 1.5
-MAX_GAIN = 10.0
+MAX_GAIN = 4.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class DriveLine:
     inertia_kgm2: float
     share: float
     low_pass: LowPass
+    harmonics: int = HARMONICS
 
     def filter(self, frequency_hz: Array) -> response.Response:
         """Return the response of the low-pass filter of the register."""
@@ -57,34 +60,28 @@ class DriveLine:
         k = self.inertia_kgm2 * (2 * pi * self.natural_hz) ** 2
         return np.asarray(k * (1 + 2j * self.damping_ratio * frequency_hz / self.natural_hz))
 
-    def band_hz(self, frequency_hz: float) -> float:
-        """Return up to where LP H is inverted in full, for swings of that frequency.
-
-        Twice the resonance holds what the friction's step excites; less if the swing's harmonics
-        end before, or the inverse would amplify noise more than tenfold.
-        """
-        band = min(BAND_OVER_RESONANCE * self.natural_hz, MAX_HARMONIC * frequency_hz)
-        tried = np.linspace(0.0, band, 400)
-        too_much = np.abs(self.sensor(tried)) < 1 / MAX_GAIN
-        return float(tried[np.argmax(too_much)]) if too_much.any() else band
-
     def at_load(self, sensor_nm: Array, frequency_hz: float) -> Array:
         """Return the torque on the inertia, J alpha + F, from the sensor's, shape (..., N)."""
         harmonic_hz = _harmonics(sensor_nm) * frequency_hz
-        band = self.band_hz(frequency_hz)
-        taper = response.raised_cosine(harmonic_hz, band, TAPER * band)
-        return response.apply(response.inverse(self.sensor(harmonic_hz), taper), sensor_nm)
+        undone = _undone(self.sensor(harmonic_hz), self.harmonics)
+        return response.apply(undone, sensor_nm)
 
     def twist(self, sensor_nm: Array, frequency_hz: float) -> Array:
-        """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N).
-
-        No resonance is undone here, so a wider band does no harm.
-        """
+        """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N)."""
         harmonic_hz = _harmonics(sensor_nm) * frequency_hz
-        band = min(BAND_OVER_RESONANCE * self.natural_hz, 2 * MAX_HARMONIC * frequency_hz)
-        taper = response.raised_cosine(harmonic_hz, band, TAPER * band)
-        stiffness = self.filter(harmonic_hz) * self.stiffness(harmonic_hz)
-        return response.apply(response.inverse(stiffness, taper), sensor_nm)
+        undone = _undone(self.filter(harmonic_hz), TWIST_HARMONICS)
+        return response.apply(undone / self.stiffness(harmonic_hz), sensor_nm)
+
+
+def _undone(through: response.Response, harmonics: int) -> response.Response:
+    """Return the inverse of a response at the harmonics 0, 1, 2, ...
+
+    In full up to that many, or to where it would amplify noise more than fourfold; then tapered.
+    """
+    too_little = np.flatnonzero(np.abs(through[:harmonics]) < 1 / MAX_GAIN)
+    band = float(too_little[0]) if len(too_little) else float(harmonics)
+    taper = response.raised_cosine(np.arange(len(through), dtype=float), band, TAPER * band)
+    return response.inverse(through, taper)
 
 
 def _harmonics(waveform: Array) -> Array:

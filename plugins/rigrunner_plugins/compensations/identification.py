@@ -41,8 +41,13 @@ if TYPE_CHECKING:
 HARMONICS = 72
 """Of each swing, if they lie below a quarter of the sampling rate."""
 
+MODEL_ERROR = 1e-4
+"""Of the torque's rms, in every harmonic: what the steps of an encoder and the non-linearity of a
+good transducer leave."""
+
 LEAST_FREQUENCIES = 4
-ROUNDS = 8
+ROUNDS = 6
+
 SHARE_PRIOR = (0.5, 1 / sqrt(12))
 """Nothing known: as likely anywhere from 0 to 1 (mean and standard deviation)."""
 
@@ -98,8 +103,9 @@ def identify(points: Sequence[SwingPoint], swing: Swing, low_pass: LowPass) -> I
     waveforms = [interpolated(robust_mean(p.torque_nm, p.kept)[0], swing.size) for p in points]
     for _ in range(ROUNDS):
         line, jacobian, residual = _solve(observed, line, twist_change)
-        friction = _friction(observed, line, twist_change, swing)
-        twist_change = _twist_change(observed, line, friction, waveforms)
+        twists = _twists(observed, line, waveforms)
+        friction = _friction(observed, line, twist_change, swing, twists)
+        twist_change = _twist_change(observed, friction, twists)
     return _identified(observed, line, friction, jacobian, residual)
 
 
@@ -113,11 +119,14 @@ def _observe(points: Sequence[SwingPoint], swing: Swing) -> _Observed:
 
 
 def _harmonics(point: SwingPoint) -> tuple[Complex, float]:
-    """Return the mean's harmonics and the standard uncertainty of one, over the kept cycles."""
+    """Return the mean's harmonics and the standard uncertainty of one.
+
+    From the scatter of the kept cycles, but no less than what any model errs by.
+    """
     mean, _ = robust_mean(point.torque_nm, point.kept)
     scatter = _spectrum(point.torque_nm[point.kept])
     variance = scatter.var(axis=0, ddof=1) / len(scatter)
-    return _spectrum(mean), float(np.sqrt(variance.mean()))
+    return _spectrum(mean), float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
 
 
 def _spectrum(waveform: Array) -> Complex:
@@ -192,24 +201,27 @@ def _solve(observed: _Observed, line: DriveLine, change: Complex) -> tuple[Drive
 
 
 def _friction(
-    observed: _Observed, line: DriveLine, change: Complex, swing: Swing
+    observed: _Observed, line: DriveLine, change: Complex, swing: Swing, twists: Sequence[Array]
 ) -> SupportFriction:
     basis, wanted = _linear(observed, line, change)
     coefficients = (np.linalg.pinv(basis) @ wanted[..., None])[..., 0]
     dry, growth = (_waveform(coefficients[:, i], swing.size) for i in (0, 1))
-    return make_friction(swing, dry, growth)
+    slowest = twists[int(np.argmin(observed.frequency_hz))]
+    return make_friction(swing, slowest, dry, growth)
+
+
+def _twists(observed: _Observed, line: DriveLine, waveforms: Sequence[Array]) -> tuple[Array, ...]:
+    frequencies = observed.frequency_hz[:, 0]
+    return tuple(line.twist(w, f) for f, w in zip(frequencies, waveforms, strict=True))
 
 
 def _twist_change(
-    observed: _Observed, line: DriveLine, friction: SupportFriction, waveforms: Sequence[Array]
+    observed: _Observed, friction: SupportFriction, twists: Sequence[Array]
 ) -> Complex:
     """Return the harmonics of what the full twist changes in the friction, shape (F, K)."""
     frequencies = observed.frequency_hz[:, 0]
     return np.array(
-        [
-            _spectrum(friction.change(f, line.twist(waveform, f)))
-            for f, waveform in zip(frequencies, waveforms, strict=True)
-        ]
+        [_spectrum(friction.change(f, t)) for f, t in zip(frequencies, twists, strict=True)]
     )
 
 

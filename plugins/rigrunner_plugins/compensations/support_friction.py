@@ -1,7 +1,7 @@
 """The support's friction, as the no-load sweep shows it, moved to where the load really is.
 
 No friction law: a dry part that depends on the way since the reversal, as presliding friction does
-(Dahl, 1968, and all its kin), and a part that grows with speed. What they look like is measured.
+(Dahl, 1968, and all its kin), and what grows with speed. What they look like is measured.
 """
 
 from __future__ import annotations
@@ -20,43 +20,55 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SupportFriction:
-    """Friction torque over the drive's swing, arrays of shape (n,): dry + |velocity| viscous."""
+    """Friction torque over the swing: dry (1 + growth |v|) + viscous v, at the load's velocity v.
+
+    `dry_nm` is as it is over the drive's phase, shape (n,), while the coupling twists by
+    `reference_twist_rad` (n,), that of a slow swing. `growth_s` is in s/rad,
+    `viscous_nms` in N·m·s/rad.
+    """
 
     swing: Swing
+    reference_twist_rad: Array
     dry_nm: Array
-    viscous_nms: Array
+    growth_s: float
+    viscous_nms: float
 
     @property
     def level_nm(self) -> float:
         """The dry friction of a stroke under way, in N·m: the median of its magnitude."""
         return float(np.median(np.abs(self.dry_nm)))
 
-    def torque(self, frequency_hz: float, twist_rad: Array) -> Array:
-        """Return the friction torque if the load lags the drive by the twist, shape (n,)."""
+    def torque(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
+        """Return the friction torque if the load lags the drive by the twist, shape (n,).
+
+        `share` is how much of a twist the friction takes part in.
+        """
         drive = self.swing.angle_rad
-        load = drive - twist_rad
-        speed = np.abs(self.swing.velocity_per_hz * frequency_hz - _rate(twist_rad, frequency_hz))
-        dry = at_same_distance(self.dry_nm, drive, load)
-        return dry + speed * at_same_distance(self.viscous_nms, drive, load)
+        known, load = drive - share * self.reference_twist_rad, drive - share * twist_rad
+        dry = at_same_distance(self.dry_nm, known, load)
+        velocity = self.swing.velocity_per_hz * frequency_hz
+        velocity = velocity - share * _rate(twist_rad, frequency_hz)
+        return dry * (1 + self.growth_s * np.abs(velocity)) + self.viscous_nms * velocity
 
     def change(self, frequency_hz: float, twist_rad: Array) -> Array:
-        """Return how much the twist changes the friction torque, shape (n,)."""
-        rigid = np.zeros_like(twist_rad)
-        return self.torque(frequency_hz, twist_rad) - self.torque(frequency_hz, rigid)
+        """Return how much the friction torque differs if all of it takes part, shape (n,)."""
+        full, none = (self.torque(frequency_hz, twist_rad, share) for share in (1.0, 0.0))
+        return full - none
 
 
-def make_friction(swing: Swing, dry_nm: Array, growth_nm_per_hz: Array) -> SupportFriction:
-    """Return the friction whose torque is dry + f growth if nothing twists, arrays (n,).
+def make_friction(
+    swing: Swing, reference_twist_rad: Array, dry_nm: Array, growth_nm_per_hz: Array
+) -> SupportFriction:
+    """Return the friction whose torque is dry + f growth at the reference twist, arrays (n,).
 
-    The growth is put down to speed, with the two shapes that it can have: that of the dry part
-    (friction that builds up over the same way) and that of the direction (a viscous torque, there
-    at once). Least squares over the swing gives the coefficient of each.
+    The growth is put down to speed in the two ways that it can have: friction that builds up over
+    the same way as the dry part, and a viscous torque, there at once. Least squares over the swing
+    gives the coefficient of each.
     """
-    speed = np.abs(swing.velocity_per_hz)
-    direction = np.sign(swing.velocity_per_hz)
-    basis = np.stack([speed * dry_nm, speed * direction], axis=1)
-    (like_dry, plain), *_ = np.linalg.lstsq(basis, growth_nm_per_hz, rcond=None)
-    return SupportFriction(swing, dry_nm, like_dry * dry_nm + plain * direction)
+    velocity = swing.velocity_per_hz
+    basis = np.stack([np.abs(velocity) * dry_nm, velocity], axis=1)
+    (growth, viscous), *_ = np.linalg.lstsq(basis, growth_nm_per_hz, rcond=None)
+    return SupportFriction(swing, reference_twist_rad, dry_nm, float(growth), float(viscous))
 
 
 def _rate(values: Array, frequency_hz: float) -> Array:

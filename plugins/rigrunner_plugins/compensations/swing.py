@@ -22,9 +22,9 @@ GRID = 4096
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """The samples between two reversals, in order: where they stand, and how far they have come.
+    """The samples from one reversal to before the next, in order, and how far they have come.
 
-    `distance_rad` is the angle since the reversal, which is the first sample; never falling.
+    `index` says where they stand; `distance_rad` is the angle since the reversal, never falling.
     """
 
     index: NDArray[np.intp]
@@ -72,8 +72,8 @@ def strokes(angle_rad: Array) -> tuple[Stroke, Stroke]:
     """Return the forward (rising) and the backward stroke of a periodic angle, shape (n,)."""
     size = len(angle_rad)
     lowest, highest = int(np.argmin(angle_rad)), int(np.argmax(angle_rad))
-    forward = (lowest + np.arange((highest - lowest) % size + 1)) % size
-    backward = (highest + np.arange((lowest - highest) % size + 1)) % size
+    forward = (lowest + np.arange((highest - lowest) % size)) % size
+    backward = (highest + np.arange((lowest - highest) % size)) % size
     return (
         Stroke(forward, np.maximum.accumulate(angle_rad[forward] - angle_rad[lowest])),
         Stroke(backward, np.maximum.accumulate(angle_rad[highest] - angle_rad[backward])),
