@@ -91,8 +91,9 @@ def test_noise_and_phase_do_not_depend_on_what_was_recorded_before():
     steady = {"sensors": {"drift": "0 N·m"}}
     alone, after = connect(**steady), connect(**steady)
     record(after, 35.0)
-    after.read(["torque", "load"])
     record(after, 20.0, 500.0)
+    after.set("load", 1000.0)
+    after.read(["torque", "load"])
     assert np.array_equal(record(alone), record(after))
 
 

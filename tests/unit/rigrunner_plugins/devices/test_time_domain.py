@@ -49,6 +49,21 @@ def test_it_agrees_with_an_adaptive_solver():
     assert np.abs(parts.shaft_torque(found.y[0], found.y[1]) - torque[::64]).max() < 1e-3
 
 
+def test_the_shaft_carries_inertia_and_all_frictions():
+    """Newton: shaft torque = J d2(angle)/dt2 + supports + (stick - overshoot) of the bearing."""
+    rig, hertz = OdeParameters(), 20.0
+    states = integrate.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, hertz, RATIO)
+    twist, rate, support, stick, overshoot = states.T
+    phase = 2 * np.pi * np.arange(len(states)) / len(states)
+    order = 2j * np.pi * hertz * np.arange(len(phase) // 2 + 1)
+    angle = np.fft.rfft(kinematics.swing_angle(phase, RATIO) - twist)
+    speed, acceleration = (np.fft.irfft(angle * order**k, len(phase)) for k in (1, 2))
+    friction = 0.805 * support + 0.27 * speed + (0.64 + 0.1568) * stick - 0.1568 * overshoot
+    angular = 2 * np.pi * 400.0
+    shaft = 0.00264 * (angular**2 * twist + 2 * 0.05 * angular * rate)
+    assert np.abs(shaft - 0.00264 * acceleration - friction).max() < 0.01
+
+
 def test_its_steps_are_fine_enough(monkeypatch):
     coarse = steady_state(OdeParameters(), 1000.0, 35.0)
     monkeypatch.setattr(integrate, "FEWEST_STEPS", 8192)
