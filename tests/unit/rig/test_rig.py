@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import closing
 
 import pytest
 
@@ -113,6 +114,31 @@ def test_stream_gives_the_blocks(non_blocking):
     assert (blocks[2].channels["torque"] == samples_of("torque", 200, 50)).all()
     ours = threading.current_thread().name
     assert device.threads == {ours if non_blocking else "device tester"}
+    rig.close()
+
+
+@pytest.mark.parametrize("non_blocking", [True, False])
+def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(non_blocking):
+    kept = []  # or else the collector of garbage might end the stream for us
+
+    class Tidy(FakeTester):
+        def stream(self, channels, duration_s, stop):
+            kept.append(self._tidy(channels, duration_s, stop))
+            return kept[0]
+
+        def _tidy(self, channels, duration_s, stop):
+            try:
+                yield from super().stream(channels, duration_s, stop)
+            finally:
+                self._told("stream ended")
+
+    device = Tidy(non_blocking=non_blocking)
+    rig = rig_of(device)
+    with closing(rig.stream("tester", ("torque",), 0.25, NEVER)) as blocks:
+        next(blocks)
+    rig.set("tester", "load", 0.0)
+    assert device.calls == ["stream", "block", "stream ended", "set load 0", "read_back load"]
+    assert len(device.threads) == 1
     rig.close()
 
 

@@ -53,19 +53,19 @@ def test_urgent_call_gets_through_while_another_hangs(caller):
 
 
 def test_urgent_call_waits_for_one_that_was_interrupted_but_ends(caller):
-    order: list[str] = []
+    caller.grace_s = 5.0
+    began, order = threading.Event(), []
 
     def slow() -> None:
-        time.sleep(0.02)
+        began.set()
+        time.sleep(0.05)
         order.append("slow")
 
-    caller._last = None
-    future_started = threading.Thread(target=lambda: caller.call("set", slow, 5))
-    future_started.start()
-    while caller._last is None:
-        time.sleep(0.001)
+    interrupted = threading.Thread(target=caller.call, args=("set", slow, 5))
+    interrupted.start()
+    assert began.wait(5)
     caller.call_urgently("make safe", lambda: order.append("safe"), 5)
-    future_started.join()
+    interrupted.join()
     assert order == ["slow", "safe"]
 
 
