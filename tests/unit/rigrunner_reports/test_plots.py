@@ -28,7 +28,7 @@ def points(result):
 
 def test_the_users_own_matplotlib_settings_change_nothing(result, points):
     plain = over_frequency(result, points).svg
-    with mpl.rc_context({"font.size": 30, "lines.linewidth": 9, "svg.fonttype": "none"}):
+    with mpl.rc_context({"font.size": 30, "axes.facecolor": "red", "svg.fonttype": "none"}):
         mine = dict(mpl.rcParams)
         assert over_frequency(result, points).svg == plain
         assert dict(mpl.rcParams) == mine

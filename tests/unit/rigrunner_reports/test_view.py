@@ -60,6 +60,17 @@ def test_raw_peak_and_rigs_part_have_no_more_digits_than_the_result(result, poin
     assert row.rig == f"{raw - TRUTH_NM - TEMPLATE_ERRORS[0]:.3f}"
 
 
+def test_a_column_has_the_decimals_that_all_its_rows_bear(result):
+    name = "template_inverse"
+    first, *others = result.compensations[name].points
+    surer = replace(first, torque=replace(first.torque, u=0.001))
+    compensation = replace(result.compensations[name], points=(surer, *others))
+    changed = replace(result, compensations={name: compensation})
+    rows = frequency_table(changed, set_points(report_input(changed))).rows
+    assert rows[0].cells[0].interval == "0.7232 ± 0.0020"
+    assert {len(row.rig.split(".")[1]) for row in rows} == {3}
+
+
 def test_rejected_cycles_are_counted_and_listed(result, points):
     row = next(row for row in frequency_table(result, points).rows if row.set_hz == "8")
     assert (row.peaks, row.swings) == ("29 / 1", "29 / 1")
