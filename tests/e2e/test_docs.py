@@ -9,6 +9,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import h5py
 import pytest
 import yaml
 
@@ -147,6 +148,22 @@ def test_every_command_and_option_is_on_its_page():
         options = {option for parameter in command.params for option in parameter.opts}
         wanted = {option for option in options if option.startswith("--")} - {"--help"}
         assert set(re.findall(r"^\| `(--[\w-]+)", section, re.MULTILINE)) == wanted, name
+
+
+def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
+    text = (ROOT / "docs/reference/run-file.md").read_text(encoding="utf-8")
+    paths = re.findall(r"^\| `(/[\w/*]*)` \|", text, re.MULTILINE)
+    with h5py.File(demo.loaded / "run.h5") as file:
+        there = {"/", *(f"/{name}" for name in names_of(file))}
+        assert file.attrs["rigrunner_format"] == 1
+    tops = {path for path in there if path.count("/") == 2} | {"/", "/entry"}
+    assert {path.removesuffix("/*") for path in paths} == tops
+
+
+def names_of(file):
+    names = []
+    file.visit(names.append)
+    return names
 
 
 @pytest.mark.parametrize(

@@ -65,10 +65,15 @@ def _lines(error: RigrunnerError) -> Iterator[str]:
     if not isinstance(error, InvalidFileError):
         yield from _problem_lines(Problem(error.message, error.location, hint=error.hint))
         return
-    for problem in error.problems:
+    for problem in sorted(error.problems, key=_place):
         yield from _problem_lines(problem)
     if len(error.problems) > 1:
         yield f"{len(error.problems)} problems found"
+
+
+def _place(problem: Problem) -> tuple[str, int, int]:
+    where = problem.location
+    return (where.file, where.line or 0, where.column or 0) if where else ("", 0, 0)
 
 
 def _problem_lines(problem: Problem) -> Iterator[str]:

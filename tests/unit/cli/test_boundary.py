@@ -35,18 +35,18 @@ def test_an_error_shows_place_message_and_hint(capsys):
     assert captured.out == ""
 
 
-def test_all_problems_of_a_file_are_shown(capsys):
+def test_all_problems_of_a_file_are_shown_in_its_order(capsys):
     problems = [
+        Problem("no unit", Location("a.yaml", 12, 1)),
         Problem(
             "unknown key 'lod'", Location("a.yaml", 3, 7), "main[0].set", "did you mean 'load'?"
         ),
-        Problem("no unit", Location("a.yaml", 9, 1)),
     ]
     assert run_command(raising(InvalidFileError(problems)), []) == ExitCode.INVALID
     assert capsys.readouterr().err.splitlines() == [
         "a.yaml:3:7: error: main[0].set: unknown key 'lod'",
         "  hint: did you mean 'load'?",
-        "a.yaml:9:1: error: no unit",
+        "a.yaml:12:1: error: no unit",
         "2 problems found",
     ]
 
