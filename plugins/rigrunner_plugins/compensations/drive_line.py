@@ -1,10 +1,11 @@
 """The drive line between torque sensor and load: inertia behind a springy, damped coupling.
 
-    sensor = LP H (J alpha + F),  H = (1 + 2 z q)/(1 + 2 z q + q^2),  q = j f / fn
+    sensor = LP D H (J alpha + F),  H = (1 + 2 z q)/(1 + 2 z q + q^2),  q = j f / fn
 
 alpha is the drive's acceleration and F the friction that acts on the inertia: one degree of
-freedom with a moving base (Den Hartog, Mechanical Vibrations). All waveforms are periodic, one
-swing at N phases; their n-th harmonic has the frequency n f.
+freedom with a moving base (Den Hartog, Mechanical Vibrations). D is a delay of the torque channel
+behind the angle channel. All waveforms are periodic, one swing at N phases; their n-th harmonic has
+the frequency n f.
 """
 
 from __future__ import annotations
@@ -43,17 +44,20 @@ class DriveLine:
     damping_ratio: float
     inertia_kgm2: float
     share: float
+    delay_s: float
     low_pass: LowPass
     harmonics: int = HARMONICS
 
-    def filter(self, frequency_hz: Array) -> response.Response:
-        """Return the response of the low-pass filter of the register."""
-        return response.butterworth(frequency_hz, self.low_pass.corner, self.low_pass.order)
+    def channel(self, frequency_hz: Array) -> response.Response:
+        """Return the response of the torque channel: the register's low-pass filter, and delay."""
+        delay = np.exp(-2j * pi * frequency_hz * self.delay_s)
+        low_pass = response.butterworth(frequency_hz, self.low_pass.corner, self.low_pass.order)
+        return low_pass * delay
 
     def sensor(self, frequency_hz: Array) -> response.Response:
-        """Return sensor over torque on the inertia, LP H."""
+        """Return sensor over torque on the inertia, LP D H."""
         resonance = response.torsional_resonance(frequency_hz, self.natural_hz, self.damping_ratio)
-        return self.filter(frequency_hz) * resonance
+        return self.channel(frequency_hz) * resonance
 
     def stiffness(self, frequency_hz: Array) -> response.Response:
         """Return the coupling's torque over its twist, k + j w c, in N·m/rad."""
@@ -69,7 +73,7 @@ class DriveLine:
     def twist(self, sensor_nm: Array, frequency_hz: float) -> Array:
         """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N)."""
         harmonic_hz = _harmonics(sensor_nm) * frequency_hz
-        undone = _undone(self.filter(harmonic_hz), TWIST_HARMONICS)
+        undone = _undone(self.channel(harmonic_hz), TWIST_HARMONICS)
         return response.apply(undone / self.stiffness(harmonic_hz), sensor_nm)
 
 

@@ -2,11 +2,11 @@
 
 Every harmonic k of the torque at every frequency f obeys
 
-    X_k(f) = LP H(k f) (J alpha_k f^2 + A_k + B_k f + share W_k(f))
+    X_k(f) = LP D H(k f) (J alpha_k f^2 + A_k + B_k f + share W_k(f))
 
-where LP is known, alpha the kinematics', A + B f the support's friction of any shape, and W what
-it changes because the coupling twists (`support_friction`). For given fn, z, J and share the A_k
-and B_k follow by linear least squares, each harmonic on its own, so that only four unknowns are
+where LP is known, D a delay, alpha the kinematics', A + B f the support's friction of any shape, and W what
+it changes because the coupling twists (`support_friction`). For given fn, z, J, share and delay the A_k
+and B_k follow by linear least squares, each harmonic on its own, so that only five unknowns are
 searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10(2), 1973). W needs a
 result and is renewed until it stays.
 """
@@ -51,7 +51,9 @@ ROUNDS = 6
 SHARE_PRIOR = (0.5, 1 / sqrt(12))
 """Nothing known: as likely anywhere from 0 to 1 (mean and standard deviation)."""
 
-BOUNDS = ([1.0, 1e-4, 1e-9, -1.0], [1e5, 1.0, inf, 2.0])
+UNKNOWNS = ("natural_hz", "damping_ratio", "inertia_kgm2", "share", "delay_s")
+BOUNDS = ([1.0, 1e-4, 1e-9, -1.0, -0.01], [1e5, 1.0, inf, 2.0, 0.01])
+DELAY_SCALE_S = 1e-5
 START_HZ = np.geomspace(60.0, 2500.0, 75)
 START_DAMPING = (0.02, 0.06, 0.15)
 
@@ -60,7 +62,7 @@ START_DAMPING = (0.02, 0.06, 0.15)
 class Identified:
     """What the no-load sweep says of the rig.
 
-    `covariance` is that of (fn, z, J, share), shape (4, 4), with the degrees of freedom of the
+    `covariance` is that of (fn, z, J, share, delay), shape (5, 5), with the degrees of freedom of the
     residual; `misfit` is the residual's rms over what the scatter of the cycles lets expect.
     """
 
@@ -146,7 +148,7 @@ def _start(observed: _Observed, low_pass: LowPass) -> DriveLine:
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
     inertia = abs(observed.harmonics[top, 0].imag / inertial.imag)
     lines = [
-        DriveLine(hz, damping, inertia, 0.0, low_pass)
+        DriveLine(hz, damping, inertia, 0.0, 0.0, low_pass)
         for hz in START_HZ
         for damping in START_DAMPING
     ]
@@ -173,16 +175,13 @@ def _residual(observed: _Observed, line: DriveLine, change: Complex) -> Array:
 
 
 def vector(line: DriveLine) -> Array:
-    """Return (fn, z, J, share), in the order of `Identified.covariance`."""
-    return np.array([line.natural_hz, line.damping_ratio, line.inertia_kgm2, line.share])
+    """Return (fn, z, J, share, delay), in the order of `Identified.covariance`."""
+    return np.array([getattr(line, name) for name in UNKNOWNS])
 
 
 def with_vector(line: DriveLine, values: Array) -> DriveLine:
-    """Return the drive line with other values of (fn, z, J, share)."""
-    natural, damping, inertia, share = map(float, values)
-    return replace(
-        line, natural_hz=natural, damping_ratio=damping, inertia_kgm2=inertia, share=share
-    )
+    """Return the drive line with other values of (fn, z, J, share, delay)."""
+    return replace(line, **dict(zip(UNKNOWNS, map(float, values), strict=True)))
 
 
 def _solve(observed: _Observed, line: DriveLine, change: Complex) -> tuple[DriveLine, Array, Array]:
@@ -194,7 +193,7 @@ def _solve(observed: _Observed, line: DriveLine, change: Complex) -> tuple[Drive
     solution = least_squares(
         residual,
         vector(line),
-        x_scale=[line.natural_hz, line.damping_ratio, line.inertia_kgm2, 1.0],
+        x_scale=[line.natural_hz, line.damping_ratio, line.inertia_kgm2, 1.0, DELAY_SCALE_S],
         bounds=BOUNDS,
     )
     return with_vector(line, solution.x), np.asarray(solution.jac), solution.fun

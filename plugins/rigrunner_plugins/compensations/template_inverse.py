@@ -122,6 +122,7 @@ def _parameters(rig: Identified) -> Mapping[str, Estimate]:
         "damping ratio": "1",
         "inertia": "kg·m²",
         "share of twist in friction": "1",
+        "delay of torque behind angle": "s",
     }
     u = np.sqrt(np.diag(rig.covariance))
     return {
