@@ -20,6 +20,7 @@ MILLI = 1e3
 MISSING = "\N{EM DASH}"
 MANY_DOF = 1e4
 LEAST_MILLI = 0.01
+LEAST_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,8 @@ def _part(component: Component | None, point: CompensatedPoint) -> Part:
         return Part(MISSING, MISSING, 0.0)
     total = sum(part.u**2 for part in point.components)
     share = 100 * component.u**2 / total if total > 0 else 0.0
-    return Part(_milli(component.u), f"{share:.0f} %", round(share, 1))
+    shown = "< 1 %" if 0 < share < LEAST_SHARE else f"{share:.0f} %"
+    return Part(_milli(component.u), shown, round(share, 1))
 
 
 def _milli(u_nm: float) -> str:
