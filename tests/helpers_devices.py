@@ -211,7 +211,14 @@ def run(
 class NthCall:
     """Raises at the nth call that it is told of (counting from 0), and only then."""
 
-    def __init__(self, number: int, error: BaseException, never: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        number: int,
+        error: BaseException,
+        never: Sequence[str] = (),
+        then: Callable[[object], object] = lambda _: None,
+    ) -> None:
+        self.then = then
         self.left = number
         self.error = error
         self.never = tuple(never)
@@ -224,3 +231,4 @@ class NthCall:
         if self.left == -1:
             self.raised_at = str(what)
             raise self.error
+        self.then(what)

@@ -74,17 +74,20 @@ class Rig:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
+        self.make_safe()
         try:
-            self.make_safe()
-        finally:
             self.close()
+        except Exception as second:
+            if error is None:
+                raise
+            error.add_note(f"closing the rig failed too: {second}")
 
     def connect(self) -> dict[str, Identity]:
         """Connect all and return who answered; if one fails, make safe and close all, and raise."""
         try:
             return {role: self._connect(role) for role in self.devices}
-        except BaseException:
-            self.__exit__(None, None, None)
+        except BaseException as error:
+            self.__exit__(type(error), error, None)
             raise
 
     def set(self, role: str, drive: str, value: float) -> float:

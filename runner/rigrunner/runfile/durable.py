@@ -20,10 +20,11 @@ def temporary(path: Path) -> Path:
     return path.with_name(path.name + ".tmp")
 
 
-def publish(path: Path) -> None:
-    """Sync the temporary file of `path`, make it read-only, and rename it, durably."""
+def publish(path: Path, *, read_only: bool) -> None:
+    """Sync the temporary file of `path`, and rename it, durably."""
     sync_file(temporary(path))
-    temporary(path).chmod(READ_ONLY)
+    if read_only:
+        temporary(path).chmod(READ_ONLY)
     temporary(path).replace(path)
     sync_folder(path.parent)
 

@@ -25,12 +25,12 @@ _LONGEST_ATTRIBUTE = 32_000
 
 
 @contextmanager
-def new_file(path: Path) -> Iterator[h5py.File]:
+def new_file(path: Path, *, read_only: bool = False) -> Iterator[h5py.File]:
     """Give an HDF5 file that appears under its name whole and durable, or not at all."""
     with writing(path):
         with h5py.File(temporary(path), "w", libver=("earliest", "v110")) as file:
             yield file
-        publish(path)
+        publish(path, read_only=read_only)
 
 
 @contextmanager

@@ -46,7 +46,7 @@ class Record:
 
 
 class JournalWriter:
-    """Appends records. Raises OSError; a record that could not be written whole is taken back."""
+    """Appends records. A record that was not written whole is taken back; raises OSError."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -62,7 +62,7 @@ class JournalWriter:
         try:
             for part in (head, *parts):
                 self._write(part)
-        except OSError:
+        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             with suppress(OSError):
                 self._file.seek(self._end)
                 self._file.truncate()

@@ -45,7 +45,7 @@ def seal(
     journal = read_journal(files)
     for samples in unfolded(files):
         fold(files, samples, journal.events)
-    with new_file(files.sealed_file) as file:
+    with new_file(files.sealed_file, read_only=True) as file:
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: FORMAT})
         entry = new_group(file, ENTRY, "NXentry")
         _write_loose(entry, files)

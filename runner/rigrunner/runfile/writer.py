@@ -92,6 +92,7 @@ class RunWriter:
             self._events.sync()
 
     def _begin_recording(self, event: StepStarted) -> None:
+        self._close_samples()
         self._append(event)
         self._events.sync()
         self._recordings += 1

@@ -53,6 +53,14 @@ def test_failed_connect_names_the_role_and_leaves_all_safe_and_closed():
     assert "connect" not in third.calls
 
 
+def test_error_while_closing_stands_beside_the_first_one():
+    unplugged = FakeTester(before=raising(DeviceNotFoundError("nothing at COM3"), at="connect"))
+    broken = FakeTester(before=raising(DeviceLostError("cable"), at="close"))
+    with pytest.raises(DeviceNotFoundError) as caught:
+        rig_of(unplugged, broken).connect()
+    assert caught.value.__notes__ == ["closing the rig failed too: oven: cable"]
+
+
 def test_set_gives_the_read_back():
     device = FakeTester(read_back_offset=-3.0)
     assert rig_of(device).set("tester", "load", 1000.0) == 997.0

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_devices import NthCall
 from helpers_runfile import (
     assert_same_recording,
     disk_full_beyond,
@@ -85,6 +86,18 @@ def test_record_that_did_not_fit_is_taken_back(tmp_path):
     writer.append(Kind.EVENT, b"first")
     with disk_full_beyond(1000), pytest.raises(OSError, match="File too large"):
         writer.append(Kind.BLOCK, b"x" * 600, b"y" * 600)
+    writer.append(Kind.EVENT, b"last")
+    writer.close()
+    assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
+
+
+def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
+    writer = JournalWriter(tmp_path / "a.journal")
+    writer.append(Kind.EVENT, b"first")
+    write = writer._write
+    monkeypatch.setattr(writer, "_write", NthCall(1, KeyboardInterrupt(), then=write))
+    with pytest.raises(KeyboardInterrupt):
+        writer.append(Kind.EVENT, b"cut")
     writer.append(Kind.EVENT, b"last")
     writer.close()
     assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]

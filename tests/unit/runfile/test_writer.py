@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import gc
+
 import pytest
 
 from helpers_devices import FakeTester, Listener, run
@@ -15,7 +17,7 @@ from helpers_runfile import (
 )
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome, StepEnded
-from rigrunner.runfile import RunWriter, read, read_truth
+from rigrunner.runfile import RunWriter, read, read_truth, seal
 
 
 def test_what_the_engine_records_is_stored_whole(tmp_path):
@@ -81,6 +83,34 @@ def test_full_disk_ends_an_engine_run_in_order(tmp_path):
     assert summary.safe
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
     assert read(tmp_path / "run").info.outcome == "error"
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_sealing_on_a_full_disk_is_told_and_can_be_done_again(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        run(FakeTester(), critical=[writer])
+    with disk_full_beyond(20_000), pytest.raises(DataError, match="cannot write"):
+        seal(tmp_path / "run")
+    gc.collect()  # HDF5 complains once more when it lets go of the file: here, not in a later test
+    before = read(tmp_path / "run")
+    assert len(before.recordings) == 2
+    seal(tmp_path / "run")
+    assert read(tmp_path / "run").digest == before.digest
+
+
+def test_interrupt_while_a_recording_is_folded_loses_nothing(tmp_path, monkeypatch):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        with monkeypatch.context() as patched:
+            patched.setattr("rigrunner.runfile.writer.fold", _interrupted)
+            summary = run(FakeTester(), critical=[writer])
+        writer.seal()
+    assert summary.outcome is Outcome.ABORTED
+    stored = read(tmp_path / "run")
+    assert (stored.info.outcome, stored.info.recording_names) == ("aborted", ("001_10Hz",))
+
+
+def _interrupted(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def test_folder_that_is_gone_is_told(tmp_path):
