@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,6 +11,11 @@ from rigrunner.api.errors import PluginError
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs
 from rigrunner.registry import HOOK_OF_KIND, Plugin, Registry, load_registry
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    Schema = Mapping[str, Any]
 
 
 @click.command(name="plugins")
@@ -54,19 +59,27 @@ def _listing(registry: Registry) -> list[str]:
 def _details(plugin: Plugin) -> str:
     head = f"{_words(plugin.kind)} '{plugin.record.name}' of {plugin.provider}"
     schema = plugin.record.settings.model_json_schema()
-    required = set(schema.get("required", ()))
-    rows = [
-        (f"  {name}", _setting(spec, required=name in required))
-        for name, spec in schema.get("properties", {}).items()
-    ]
+    rows = [(f"  {name}", said) for name, said in _settings(schema, schema.get("$defs", {}))]
     return f"{head}\n{plugin.record.help}\n\n{pairs(rows) if rows else '  nothing to set'}"
 
 
-def _setting(spec: dict[str, Any], *, required: bool) -> str:
+def _settings(schema: Schema, models: Schema, within: str = "") -> Iterator[tuple[str, str]]:
+    """Yield each setting by its dotted name, those of nested models too, and what it may be."""
+    required = schema.get("required", ())
+    for name, spec in schema.get("properties", {}).items():
+        nested = models.get(spec.get("$ref", "").rpartition("/")[2])
+        if nested is None:
+            yield f"{within}{name}", _setting(spec, required=name in required)
+        else:
+            yield from _settings(nested, models, f"{within}{name}.")
+
+
+def _setting(spec: Schema, *, required: bool) -> str:
     words = spec.get("description") or str(spec.get("type", ""))
     choices = spec.get("enum")
     said = " | ".join(str(choice) for choice in choices) if choices else words
-    return f"{said} (required)" if required else f"{said} (default: {spec.get('default')})"
+    ending = "required" if required else f"default: {spec.get('default')}"
+    return f"{said} ({ending})"
 
 
 def _document(plugin: Plugin) -> dict[str, Any]:
