@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -89,6 +89,37 @@ class Curve(Protocol):
 
         Raises DataError outside `valid_x`.
         """
+        ...
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One of the curves that a fit chose from."""
+
+    formula: str
+    parameters: int
+    """How many coefficients it has."""
+    score: float
+    """By the criterion, less is better; nan where the curve could not be fitted."""
+    residual_s: float
+    """The residual standard deviation, in the unit of y; nan where there is none."""
+    chosen: bool = False
+    problem: str = ""
+    """Why the curve could not be fitted."""
+
+
+@runtime_checkable
+class Chosen(Protocol):
+    """What a Curve can have besides: the candidates that it was chosen from."""
+
+    @property
+    def criterion(self) -> str:
+        """What the candidates were compared by, such as 'AICc'."""
+        ...
+
+    @property
+    def candidates(self) -> Sequence[Candidate]:
+        """All that were tried, in the order of the procedure, the chosen one among them."""
         ...
 
 
