@@ -55,10 +55,18 @@ class FittedCurve:
         return value, np.linalg.norm(spread, axis=1)
 
 
-def r_squared(y: Array, residuals: Array, *, about_mean: bool = True) -> float:
-    """Return 1 - RSS/TSS of values and residuals of shape (n,); nan where y does not vary.
+def r_squared(
+    y: Array, residuals: Array, *, roots: Array | None = None, about_mean: bool = True
+) -> float:
+    """Return 1 - RSS/TSS of y and residuals of shape (n,); nan where y does not vary.
 
-    Without an intercept the total is taken about zero, as NIST's StRD does.
+    `roots` are the square roots of the weights. Without an intercept the total is taken about
+    zero, as NIST's StRD does.
     """
-    total = float(np.sum((y - (y.mean() if about_mean else 0.0)) ** 2))
-    return 1 - float(np.sum(residuals**2)) / total if total > 0 else float("nan")
+    weights = np.ones(len(y)) if roots is None else roots**2
+    centre = np.average(y, weights=weights) if about_mean else 0.0
+    total = float(np.sum(weights * (y - centre) ** 2))
+    rounding = len(y) * (np.finfo(np.float64).eps * np.abs(y).max()) ** 2
+    if total <= rounding:
+        return float("nan")
+    return 1 - float(np.sum(weights * residuals**2)) / total

@@ -35,6 +35,7 @@ from rigrunner.signal.kinematics import (
 )
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import Solution, solve
+from rigrunner_plugins.fits.weights import root_weights
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
@@ -54,27 +55,28 @@ class InertiaPhysicalFit:
 
     def __call__(self, points: Points) -> FittedCurve:
         """Return the fitted curve; raise DataError where the points do not allow it."""
-        parameters = self._start(points)
+        roots = root_weights(points, weighted=self.settings.weighted)
+        parameters = self._start(points, roots)
         for _ in range(ITERATIONS):
             value, gradient = self._peak(points.x, parameters)
-            solution = _solve(gradient, points.y - value)
+            solution = solve(gradient * roots[:, None], (points.y - value) * roots)
             step = solution.coefficients.astype(np.float64)
             parameters = parameters + step
             if np.all(np.abs(step) <= STEP_TOLERANCE * np.abs(parameters).max()):
                 _refuse_unphysical(parameters)
-                return self._curve(points, parameters, solution)
+                return self._curve(points, roots, parameters, solution)
         raise DataError("the physical fit does not converge", hint=_HINT)
 
     @property
     def _ratio(self) -> float:
         return self.settings.eccentric / self.settings.centre_distance
 
-    def _start(self, points: Points) -> Array:
+    def _start(self, points: Points, roots: Array) -> Array:
         """Return T0, b, J of the linear fit with omega and alpha at their own maxima."""
         omega = max_velocity(1.0, self._ratio) * points.x
         alpha = max_acceleration(1.0, self._ratio) * points.x**2
         design = np.column_stack([np.ones_like(omega), omega, alpha])
-        start = _solve(design, points.y).coefficients.astype(np.float64)
+        start = solve(design * roots[:, None], points.y * roots).coefficients.astype(np.float64)
         return np.maximum(start, [0.0, 1e-3 * abs(start[0]), 0.0])
 
     def _peak(self, frequency_hz: Array, parameters: Array) -> tuple[Array, Array]:
@@ -101,8 +103,10 @@ class InertiaPhysicalFit:
         refined: Array = grid[best] + np.clip(shift, -1, 1) * (grid[1] - grid[0])
         return refined
 
-    def _curve(self, points: Points, parameters: Array, solution: Solution) -> FittedCurve:
-        root = solution.residual_s * solution.factor
+    def _curve(
+        self, points: Points, roots: Array, parameters: Array, solution: Solution
+    ) -> FittedCurve:
+        root = (solution.residual_s * solution.factor).astype(np.float64)
         residuals = points.y - self._peak(points.x, parameters)[0]
 
         def value_and_spread(x: Array) -> tuple[Array, Array]:
@@ -118,7 +122,7 @@ class InertiaPhysicalFit:
             dof=float(solution.dof),
             residuals=residuals,
             residual_s=solution.residual_s,
-            r_squared=r_squared(points.y, residuals),
+            r_squared=r_squared(points.y, residuals, roots=roots),
             valid_x=(float(points.x.min()), float(points.x.max())),
             value_and_spread=value_and_spread,
         )
@@ -133,7 +137,3 @@ def _refuse_unphysical(parameters: Array) -> None:
             f"{inertia:.3g} kg·m², which no rig has",
             hint=_HINT,
         )
-
-
-def _solve(design: Array, y: Array) -> Solution:
-    return solve(design.astype(np.longdouble), y.astype(np.longdouble))

@@ -1,4 +1,4 @@
-"""Linear least squares that keeps its digits: QR with refinement in extended precision."""
+"""Linear least squares that keeps its digits: orthogonalisation in extended precision."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 Extended = NDArray[np.longdouble]
+"""Of 64 bits or more on Linux; where the platform's long double is a double, digits are fewer."""
 
-REFINEMENTS = 10
 RANK_TOLERANCE = 1e-12
-"""Of the largest: a smaller pivot of the scaled design means that its columns are dependent."""
+"""Of a column's length: what is left of it beside the columns before it, or it depends on these."""
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The least-squares solution of `design @ coefficients = y`.
+    """The least-squares solution of `design @ coefficients = y`, in extended precision.
 
-    `coefficients` (p,) and `residuals` (n,) in extended precision; `factor` (p, p) with
-    factor @ factor.T = inverse of design.T @ design.
+    `coefficients` (p,) and `residuals` (n,); `factor` (p, p) with factor @ factor.T = inverse of
+    design.T @ design.
     """
 
     coefficients: Extended
     residuals: Extended
-    factor: Array
+    factor: Extended
 
     @property
     def dof(self) -> int:
@@ -43,30 +43,26 @@ class Solution:
         return float(np.sqrt(np.sum(self.residuals**2) / self.dof))
 
 
-def solve(design: Extended, y: Extended) -> Solution:
+def solve(design: Extended | Array, y: Extended | Array) -> Solution:
     """Minimise |y - design @ c| for a design of shape (n, p) and y of shape (n,).
 
-    Householder QR of the column-scaled design; the solution and its residual are refined together
-    through the augmented system (Björck, BIT 7, 1967). Raises DataError where n <= p, where a value
-    is not finite, or where the columns are dependent.
+    Modified Gram-Schmidt on the column-scaled design with y beside it, which is as stable as
+    Householder's QR (Björck, BIT 7, 1967). The rounding error of the scaled coefficients is about
+    k eps of their size or, if larger, of their standard uncertainty; k is the condition number of
+    the scaled design, eps the extended precision. Raises DataError where n <= p, where a value is
+    not finite, or where the columns are dependent.
     """
     _check(design, y)
-    scale = np.sqrt(np.sum(design**2, axis=0))
+    columns, values = design.astype(np.longdouble), y.astype(np.longdouble)
+    scale = np.sqrt(np.sum(columns**2, axis=0))
     scale[scale == 0] = 1
-    scaled = design / scale
-    q, r = np.linalg.qr(scaled.astype(np.float64))
-    pivots = np.abs(np.diag(r))
-    if pivots.min() <= RANK_TOLERANCE * pivots.max():
-        raise DataError(
-            "the points do not determine all coefficients of the fit",
-            hint="use more different values of x, or a simpler fit",
-        )
-    coefficients, residuals = _refined(scaled, y, q, r)
-    factor = np.linalg.inv(r) / scale.astype(np.float64)[:, None]
-    return Solution(coefficients / scale, residuals, factor)
+    r, projection = _orthogonalised(columns / scale, values)
+    inverse = _back_substituted(r, np.eye(len(r), dtype=np.longdouble))
+    coefficients = _back_substituted(r, projection[:, None])[:, 0] / scale
+    return Solution(coefficients, values - columns @ coefficients, inverse / scale[:, None])
 
 
-def _check(design: Extended, y: Extended) -> None:
+def _check(design: Extended | Array, y: Extended | Array) -> None:
     n, p = design.shape
     if n <= p:
         raise DataError(f"{n} points cannot give {p} coefficients with their uncertainty")
@@ -74,15 +70,27 @@ def _check(design: Extended, y: Extended) -> None:
         raise DataError("a point of the fit is not a finite number")
 
 
-def _refined(design: Extended, y: Extended, q: Array, r: Array) -> tuple[Extended, Extended]:
-    """Solve residual + design @ c = y, design.T @ residual = 0 by iterative refinement."""
-    coefficients = np.zeros(design.shape[1], np.longdouble)
-    residuals = np.zeros(len(y), np.longdouble)
-    for _ in range(REFINEMENTS):
-        misfit = (y - residuals - design @ coefficients).astype(np.float64)
-        slope = (-(design.T @ residuals)).astype(np.float64)
-        along = np.linalg.solve(r.T, slope)
-        projected = q.T @ misfit
-        residuals = residuals + (misfit + q @ (along - projected))
-        coefficients = coefficients + np.linalg.solve(r, projected - along)
-    return coefficients, residuals
+def _orthogonalised(design: Extended, y: Extended) -> tuple[Extended, Extended]:
+    """Return R (p, p) of design = Q R, and Q.T @ y (p,); columns of design have unit length."""
+    p = design.shape[1]
+    q = np.column_stack([design, y])
+    r = np.zeros((p, p + 1), np.longdouble)
+    for k in range(p):
+        r[k, k] = np.sqrt(np.sum(q[:, k] ** 2))
+        if r[k, k] <= RANK_TOLERANCE:
+            raise DataError(
+                "the points do not determine all coefficients of the fit",
+                hint="use more different values of x, or a simpler fit",
+            )
+        q[:, k] /= r[k, k]
+        r[k, k + 1 :] = q[:, k] @ q[:, k + 1 :]
+        q[:, k + 1 :] -= np.outer(q[:, k], r[k, k + 1 :])
+    return r[:, :p], r[:, p]
+
+
+def _back_substituted(r: Extended, right: Extended) -> Extended:
+    """Return the solution (p, m) of R @ solution = right, for an upper triangle R (p, p)."""
+    solution = np.zeros_like(right)
+    for k in reversed(range(len(r))):
+        solution[k] = (right[k] - r[k, k + 1 :] @ solution[k + 1 :]) / r[k, k]
+    return solution

@@ -5,10 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import FitRecord, hookimpl
-from rigrunner_plugins.fits.settings import InertiaPhysicalSettings, PolynomialSettings
+from rigrunner_plugins.fits.settings import (
+    AiccSettings,
+    BasisSettings,
+    InertiaPhysicalSettings,
+    PolynomialSettings,
+)
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Fit
+    from rigrunner.api.hooks import NoSettings
 
 
 @hookimpl
@@ -27,6 +33,23 @@ def rigrunner_fits() -> list[FitRecord]:
             settings=InertiaPhysicalSettings,
             factory=_inertia_physical,
         ),
+        FitRecord(
+            name="basis",
+            help="Least squares of chosen powers of the frequency",
+            settings=BasisSettings,
+            factory=_basis,
+        ),
+        FitRecord(
+            name="aicc",
+            help="The best of some sets of powers, by the corrected Akaike criterion",
+            settings=AiccSettings,
+            factory=_aicc,
+        ),
+        FitRecord(
+            name="pchip",
+            help="Monotone cubic through every point; no model, and no smoothing",
+            factory=_pchip,
+        ),
     ]
 
 
@@ -42,3 +65,21 @@ def _inertia_physical(settings: InertiaPhysicalSettings) -> Fit:
     )
 
     return InertiaPhysicalFit(settings)
+
+
+def _basis(settings: BasisSettings) -> Fit:
+    from rigrunner_plugins.fits.basis import BasisFit  # noqa: PLC0415  (numpy)
+
+    return BasisFit(settings)
+
+
+def _aicc(settings: AiccSettings) -> Fit:
+    from rigrunner_plugins.fits.aicc import AiccFit  # noqa: PLC0415  (numpy)
+
+    return AiccFit(settings)
+
+
+def _pchip(_: NoSettings) -> Fit:
+    from rigrunner_plugins.fits.pchip import interpolate  # noqa: PLC0415  (scipy)
+
+    return interpolate

@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from rigrunner_plugins.outlier_rules.settings import GeneralizedEsdSettings
 
 
+LEAST_PER_ERROR = 5
+"""In a small sample the test rejects good values more often than alpha says, the more the more
+errors it looks for; so it looks for one among five values at most."""
+
+
 @dataclass(frozen=True)
 class GeneralizedEsd:
     """The two-sided test; satisfies `rigrunner.api.analysis.OutlierRule`."""
@@ -42,8 +47,7 @@ class GeneralizedEsd:
         A masked one carries its own statistic, which need not exceed its critical value; that of
         the last one does.
         """
-        fewer_than_half = (len(values) - 1) // 2
-        at_most = max(0, min(self.settings.at_most, fewer_than_half))
+        at_most = max(1, min(self.settings.at_most, len(values) // LEAST_PER_ERROR))
         found = list(islice(suspects("generalized_esd", values, self._suspect), at_most))
         exceeding = [count for count, each in enumerate(found, 1) if exceeds(each)]
         return found[: max(exceeding, default=0)]

@@ -28,7 +28,7 @@ class GeneralizedEsdSettings(Settings):
 
     alpha: Risk = 0.05
     at_most: Annotated[
-        int, Field(ge=1, description="how many gross errors to look for; always fewer than half")
+        int, Field(ge=1, description="how many gross errors to look for; never over a fifth of n")
     ] = 10
 
 

@@ -133,7 +133,11 @@ def test_settings_are_resolved_to_defaults(loaded, no_load):
     settings = analysed(loaded, no_load, spec(outliers="grubbs")).settings
     assert settings["outliers"] == {"name": "grubbs", "settings": {"alpha": 0.05, "side": "both"}}
     assert settings["despike"] == {"hampel": {"window": 11}}
-    assert settings["fits"][1]["settings"] == {"eccentric": 0.002, "centre_distance": 0.045}
+    assert settings["fits"][1]["settings"] == {
+        "eccentric": 0.002,
+        "centre_distance": 0.045,
+        "weighted": False,
+    }
 
 
 def test_without_an_outlier_rule_every_cycle_stays():

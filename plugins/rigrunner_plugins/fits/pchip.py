@@ -1,0 +1,83 @@
+"""A monotone cubic through the points: no model, so what lies between them is not smoothed.
+
+Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5(2), 1984. For a rig whose peaks follow no formula,
+such as one with a resonance inside the sweep. The curve's uncertainty is that of the points, u(y),
+carried through point by point (GUM, 5.1.3, note 2); how far the rig departs from the curve between
+two points is not in it.
+"""
+
+from __future__ import annotations
+
+from math import inf, nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from rigrunner.api.data import Points
+from rigrunner.api.errors import DataError
+from rigrunner_plugins.fits.curve import RANGE_TOLERANCE, FittedCurve
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array
+
+LEAST = 3
+
+
+def interpolate(points: Points) -> FittedCurve:
+    """Return the curve through the points; satisfies `rigrunner.api.analysis.Fit`.
+
+    Its coefficients are the values at the points. Raises DataError for fewer than three points,
+    for two at one frequency, and where u(y) is not known.
+    """
+    points = _ascending(points)
+    u_y = _uncertainty(points)
+
+    def value_and_spread(x: Array) -> tuple[Array, Array]:
+        up, down = (
+            np.column_stack([_through(points.x, row)(x) for row in points.y + sign * np.diag(u_y)])
+            for sign in (1, -1)
+        )
+        return _through(points.x, points.y)(x), (up - down) / 2
+
+    return FittedCurve(
+        formula="T = monotone cubic (PCHIP) through the points",
+        names=tuple(f"T({x:.4g} {points.x_unit})" for x in points.x),
+        units=(points.y_unit,) * len(points.x),
+        coefficients=points.y,
+        covariance=np.diag(u_y**2),
+        dof=inf,
+        residuals=np.zeros_like(points.y),
+        residual_s=nan,
+        r_squared=nan,
+        valid_x=(float(points.x[0]), float(points.x[-1])),
+        value_and_spread=value_and_spread,
+    )
+
+
+def _through(x: Array, y: Array) -> PchipInterpolator:
+    return PchipInterpolator(x, y)
+
+
+def _ascending(points: Points) -> Points:
+    if len(points.x) < LEAST:
+        raise DataError(f"an interpolation needs {LEAST} points; there are {len(points.x)}")
+    if not (np.isfinite(points.x).all() and np.isfinite(points.y).all()):
+        raise DataError("a point of the fit is not a finite number")
+    order = np.argsort(points.x)
+    x = points.x[order]
+    close = np.flatnonzero(np.diff(x) <= RANGE_TOLERANCE * np.abs(x[:-1]))
+    if close.size:
+        first, second = x[close[0]], x[close[0] + 1]
+        raise DataError(
+            f"two points at one frequency, {first:.6g} and {second:.6g} {points.x_unit}",
+            hint="an interpolation goes through every point; choose a fit that averages",
+        )
+    u_y = None if points.u_y is None else points.u_y[order]
+    return Points(x, points.y[order], u_y, points.x_unit, points.y_unit)
+
+
+def _uncertainty(points: Points) -> Array:
+    if points.u_y is None or not (np.isfinite(points.u_y).all() and np.all(points.u_y >= 0)):
+        raise DataError("an interpolation needs the uncertainty of every point")
+    return points.u_y
