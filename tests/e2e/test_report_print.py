@@ -78,7 +78,7 @@ def test_the_report_begins_with_its_headline_and_ends_with_its_mark(printed):
     assert f"End of report {result.run.run_id}" in found[-1]
 
 
-def test_every_figure_stands_on_the_page_of_its_caption(printed):
+def test_all_figures_are_printed_and_numbered_in_order(printed):
     _, pdf = printed
     text = "".join(pages(pdf))
     numbers = [int(each) for each in re.findall(r"Figure (\d+)\.", text)]
