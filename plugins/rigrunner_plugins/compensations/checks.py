@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 ASYMMETRY = 0.05
 GOOD_CYCLES = 10
 SAMPLES_PER_CYCLE = 280
+MISFIT = 2.0
 SLOPE_SIGNIFICANCE = 0.99
 SLOPE_EFFECT = 0.02
 """Of the mean torque, at the highest frequency: less does not matter, however significant."""
@@ -65,6 +66,17 @@ def positive(points: Sequence[CompensatedPoint]) -> Check:
     ]
     return _check(
         "torque above zero", bad, "all torques are positive", "was the no-load run really unloaded?"
+    )
+
+
+def understood(misfit: float) -> Check:
+    """Check that the drive line's equations explain the no-load sweep."""
+    text = f"the no-load torque differs from inertia, resonance and friction by {misfit:.1f} times"
+    return Check(
+        "drive line",
+        ok=misfit <= MISFIT,
+        text=f"{text} its scatter ({MISFIT:g} allowed)",
+        advice="" if misfit <= MISFIT else "look for a loose coupling, or play in the guide",
     )
 
 

@@ -52,7 +52,7 @@ class DriveLine:
         """Return the response of the torque channel: the register's low-pass filter, and delay."""
         delay = np.exp(-2j * pi * frequency_hz * self.delay_s)
         low_pass = response.butterworth(frequency_hz, self.low_pass.corner, self.low_pass.order)
-        return low_pass * delay
+        return np.asarray(low_pass * delay)
 
     def sensor(self, frequency_hz: Array) -> response.Response:
         """Return sensor over torque on the inertia, LP D H."""

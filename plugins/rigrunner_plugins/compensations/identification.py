@@ -4,18 +4,18 @@ Every harmonic k of the torque at every frequency f obeys
 
     X_k(f) = LP D H(k f) (J alpha_k f^2 + A_k + B_k f + share W_k(f))
 
-where LP is known, D a delay, alpha the kinematics', A + B f the support's friction of any shape, and W what
-it changes because the coupling twists (`support_friction`). For given fn, z, J, share and delay the A_k
-and B_k follow by linear least squares, each harmonic on its own, so that only five unknowns are
-searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10(2), 1973). W needs a
-result and is renewed until it stays.
+where LP is known, D a delay, alpha the kinematics', A + B f the support's friction of any shape,
+and W what it changes because the coupling twists (`support_friction`). For given fn, z, J, share
+and delay the A_k and B_k follow by linear least squares, each harmonic on its own, so that only
+five unknowns are searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10(2),
+1973). W needs a result and is renewed until it stays.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -62,8 +62,8 @@ START_DAMPING = (0.02, 0.06, 0.15)
 class Identified:
     """What the no-load sweep says of the rig.
 
-    `covariance` is that of (fn, z, J, share, delay), shape (5, 5), with the degrees of freedom of the
-    residual; `misfit` is the residual's rms over what the scatter of the cycles lets expect.
+    `covariance` is that of (fn, z, J, share, delay), shape (5, 5), with the degrees of freedom of
+    the residual; `misfit` is the residual's rms over what the scatter of the cycles lets expect.
     """
 
     line: DriveLine
@@ -181,7 +181,8 @@ def vector(line: DriveLine) -> Array:
 
 def with_vector(line: DriveLine, values: Array) -> DriveLine:
     """Return the drive line with other values of (fn, z, J, share, delay)."""
-    return replace(line, **dict(zip(UNKNOWNS, map(float, values), strict=True)))
+    changes: dict[str, Any] = dict(zip(UNKNOWNS, map(float, values), strict=True))
+    return replace(line, **changes)
 
 
 def _solve(observed: _Observed, line: DriveLine, change: Complex) -> tuple[DriveLine, Array, Array]:

@@ -66,7 +66,7 @@ class TemplateInverse:
             measurand=MEASURAND,
             points=points,
             parameters=_parameters(rig),
-            checks=_checks(sweep, points, [asymmetry for _, asymmetry in done]),
+            checks=_checks(sweep, rig, points, [asymmetry for _, asymmetry in done]),
             notes=NOTES,
         )
 
@@ -132,12 +132,13 @@ def _parameters(rig: Identified) -> Mapping[str, Estimate]:
 
 
 def _checks(
-    sweep: Sweep, points: Sequence[CompensatedPoint], asymmetry: Sequence[float]
+    sweep: Sweep, rig: Identified, points: Sequence[CompensatedPoint], asymmetry: Sequence[float]
 ) -> tuple[Check, ...]:
     own = [combine(part for part in p.components if not part.common)[0] for p in points]
     recordings = (*sweep.loaded, *sweep.no_load)
     return (
         checks.positive(points),
+        checks.understood(rig.misfit),
         checks.symmetry(points, asymmetry),
         checks.same_inertia(points, np.array(own)),
         checks.enough_cycles(recordings),

@@ -13,13 +13,16 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from rigrunner.api.errors import DataError
-from rigrunner.signal.kinematics import angular_velocity, swing_angle
+from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 HYSTERESIS = 0.3
 """Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""
+
+LEAST_SWING = 0.5
+"""Of the amplitude that the kinematics give: less is noise of a rig at rest."""
 
 REFINEMENTS = 4
 SPLINE_ORDER: Final = 5
@@ -53,27 +56,38 @@ def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
     offset and scale of the angle channel fitted over all of them. Raises DataError if the angle
     does not swing through one whole cycle.
     """
-    starts = _rough_starts(angle_rad)
+    starts = _rough_starts(angle_rad, LEAST_SWING * max_angle(ratio))
     if len(starts) < 2:  # noqa: PLR2004  (a cycle has two ends)
         raise DataError(
-            "no whole cycle in the angle",
+            f"no whole cycle of about {np.rad2deg(max_angle(ratio)):.1f} deg in the angle",
             hint="record at least one whole swing, with the angle channel connected",
         )
+    starts = _with_ends(starts, len(angle_rad))
     offset, scale = 0.0, 1.0
     for _ in range(REFINEMENTS):
         starts, offset, scale = _refine(angle_rad, starts, ratio)
+    starts = starts[(starts >= 0) & (starts <= len(angle_rad) - 1)]
     return Cycles(starts, rate_hz / np.diff(starts), offset, scale * ratio)
 
 
-def _rough_starts(angle: Array) -> Array:
-    """Return about where the angle rises through the middle of its range."""
+def _rough_starts(angle: Array, least_rad: float) -> Array:
+    """Return about where the angle rises through the middle of its range, if it swings."""
     low, high = np.percentile(angle, [2, 98])
     centred = angle - (low + high) / 2
-    limit = HYSTERESIS * (high - low) / 2
+    limit = HYSTERESIS * max((high - low) / 2, least_rad)
     outside = np.flatnonzero(np.abs(centred) > limit)
     side = np.sign(centred[outside])
     rising = np.flatnonzero(np.diff(side) > 0)
     return (outside[rising] + outside[rising + 1]) / 2
+
+
+def _with_ends(starts: Array, samples: int) -> Array:
+    """Return the starts with those that lie too close to the record's ends for hysteresis."""
+    period = float(np.median(np.diff(starts)))
+    before, after = starts[0] - period, starts[-1] + period
+    first = [before] if before >= 0 else []
+    last = [after] if after <= samples - 1 else []
+    return np.concatenate([first, starts, last])
 
 
 def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, float]:
