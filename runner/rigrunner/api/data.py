@@ -72,6 +72,25 @@ class Recording:
         return next((len(values) for values in self.channels.values()), 0)
 
 
+@dataclass(frozen=True)
+class Measurement:
+    """Single values that a `measure` step took at one set-point, in SI units.
+
+    Measurements of one name are the rows of a table, in the order in which they were taken.
+    """
+
+    name: str
+    """Of the table; not unique."""
+    utc: str
+    """When the step was over."""
+    setpoints: Mapping[str, float]
+    """Every drive that the procedure had set by then: 'role.drive'."""
+    values: Mapping[str, float]
+    """By channel, 'role.name': read once, or the mean over the step's duration."""
+    units: Mapping[str, str]
+    """Of each channel and drive."""
+
+
 @dataclass(frozen=True, eq=False)
 class RunData:
     """All that an analysis may know of a run. The truth of a simulator is not in it."""
@@ -91,4 +110,6 @@ class RunData:
     """The zero reading of each zeroed channel; the recordings are stored without correction."""
     recordings: tuple[Recording, ...]
     digest: str = ""
-    """SHA-256 over the recordings, the identity by which other files name this run."""
+    """SHA-256 over recordings and measurements, by which other files name this run."""
+    measurements: tuple[Measurement, ...] = ()
+    """What `measure` steps found, in order."""

@@ -105,6 +105,9 @@ class StepEnded(Event):
     action: str
     ok: bool
     recording: str = ""
+    measurement: str = ""
+    """The table that `values` is a row of, at `setpoints`, where the step is a `measure`."""
+    setpoints: Mapping[str, float] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     truth: Mapping[str, float] = field(default_factory=dict)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import AbortedError, DeviceError, RigrunnerError
 from rigrunner.api.events import (
@@ -20,7 +20,7 @@ from rigrunner.api.events import (
 from rigrunner.bus import Emitter
 from rigrunner.engine.steps import Measured, Session, action_name, perform
 from rigrunner.engine.streams import check_stop
-from rigrunner.plan.actions import Phase, Record
+from rigrunner.plan.actions import Measure, Phase, Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -126,10 +126,17 @@ class _Run:
     def _step(self, index: int, step: PlannedStep, session: Session) -> None:
         action, name = step.action, action_name(step.action)
         recording = action.name if isinstance(action, Record) else ""
-        known = {"step": step.path, "index": index, "action": name, "recording": recording}
-        setpoints = action.setpoints if isinstance(action, Record) else {}
-        units = action.units if isinstance(action, Record) else {}
+        measurement = action.name if isinstance(action, Measure) else ""
+        known: dict[str, Any] = {
+            "step": step.path,
+            "index": index,
+            "action": name,
+            "recording": recording,
+        }
+        setpoints = action.setpoints if isinstance(action, (Record, Measure)) else {}
+        units = action.units if isinstance(action, (Record, Measure)) else {}
         session.emit(StepStarted, **known, text=step.text, setpoints=setpoints, units=units)
+        known |= {"measurement": measurement, "setpoints": setpoints if measurement else {}}
         try:
             measured = perform(step.path, action, session)
         except BaseException as error:

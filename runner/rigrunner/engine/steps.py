@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from statistics import fmean
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.api.events import Answer, Prompt, Samples
 from rigrunner.engine.streams import check_stop, checked_stream
-from rigrunner.plan.actions import Ask, Confirm, Record, SetDrive, Settle, Zero
+from rigrunner.plan.actions import Ask, Confirm, Measure, Record, SetDrive, Settle, Zero
+from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
@@ -55,7 +57,7 @@ def action_name(action: Action) -> str:
     return "set" if isinstance(action, SetDrive) else type(action).__name__.lower()
 
 
-def perform(path: str, action: Action, session: Session) -> Measured:
+def perform(path: str, action: Action, session: Session) -> Measured:  # noqa: PLR0911  (one for each kind)
     """Do one action of the plan; `path` names the step in questions and errors."""
     match action:
         case Confirm():
@@ -70,6 +72,8 @@ def perform(path: str, action: Action, session: Session) -> Measured:
             return _settle(action, session)
         case Record():
             return _record(action, session)
+        case Measure():
+            return _measure(action, session)
 
 
 def _confirm(path: str, action: Confirm, session: Session) -> Measured:
@@ -89,14 +93,8 @@ def _ask(path: str, action: Ask, session: Session) -> Measured:
 
 
 def _zero(action: Zero, session: Session) -> Measured:
-    name, total, count = f"{action.role}.{action.channel}", 0.0, 0
-    for block in checked_stream(
-        session.rig, action.role, (action.channel,), action.duration_s, session.stop
-    ):
-        total, count = total + float(block.channels[name].sum()), count + block.samples
-    if not count:
-        raise DataError(f"{name}: no sample was taken in {action.duration_s:g} s at rest")
-    mean = total / count
+    name = f"{action.role}.{action.channel}"
+    mean = _stream_means(action.role, (action.channel,), action.duration_s, session)[name]
     if abs(mean) > action.within:
         raise DataError(
             f"{name} reads {mean:.4g} {action.unit} at rest,"
@@ -113,12 +111,56 @@ def _set(action: SetDrive, session: Session) -> Measured:
 
 
 def _settle(action: Settle, session: Session) -> Measured:
+    for _ in _naps(action.duration_s, session):
+        pass
+    return Measured()
+
+
+def _measure(action: Measure, session: Session) -> Measured:
+    by_role: dict[str, list[str]] = {}
+    for member in action.channels:
+        role, channel = split_member(member)
+        by_role.setdefault(role, []).append(channel)
+    values: dict[str, float] = {}
+    for role, channels in by_role.items():
+        values |= _values(action, role, channels, session)
+    return Measured({member: values[member] for member in action.channels}, action.units)
+
+
+def _values(
+    action: Measure, role: str, channels: Sequence[str], session: Session
+) -> Mapping[str, float]:
+    if not action.duration_s:
+        return session.rig.read(role, channels)
+    if action.sample_rate_hz is not None:
+        return _stream_means(role, channels, action.duration_s, session)
+    readings = [session.rig.read(role, channels) for _ in _naps(action.duration_s, session)]
+    return {name: fmean(reading[name] for reading in readings) for name in readings[0]}
+
+
+def _stream_means(
+    role: str, channels: Sequence[str], duration_s: float, session: Session
+) -> dict[str, float]:
+    """Return the mean of each channel over a time, by 'role.channel'."""
+    totals: dict[str, float] = {}
+    count = 0
+    for block in checked_stream(session.rig, role, channels, duration_s, session.stop):
+        count += block.samples
+        for name, values in block.channels.items():
+            totals[name] = totals.get(name, 0.0) + float(values.sum())
+    if not count:
+        raise DataError(f"{role}: no sample of {', '.join(channels)} came in {duration_s:g} s")
+    return {name: total / count for name, total in totals.items()}
+
+
+def _naps(duration_s: float, session: Session) -> Iterator[None]:
+    """Yield while a time passes, often enough for the stop token to be looked at."""
     clock = session.rig.clock
-    until_s = clock.monotonic_s() + action.duration_s
+    until_s = clock.monotonic_s() + duration_s
     while (left_s := until_s - clock.monotonic_s()) > 0:
         check_stop(session.stop)
+        yield
         clock.sleep(min(left_s, _NAP_S))
-    return Measured()
 
 
 def _record(action: Record, session: Session) -> Measured:

@@ -81,7 +81,25 @@ class Record:
     """As the device states it before it is connected; None where it cannot."""
 
 
-Action = Confirm | Ask | Zero | SetDrive | Settle | Record
+@dataclass(frozen=True)
+class Measure:
+    """Channels are read once, or averaged over a time."""
+
+    name: str
+    """Of the table of which the values are a row."""
+    channels: tuple[str, ...]
+    """As 'role.name'; of one role where they are averaged."""
+    duration_s: float
+    """How long to average; 0: read once."""
+    setpoints: Mapping[str, float]
+    """As of a recording."""
+    units: Mapping[str, str]
+    """As of a recording."""
+    sample_rate_hz: float | None = None
+    """Of the stream that is averaged; None: the channels are read, again and again."""
+
+
+Action = Confirm | Ask | Zero | SetDrive | Settle | Record | Measure
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Streaming
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Readable, Streaming
 from rigrunner.api.quantity import QuantityError, unit
 from rigrunner.plan.problems import suggestion
 from rigrunner.yamlfile.names import split_member
@@ -66,6 +66,18 @@ class Bench:
             message = f"the device in the role '{role}' cannot record"
             self._problems.add(self._document, path, message, "record channels of another device")
         return None
+
+    def must_be_readable(self, role: str, path: Path) -> None:
+        """Add a problem if single values of a role's device cannot be read."""
+        device = self._devices.get(role)
+        if device is not None and not isinstance(device, Readable):
+            message = f"the device in the role '{role}' gives no single values"
+            hint = "give a duration to average" if isinstance(device, Streaming) else ""
+            self._problems.add(self._document, path, message, hint)
+
+    def streams(self, role: str) -> bool:
+        """Say whether a role's device records."""
+        return isinstance(self._devices.get(role), Streaming)
 
     def fits(self, quantity: Quantity, symbol: str, member: str, path: Path) -> bool:
         """Say whether a quantity has the dimension of a unit; add the problem if not."""

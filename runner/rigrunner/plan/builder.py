@@ -9,6 +9,7 @@ from rigrunner.plan.actions import (
     Action,
     Ask,
     Confirm,
+    Measure,
     Phase,
     PlannedStep,
     Record,
@@ -106,6 +107,8 @@ class Builder:
                 self._sweep(sweep, place.inside("sweep"))
             case language.RecordStep(record=record):
                 self._record(record, place.inside("record"))
+            case language.MeasureStep(measure=measure):
+                self._measure(measure, place.inside("measure"))
 
     def _emit(self, place: Place, action: Action, text: str, seconds: float = 0.0) -> None:
         self.steps.append(PlannedStep(place.label, place.phase, action, text, seconds))
@@ -176,22 +179,58 @@ class Builder:
         text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
         self._emit(place, action, text, duration_s)
 
+    def _measure(self, measure: language.Measure, place: Place) -> None:
+        units = self._channel_units(measure.channels, place)
+        if not units:
+            return
+        seconds = measure.duration or 0.0
+        rate_hz = self._averaging_rate_hz(measure, place) if seconds else None
+        if rate_hz is None:
+            for role in {split_member(member)[0] for member in units}:
+                self._bench.must_be_readable(role, place.path)
+        action = Measure(
+            name=measure.name,
+            channels=measure.channels,
+            duration_s=seconds,
+            setpoints=self._drives.values(),
+            units=self._drives.units() | units,
+            sample_rate_hz=rate_hz,
+        )
+        how = f"mean over {seconds:.3g} s" if seconds else "once"
+        self._emit(place, action, f"Measure {', '.join(measure.channels)}, {how}", seconds)
+
+    def _averaging_rate_hz(self, measure: language.Measure, place: Place) -> float | None:
+        """Return the rate of the stream that is averaged; None where there is none."""
+        first, *others = sorted({split_member(member)[0] for member in measure.channels})
+        if others:
+            message = f"channels of two devices in one average: {first}, {', '.join(others)}"
+            hint = "a measure step for each device, or no duration"
+            self._problems.add(self._document, (*place.path, "channels"), message, hint)
+        return self._bench.sample_rate_hz(first, place.path) if self._bench.streams(first) else None
+
     def _channels(self, record: language.Record, place: Place) -> tuple[str, dict[str, str]]:
         """Return the role and each channel's unit; no units where there is a problem with them."""
         path = (*place.path, "channels")
-        found = {
-            member: self._bench.channel(member, (*path, index))
-            for index, member in enumerate(record.channels)
-        }
-        roles = sorted({split_member(member)[0] for member in found})
+        units = self._channel_units(record.channels, place)
+        roles = sorted({split_member(member)[0] for member in record.channels})
         if len(roles) > 1:
             message = f"channels of two devices in one recording: {', '.join(roles)}"
             self._problems.add(self._document, path, message, "one clock, one device, one record")
-        elif len(found) < len(record.channels):
+            return roles[0], {}
+        return roles[0], units
+
+    def _channel_units(self, channels: Sequence[str], place: Place) -> dict[str, str]:
+        """Return each channel's unit; none at all where there is a problem with one."""
+        path = (*place.path, "channels")
+        found = {
+            member: self._bench.channel(member, (*path, index))
+            for index, member in enumerate(channels)
+        }
+        if len(found) < len(channels):
             self._problems.add(self._document, path, "a channel stands twice", "name it once")
-        elif all(found.values()):
-            return roles[0], {member: info.unit for member, info in found.items() if info}
-        return roles[0], {}
+            return {}
+        units = {member: info.unit for member, info in found.items() if info}
+        return units if len(units) == len(found) else {}
 
     def _span(self, record: language.Record, role: str, place: Place) -> tuple[float, str]:
         """Return how long to record: a cycle more than asked for, so that as many are whole.

@@ -76,6 +76,17 @@ class Record(Settings):
         return self
 
 
+class Measure(Settings):
+    """Channels are read once, or averaged over a time; the values are a row of a table."""
+
+    channels: Annotated[ListOf[Member], Field(min_length=1)]
+    """Roles and channels, such as [tester.load, tester.temperature]."""
+    name: Name = "measured"
+    """Of the table of which the values are a row."""
+    duration: PositiveDuration | None = None
+    """How long to average, over channels of one device; without it they are read once."""
+
+
 class Sweep(Settings):
     """A drive goes through a list of set-points; at each the steps are done."""
 
@@ -129,7 +140,13 @@ class RecordStep(Settings):
     record: Record
 
 
-STEPS = ("confirm", "ask", "zero", "set", "settle", "sweep", "record")
+class MeasureStep(Settings):
+    """`measure: {channels: [role.name]}`, read once, or averaged with `duration: 2 s`."""
+
+    measure: Measure
+
+
+STEPS = ("confirm", "ask", "zero", "set", "settle", "sweep", "record", "measure")
 
 
 def _kind(value: object) -> str | None:
@@ -165,7 +182,8 @@ Step = Annotated[
     | Annotated[SetStep, Tag("set")]
     | Annotated[SettleStep, Tag("settle")]
     | Annotated[SweepStep, Tag("sweep")]
-    | Annotated[RecordStep, Tag("record")],
+    | Annotated[RecordStep, Tag("record")]
+    | Annotated[MeasureStep, Tag("measure")],
     Discriminator(_kind),
     BeforeValidator(_one_known_key),
 ]

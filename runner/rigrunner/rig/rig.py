@@ -140,6 +140,11 @@ class Rig:
             return {}
         return self._call(role, "tell the truth", device.truth)
 
+    def read(self, role: str, channels: Sequence[str]) -> dict[str, float]:
+        """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
+        device = self._able(role, Readable)  # type: ignore[type-abstract]  # a Protocol
+        return self._read(role, device, channels)
+
     def conditions(
         self, role: str, streamed: Sequence[str]
     ) -> tuple[dict[str, float], dict[str, str]]:
@@ -153,7 +158,7 @@ class Rig:
             if isinstance(device, Readable):
                 busy = streamed if name == role else ()
                 wanted = {info.name: info.unit for info in device.channels if info.name not in busy}
-                values |= self._read(name, device, wanted)
+                values |= self._read(name, device, tuple(wanted))
                 units |= {f"{name}.{channel}": unit for channel, unit in wanted.items()}
         return values, units
 
@@ -203,8 +208,8 @@ class Rig:
             with suppress(DeviceError):  # a device that hangs has said so already
                 self._call(role, "end the stream", close)
 
-    def _read(self, role: str, device: Readable, channels: Mapping[str, str]) -> dict[str, float]:
-        values = self._call(role, "read", lambda: device.read(tuple(channels)))
+    def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
+        values = self._call(role, "read", lambda: device.read(channels))
         missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
         if missing:
             raise DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")

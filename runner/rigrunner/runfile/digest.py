@@ -47,6 +47,6 @@ class RecordingDigest:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def run_digest(recording_digests: Iterable[str]) -> str:
-    """Return the SHA-256 over the digests of a run's recordings, one a line, in order."""
-    return hashlib.sha256("".join(f"{one}\n" for one in recording_digests).encode()).hexdigest()
+def run_digest(digests: Iterable[str]) -> str:
+    """Return the SHA-256 over digests, one a line: of recordings, then of measurements."""
+    return hashlib.sha256("".join(f"{one}\n" for one in digests).encode()).hexdigest()

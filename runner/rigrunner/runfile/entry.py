@@ -24,6 +24,11 @@ from rigrunner.runfile.hdf5 import (
     write_verbatim,
 )
 from rigrunner.runfile.loose import PART_GROUP
+from rigrunner.runfile.measurements import (
+    measurement_digest,
+    measurements_of,
+    write_measurements,
+)
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import read_recording
 
@@ -63,6 +68,7 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     write_texts(entry, "inputs", header.inputs)
     write_texts(entry, "provenance", header.provenance)
     write_values(entry, "zeros", *journal.zeros())
+    write_measurements(entry, measurements_of(journal.events))
     _write_events(entry, journal.events)
     truth = new_group(entry, "verification", "NXcollection")
     for recording, values in journal.truth.items():
@@ -81,7 +87,7 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path]) -> None:
             group = finished if part.attrs["complete"] else incomplete
             file.copy(part, group, free_name(group, str(part.attrs["name"])))
     recordings = _in_order(finished)
-    entry.attrs["sha256"] = run_digest(str(group.attrs["sha256"]) for group in recordings)
+    entry.attrs["sha256"] = _digest(entry, recordings)
     for first in recordings[:1]:
         finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
 
@@ -121,12 +127,14 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
 
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run whole, with the no-load run that is embedded in it."""
+    events = _read_events(entry)
     return StoredRun(
         info=read_entry_info(entry, path),
         recordings=tuple(read_recording(group) for group in _in_order(entry["recordings"])),
         incomplete=tuple(read_recording(group) for group in _in_order(entry["incomplete"])),
         zeros=read_values(entry["zeros"])[0],
-        events=_read_events(entry),
+        measurements=measurements_of(events),
+        events=events,
         result_document=_read_document(entry),
         no_load=read_entry(entry["no_load"], path) if "no_load" in entry else None,
     )
@@ -192,9 +200,15 @@ def _in_order(group: h5py.Group) -> list[h5py.Group]:
 
 
 def _checked_digest(entry: h5py.Group, recordings: list[h5py.Group], path: Path) -> str:
-    digest = run_digest(str(group.attrs["sha256"]) for group in recordings)
+    digest = _digest(entry, recordings)
     if digest != entry.attrs["sha256"]:
         raise DataError(
             f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
         )
     return digest
+
+
+def _digest(entry: h5py.Group, recordings: list[h5py.Group]) -> str:
+    measurements = measurements_of(_read_events(entry))
+    own = [str(group.attrs["sha256"]) for group in recordings]
+    return run_digest([*own, *map(measurement_digest, measurements)])

@@ -11,6 +11,7 @@ from rigrunner.runfile.codec import block_from, event_from, header_from, truth_f
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
+from rigrunner.runfile.measurements import measurement_digest, measurements_of
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import Shape, assemble, facts_of, read_facts, read_recording
 
@@ -41,7 +42,7 @@ class Journal:
         values: dict[str, float] = {}
         units: dict[str, str] = {}
         for event in self.events:
-            if isinstance(event, StepEnded) and event.action == "zero":
+            if isinstance(event, StepEnded) and event.action == "zero" and event.ok:
                 values |= event.values
                 units |= event.units
         return values, units
@@ -131,6 +132,7 @@ def read_loose(files: RunFolder) -> StoredRun:
         found.append((facts, *assemble(facts, samples.blocks())))
     found.sort(key=lambda one: one[0].number)
     finished = [one for one in found if one[0].complete]
+    measurements = measurements_of(journal.events)
     ended_utc, outcome, reason = journal.end()
     return StoredRun(
         info=RunInfo(
@@ -141,11 +143,14 @@ def read_loose(files: RunFolder) -> StoredRun:
             outcome=outcome,
             reason=reason,
             recording_names=tuple(facts.name for facts, _, _ in finished),
-            digest=run_digest(digest for _, _, digest in finished),
+            digest=run_digest(
+                [*(digest for _, _, digest in finished), *map(measurement_digest, measurements)]
+            ),
         ),
         recordings=tuple(recording for _, recording, _ in finished),
         incomplete=tuple(recording for facts, recording, _ in found if not facts.complete),
         zeros=journal.zeros()[0],
+        measurements=measurements,
         events=journal.events,
         result_document=None,
         no_load=None,

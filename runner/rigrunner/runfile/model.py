@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.api.data import Array, Recording
+    from rigrunner.api.data import Array, Measurement, Recording
     from rigrunner.api.events import Event
 
 FORMAT = 1
@@ -50,7 +50,7 @@ class RunInfo:
     recording_names: tuple[str, ...]
     """The finished recordings, in the order in which they were made."""
     digest: str
-    """SHA-256 over the finished recordings: the identity of what was measured."""
+    """SHA-256 over finished recordings and measurements: the identity of what was measured."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,6 +63,8 @@ class StoredRun:
     """What was saved of recordings that were broken off."""
     zeros: Mapping[str, float]
     """The latest zero reading of each zeroed channel, in SI units."""
+    measurements: tuple[Measurement, ...] = ()
+    """What `measure` steps found, in order."""
     events: tuple[Event, ...]
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""
@@ -78,7 +80,7 @@ class StoredRun:
 
     @property
     def digest(self) -> str:
-        """SHA-256 over the finished recordings."""
+        """SHA-256 over finished recordings and measurements."""
         return self.info.digest
 
 

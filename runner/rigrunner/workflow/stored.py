@@ -80,4 +80,5 @@ def run_data(stored: StoredRun) -> RunData:
         zeros=stored.zeros,
         recordings=stored.recordings,
         digest=stored.digest,
+        measurements=stored.measurements,
     )

@@ -85,4 +85,4 @@ def test_zero_needs_samples():
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.0)
     summary, _ = outcome_of(lambda blocks: blocks, action)
     assert isinstance(summary.error, DataError)
-    assert "no sample was taken" in summary.reason
+    assert "no sample of torque came" in summary.reason
