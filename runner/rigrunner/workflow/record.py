@@ -87,6 +87,7 @@ def execute(
     """
     rig = Rig(planned.devices, planned.clock)
     identified = rig.connect()
+    errors: list[BaseException] = []
     try:
         writer = _new_folder(planned, runs, inputs, identified)
         with RunLog(writer.folder / "run.log") as log:
@@ -95,8 +96,11 @@ def execute(
             summary = run_plan(planned.plan, rig, bus, planned.clock, answers, stop, run_id)
     finally:
         rig.make_safe()
-        rig.close()
-    return _finish(planned, writer, summary, no_load)
+        with _kept(errors):
+            rig.close()
+    if summary.error is not None:
+        errors.insert(0, summary.error)
+    return _finish(planned, writer, summary, no_load, errors)
 
 
 def _new_folder(
@@ -122,11 +126,15 @@ def _new_folder(
 
 
 def _finish(
-    planned: Planned, writer: RunWriter, summary: RunSummary, no_load: Path | None
+    planned: Planned,
+    writer: RunWriter,
+    summary: RunSummary,
+    no_load: Path | None,
+    errors: list[BaseException],
 ) -> FinishedRun:
     """Analyse what was recorded, seal it whatever comes of that, and report."""
     writer.close()
-    folder, errors = writer.folder, [summary.error] if summary.error else []
+    folder = writer.folder
     result = report = None
     asked = planned.procedure.model.analysis != NO_ANALYSIS
     if asked and summary.outcome is Outcome.COMPLETED:
@@ -158,5 +166,5 @@ def _kept(errors: list[BaseException]) -> Iterator[None]:
     """Keep an error for the FinishedRun: what was measured must be sealed all the same."""
     try:
         yield
-    except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
+    except BaseException as error:  # noqa: BLE001  (of a plugin, or Ctrl-C)
         errors.append(error)

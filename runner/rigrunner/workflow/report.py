@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
-from rigrunner.api.events import Alarm, Answer, Intervention, RunEnded
+from rigrunner.api.events import Alarm, Answer, Event, Intervention, Prompt, RunEnded
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
 from rigrunner.runfile import read, read_truth
@@ -13,6 +13,7 @@ from rigrunner.workflow.log import event_text
 from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from rigrunner.api.results import Result
@@ -71,10 +72,19 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
     }
 
 
-def _told(stored: StoredRun) -> list[dict[str, str]]:
-    """Return what a person answered or did, and what went wrong, in order."""
-    return [
-        {"utc": event.utc, "kind": type(event).__name__.lower(), "text": event_text(event)}
-        for event in stored.events
-        if isinstance(event, (Answer, Alarm, Intervention, RunEnded))
-    ]
+def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
+    """Yield what a person was asked and did, and what went wrong, in order."""
+    question = ""
+    for event in stored.events:
+        if isinstance(event, Prompt):
+            question = event.text
+        elif isinstance(event, Answer):
+            yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
+        elif isinstance(event, (Alarm, Intervention)):
+            yield _line(event, type(event).__name__.lower(), event_text(event))
+        elif isinstance(event, RunEnded):
+            yield _line(event, "end", event_text(event))
+
+
+def _line(event: Event, kind: str, text: str) -> dict[str, str]:
+    return {"utc": event.utc, "kind": kind, "text": text}

@@ -6,12 +6,13 @@ import pytest
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.api.errors import DeviceNotFoundError, ExitCode
+from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, ExitCode
 from rigrunner.api.events import Outcome, StepStarted
 from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
+from rigrunner.rig import Rig
 from rigrunner.runfile import read
-from rigrunner.workflow.report import write_report
+from rigrunner.workflow.report import report_input, write_report
 from rigrunner.workflow.stored import analyse_run, open_run
 
 
@@ -115,3 +116,30 @@ def test_a_failing_analysis_still_seals_what_was_measured(tmp_path):
     assert finished.exit_code is ExitCode.DATA
     assert "whole cycles" in str(finished.error)
     assert len(read(finished.folder).recordings) == 5
+
+
+def test_a_device_that_cannot_be_closed_costs_no_result(tmp_path, monkeypatch):
+    def jammed(_):
+        raise DeviceLostError("the socket is gone")
+
+    monkeypatch.setattr(Rig, "close", jammed)
+    finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
+    assert read(finished.folder).info.sealed
+    assert finished.report.exists()
+    assert finished.exit_code is ExitCode.DEVICE
+
+
+def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.workflow.record.analyse_run", interrupted)
+    finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
+    assert read(finished.folder).info.sealed
+    assert finished.exit_code is ExitCode.INTERRUPTED
+
+
+def test_the_report_tells_what_was_asked_and_answered(finished):
+    _, _, loaded = finished
+    told = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
+    assert any("guards closed. — yes (unattended answer" in text for text in told)
