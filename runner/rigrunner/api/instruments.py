@@ -22,16 +22,22 @@ class LowPass(Settings):
     """The filter between transducer and converter."""
 
     type: Literal["butterworth"] = "butterworth"
+    """The filter's characteristic."""
     order: Annotated[int, Field(ge=1, le=8)] = 2
+    """Its order."""
     corner: Annotated[Frequency, Field(gt=0)]
+    """Where its gain is down by 3 dB."""
 
 
 class TorqueAccuracy(Settings):
     """Limits of error of a torque transducer, each half the width of a rectangular distribution."""
 
     gain: Annotated[Ratio, Field(ge=0)]
+    """Of the reading."""
     offset: Annotated[Torque, Field(ge=0)]
+    """Of the zero, before it is taken out by a zero step."""
     drift: Annotated[Torque, Field(ge=0)]
+    """Of the zero, in the course of a run."""
     nonlinearity: Annotated[Ratio, Field(ge=0, description="of full scale")]
 
 
@@ -40,15 +46,24 @@ class TorqueInstrument(Settings):
 
     channel: Annotated[str, Field(description="role.channel, such as tester.torque")]
     maker: str = ""
+    """Who made it."""
     type: str = ""
+    """The maker's designation."""
     serial: str
+    """Its serial number."""
     certificate: str = ""
+    """The number of its calibration certificate."""
     laboratory: str = ""
+    """Who calibrated it."""
     calibrated: IsoDate | None = None
+    """When it was calibrated."""
     due: IsoDate | None = None
+    """When it is to be calibrated again."""
     full_scale: Annotated[Torque, Field(gt=0)]
+    """Its nominal torque."""
     accuracy: TorqueAccuracy
     low_pass: LowPass | None = None
+    """Methods that undo the filter need it."""
 
 
 class RigDescription(Settings):
@@ -58,8 +73,11 @@ class RigDescription(Settings):
     """
 
     mandrel: str
+    """Which mandrel is mounted; a no-load run must have had the same."""
     eccentric: Annotated[Length, Field(gt=0)]
+    """The crank's radius e."""
     centre_distance: Annotated[Length, Field(gt=0)]
+    """The distance L between the crank's axis and the bearing's."""
     inertia: Annotated[
         MomentOfInertia, Field(gt=0, description="design value, for the plan's prediction")
     ]

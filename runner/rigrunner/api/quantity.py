@@ -108,6 +108,20 @@ def units_of(dimension: str) -> list[str]:
     return [known.symbol for known in UNITS if known.dimension == dimension]
 
 
+def quantity_pattern(dimension: str | None = None) -> str:
+    """Return a regular expression, for JSON Schema too, of what `parse_quantity` reads.
+
+    It does not know of numbers that are too large to be meant.
+    """
+    spellings = [
+        re.sub(r"([$^.*+?()\[\]{}|/\\])", r"\\\1", spelling)
+        for spelling, known in _BY_SPELLING.items()
+        if dimension in (None, known.dimension)
+    ]
+    number = _NUMBER.replace("[+-]", f"[+{_MINUS}-]")
+    return rf"^\s*{number}\s*(?:{'|'.join(spellings)})\s*$"
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A value with its unit as a person wrote it, and its SI value for computing."""
@@ -128,6 +142,16 @@ class Quantity:
     def __str__(self) -> str:
         """Return the quantity as a file may have it; reading that gives the same quantity."""
         return f"{repr(self.number).removesuffix('.0')} {self.unit.symbol}"
+
+
+def readable(si: float, dimension: str) -> Quantity:
+    """Return an SI value as the quantity that takes the fewest characters, such as 45 mm."""
+    units = [known for known in UNITS if known.dimension == dimension]
+    written = [
+        Quantity(float(f"{(si - known.offset) / known.factor:.12g}"), known) for known in units
+    ]
+    exact = [each for each in written if math.isclose(each.si, si, rel_tol=1e-11)]
+    return min(exact, key=lambda quantity: len(str(quantity)))
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:

@@ -12,7 +12,13 @@ from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from rigrunner.api.quantity import Quantity, QuantityError, parse_quantity, units_of
+from rigrunner.api.quantity import (
+    Quantity,
+    QuantityError,
+    parse_quantity,
+    quantity_pattern,
+    units_of,
+)
 
 _YES_NO = {"yes": True, "no": False}
 
@@ -57,10 +63,17 @@ def _read_date(value: object) -> object:
         raise ValueError(f"'{value[:20]}' is not a date; write it as 2026-01-31") from error
 
 
-def _schema(dimension: str) -> WithJsonSchema:
-    units = ", ".join(units_of(dimension))
+def _schema(dimension: str | None) -> WithJsonSchema:
+    """Return the JSON Schema of a quantity; `x-dimension` is for those who read it as such."""
+    units = ", ".join(units_of(dimension)) if dimension else "such as '10 Hz'"
     return WithJsonSchema(
-        {"type": "string", "description": f"A {dimension} with its unit: {units}"}
+        {
+            "type": "string",
+            "pattern": quantity_pattern(dimension),
+            "description": f"{dimension} in {units}" if dimension else "number with its unit",
+            "errorMessage": f"needed is a number with its unit: {units}",
+            "x-dimension": dimension,
+        }
     )
 
 
@@ -94,8 +107,4 @@ Item = TypeVar("Item")
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, which a frozen model holds as a tuple: `ListOf[Frequency]`."""
 
-AnyQuantity = Annotated[
-    Quantity,
-    BeforeValidator(partial(_read, None)),
-    WithJsonSchema({"type": "string", "description": "A number with its unit, such as '10 Hz'"}),
-]
+AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), _schema(None)]

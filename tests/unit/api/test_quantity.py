@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -14,6 +15,8 @@ from rigrunner.api.quantity import (
     Quantity,
     QuantityError,
     parse_quantity,
+    quantity_pattern,
+    readable,
     si_symbol,
     unit,
     units_of,
@@ -128,3 +131,50 @@ def test_every_unit_is_found_by_its_symbol_and_every_dimension_has_a_coherent_un
     for dimension in {known.dimension for known in UNITS} - {"voltage ratio", "mass"}:
         coherent = unit(si_symbol(dimension))
         assert (coherent.factor, coherent.offset) == (1, 0)
+
+
+DIMENSIONS = sorted({known.dimension for known in UNITS})
+
+
+@pytest.mark.parametrize(
+    ("si", "dimension", "text"),
+    [
+        (0.045, "length", "45 mm"),
+        (1000.0, "force", "1 kN"),
+        (2_592_000.0, "time", "30 d"),
+        (math.pi / 180, "angle", "1 deg"),
+        (0.02, "ratio", "2 %"),
+        (293.15, "temperature", "20 °C"),
+        (0.95, "torque", "0.95 N·m"),
+        (-0.5, "torque", "-0.5 N·m"),
+        (0.0, "force", "0 N"),
+    ],
+)
+def test_a_value_is_written_in_the_unit_that_suits_it(si, dimension, text):
+    assert str(readable(si, dimension)) == text
+
+
+@given(st.floats(-1e9, 1e9), st.sampled_from(DIMENSIONS))
+@settings(deadline=None, max_examples=200)
+def test_what_is_written_readably_is_read_as_it_was(si, dimension):
+    back = parse_quantity(str(readable(si, dimension)), dimension).si
+    assert back == pytest.approx(si, rel=1e-10, abs=1e-10)
+
+
+@given(
+    st.one_of(
+        st.builds("{}{}{}".format, st.floats(-1e6, 1e6), st.sampled_from(["", " ", "\t"]),
+                  st.sampled_from([*(known.symbol for known in UNITS), "Nm", "in-lb", "Nq", ""])),
+        st.text("0123456789.,eE+-Nm·k \N{MINUS SIGN}", max_size=8),
+    ),
+    st.sampled_from([None, *DIMENSIONS]),
+)  # fmt: skip
+@settings(deadline=None, max_examples=500)
+def test_the_pattern_takes_what_is_read_and_nothing_else(text, dimension):
+    matches = re.search(quantity_pattern(dimension), text) is not None
+    try:
+        parse_quantity(text, dimension)
+    except QuantityError:
+        assert not matches
+    else:
+        assert matches
