@@ -39,6 +39,7 @@ class PolynomialSettings(WeightedSettings):
     """Of the fit `polynomial`."""
 
     degree: Annotated[int, Field(ge=1, le=8)] = 2
+    """The highest power of x."""
 
 
 class BasisSettings(WeightedSettings):

@@ -24,6 +24,7 @@ SUMMARIES = {
     "runs": "List the stored runs.",
     "show": "Show what a stored run holds and found.",
     "plugins": "List the plugins and what each can be told.",
+    "schema": "Print the JSON Schema of procedures or stations, for editors.",
 }
 
 

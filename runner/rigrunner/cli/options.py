@@ -22,6 +22,7 @@ runs_option = click.option(
 station_option = click.option(
     "--station", required=True, help="A station file, or the name of a shipped one."
 )
+lab_option = click.option("--station", help="Take in the plugins of this station's own folder.")
 set_option = click.option(
     "--set", "given", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
 )

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
-from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.locate import find_station
+from rigrunner.workflow.prepare import plan_run, with_lab_plugins
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,6 +24,15 @@ def planned_run(procedure: Path, station: Path, *, realtime: bool = False) -> Pl
     registry = load_registry()
     clock = clock_for(load_station(station).model, registry, realtime=realtime)
     return plan_run(procedure, station, registry, clock)
+
+
+def lab_registry(station: str | None) -> Registry:
+    """Return the installed plugins and, where a station is named, those of its own folder."""
+    registry = load_registry()
+    if station is None:
+        return registry
+    path = find_station(station)
+    return with_lab_plugins(registry, load_station(path), path.parent)
 
 
 def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:

@@ -65,7 +65,7 @@ class Acceptance(Settings):
 
     limit: Limit
     rule: Literal["simple", "guard_band_u"] = "simple"
-    """simple: the value alone decides; guard_band_u: nearer to the limit than U is conditional."""
+    """With `simple` the value alone decides; with `guard_band_u`, nearer than U is conditional."""
 
 
 Scalar = str | bool | int | float

@@ -15,19 +15,28 @@ class DeviceBinding(Settings):
     """A device in a role: what it is for procedures, and the plugin that drives it."""
 
     type: Text
-    plugin: Text
+    """What the device is for procedures, such as swing_tester."""
+    plugin: Annotated[Text, Field(json_schema_extra={"x-plugin": "device"})]
+    """The plugin that drives it."""
     settings: dict[str, Any] = Field(default_factory=dict)
+    """What the plugin is told."""
 
 
 class Station(Settings):
     """One rig with its devices and instruments."""
 
     rigrunner: Literal["station/1"]
+    """What this file is, and its version of the language."""
     id: Identifier
+    """How runs name it."""
     title: Text
+    """One line for lists and for the report."""
     description: str = ""
+    """In as many words as it takes."""
     rig: RigDescription
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
+    """Role to the device that fills it."""
     instruments: ListOf[TorqueInstrument] = ()
+    """The register: what is known of each transducer."""
     plugins: Text | None = None
     """The folder of the lab's own plugins, relative to the station file."""

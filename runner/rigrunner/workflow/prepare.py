@@ -44,7 +44,7 @@ class Planned:
 def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -> Planned:
     """Load and check both files and plan the run; raise InvalidFileError with all problems."""
     loaded_procedure, loaded_station = load_procedure(procedure), load_station(station)
-    registry = _with_lab_plugins(registry, loaded_station, station.parent)
+    registry = with_lab_plugins(registry, loaded_station, station.parent)
     check_plugins(loaded_procedure, loaded_station, registry)
     devices = {
         role: registry.make(
@@ -56,7 +56,8 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
     return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock)
 
 
-def _with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
+def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
+    """Return the registry with the lab's own plugins, if the station in that folder names any."""
     named = station.model.plugins
     if named is None:
         return registry

@@ -34,7 +34,14 @@ Name = Annotated[str, AfterValidator(_name), Field(json_schema_extra={"pattern":
 """The name of a role, an input or a parameter."""
 
 Member = Annotated[
-    str, AfterValidator(_member), Field(json_schema_extra={"pattern": f"^{_MEMBER}$"})
+    str,
+    AfterValidator(_member),
+    Field(
+        json_schema_extra={
+            "pattern": f"^{_MEMBER}$",
+            "patternErrorMessage": "allowed is role.name, such as tester.torque",
+        }
+    ),
 ]
 """A channel or drive of a device: `role.name`."""
 

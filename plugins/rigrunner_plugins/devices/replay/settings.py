@@ -38,10 +38,13 @@ class TableSettings(Settings):
     """How CSV files are written."""
 
     delimiter: Literal[",", ";", "tab", "|"] = ","
+    """What stands between columns."""
     decimal: Literal[".", ","] = "."
+    """What stands before the decimals of a number."""
     header: Annotated[YesNo, Field(description="whether a line names the columns")] = True
     skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
     encoding: Literal["utf-8", "latin-1", "utf-16"] = "utf-8"
+    """How the text is encoded."""
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
@@ -59,6 +62,7 @@ class ReplaySettings(Settings):
     )
     rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
     channels: Annotated[dict[ChannelName, ColumnSettings], Field(min_length=1)]
+    """Name of each channel to where its samples are."""
     table: TableSettings = TableSettings()
     max_frequency: Frequency = quantity("35 Hz", "highest frequency that can be set", gt=0)
     max_load: Force = quantity("3 kN", "highest load that can be set", gt=0)

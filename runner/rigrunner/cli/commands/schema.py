@@ -1,0 +1,23 @@
+"""`rigrunner schema`: the languages of procedures and stations, for editors."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import click
+
+from rigrunner.cli.options import lab_option
+from rigrunner.cli.output import result_json
+from rigrunner.cli.planning import lab_registry
+from rigrunner.workflow.schema import Language, language_schema
+
+
+@click.command(name="schema")
+@click.argument("language", type=click.Choice(["procedure", "station"]))
+@lab_option
+def command(language: str, station: str | None) -> None:
+    """Print the JSON Schema of procedures or of stations.
+
+    It knows the plugins that are installed. Editors complete and check with it.
+    """
+    result_json(language_schema(cast("Language", language), lab_registry(station)))

@@ -1,0 +1,171 @@
+"""What each field of a settings model is, in words: its kind, units, bounds, default and help."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from dataclasses import dataclass
+from itertools import pairwise
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import BaseModel, WithJsonSchema
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from rigrunner.api.quantity import readable, units_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+DIMENSION = "x-dimension"
+"""The key in the JSON Schema of a quantity that names its dimension, or None for any."""
+
+_KINDS = {"bool": "true | false", "int": "whole number", "float": "number", "str": "text"}
+_BOUNDS = (
+    (Gt, "gt", "more than"),
+    (Ge, "ge", "at least"),
+    (Lt, "lt", "less than"),
+    (Le, "le", "at most"),
+)
+
+
+@dataclass(frozen=True)
+class Field:
+    """One key that a model knows."""
+
+    key: str
+    kind: str
+    """What may stand there: 'length', 'whole number', 'slip | speed', ..."""
+    units: tuple[str, ...]
+    """Of a quantity: the units that it may have."""
+    bounds: str
+    """Such as 'more than 0 %, at most 5 %'."""
+    default: Any
+    """As it may stand in YAML; None where there is none to write."""
+    required: bool
+    help: str
+    model: type[BaseModel] | None
+    """The model that stands there, where one does."""
+
+
+def fields_of(model: type[BaseModel]) -> Iterator[Field]:
+    """Yield what each field of the model is, in the order in which they stand."""
+    said = _docstrings(model)
+    for name, info in model.model_fields.items():
+        yield _field(info.alias or name, info, info.description or said.get(name, ""))
+
+
+def _field(key: str, info: FieldInfo, words: str) -> Field:
+    annotation = _annotated(info)
+    quantity = _quantity(annotation)
+    dimension = None if quantity is None else quantity[DIMENSION]
+    inner = _without_none(annotation)
+    return Field(
+        key=key,
+        kind=_kind(inner),
+        units=tuple(units_of(dimension)) if dimension else (),
+        bounds=_bounds(annotation, dimension),
+        default=_yaml_value(None if info.is_required() else info.get_default(), dimension),
+        required=info.is_required(),
+        help=words,
+        model=inner if isinstance(inner, type) and issubclass(inner, BaseModel) else None,
+    )
+
+
+def _annotated(info: FieldInfo) -> Any:
+    return Annotated[info.annotation, *info.metadata] if info.metadata else info.annotation
+
+
+def _marks(annotation: Any) -> Iterator[Any]:
+    """Yield what stands beside a type in Annotated, at any depth of it."""
+    if get_origin(annotation) is Annotated:
+        for mark in get_args(annotation)[1:]:
+            yield from mark.metadata if isinstance(mark, FieldInfo) else (mark,)
+        yield from _marks(get_args(annotation)[0])
+    else:
+        for part in get_args(annotation):
+            yield from _marks(part)
+
+
+def _quantity(annotation: Any) -> dict[str, Any] | None:
+    """Return the JSON Schema of the quantity in an annotation, where there is one."""
+    schemas = (mark.json_schema for mark in _marks(annotation) if isinstance(mark, WithJsonSchema))
+    return next((schema for schema in schemas if schema and DIMENSION in schema), None)
+
+
+def _without_none(annotation: Any) -> Any:
+    bare = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+    if get_origin(bare) in {Union, UnionType}:
+        others = [part for part in get_args(bare) if part is not NoneType]
+        return others[0] if len(others) == 1 else bare
+    return annotation
+
+
+def _kind(annotation: Any) -> str:
+    quantity = _quantity(annotation)
+    bare = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+    origin = get_origin(bare)
+    if origin is tuple:
+        return f"list of {_kind(get_args(bare)[0])}"
+    if quantity is not None:
+        return quantity[DIMENSION] or "quantity"
+    if origin is Literal:
+        return " | ".join(str(choice) for choice in get_args(bare))
+    if any(isinstance(mark, WithJsonSchema) for mark in _marks(annotation)):
+        return "yes | no"
+    return _KINDS.get(getattr(bare, "__name__", ""), getattr(bare, "__name__", "value"))
+
+
+def _bounds(annotation: Any, dimension: str | None) -> str:
+    marks = list(_marks(annotation))
+    said = (
+        f"{words} {_bound(getattr(mark, attribute), dimension)}"
+        for kind, attribute, words in _BOUNDS
+        for mark in marks
+        if isinstance(mark, kind)
+    )
+    return ", ".join(said)
+
+
+def _yaml_value(value: Any, dimension: str | None) -> Any:
+    """Return a value as it may stand in YAML: a quantity with its unit, a list, a plain value."""
+    if isinstance(value, BaseModel) or value in (None, "", (), PydanticUndefined):
+        return None
+    if isinstance(value, tuple):
+        return [_yaml_value(item, dimension) for item in value]
+    if dimension is not None and isinstance(value, (int, float)):
+        return str(readable(float(value), dimension))
+    return value
+
+
+def _bound(value: Any, dimension: str | None) -> Any:
+    return "0" if value == 0 else _yaml_value(value, dimension)
+
+
+def _docstrings(model: type[BaseModel]) -> dict[str, str]:
+    """Return the texts under the fields of a model and its bases, where their source is there."""
+    said: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if issubclass(base, BaseModel) and base is not BaseModel:
+            said |= _own_docstrings(base)
+    return said
+
+
+def _own_docstrings(model: type[BaseModel]) -> dict[str, str]:
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(model)))
+    except (OSError, TypeError, SyntaxError):
+        return {}
+    (body,) = (node.body for node in tree.body if isinstance(node, ast.ClassDef))
+    return {
+        field.target.id: inspect.cleandoc(text.value.value)
+        for field, text in pairwise(body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }

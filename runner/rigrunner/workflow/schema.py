@@ -1,0 +1,102 @@
+"""JSON Schema of procedures and stations, for editors: what is complained of while one writes.
+
+It is made from the models that read the files and the settings of the plugins that are there, so it
+knows each step, key and parameter.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from rigrunner.procedure import PluginRef, Procedure
+from rigrunner.station import DeviceBinding, Station
+from rigrunner.workflow.schema_shapes import (
+    with_defaults_in_words,
+    with_merged_steps,
+    with_references,
+    with_shared_quantities,
+    without_unused,
+)
+from rigrunner.workflow.settings_schema import SettingsSchema
+
+if TYPE_CHECKING:
+    from pydantic_core.core_schema import ModelSchema
+
+    from rigrunner.api.hooks import PluginRecord
+    from rigrunner.registry import Registry
+
+Schema = dict[str, Any]
+Language = Literal["procedure", "station"]
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+PLUGIN = "x-plugin"
+"""The key in the JSON Schema of a text that names a plugin; its value is the kind of plugin."""
+
+
+def language_schema(language: Language, registry: Registry) -> Schema:
+    """Return the JSON Schema of a procedure or a station, with the plugins of the registry."""
+    model = Procedure if language == "procedure" else Station
+    schema = _LanguageSchema(registry).generate(model.__pydantic_core_schema__)
+    schema = with_shared_quantities(with_defaults_in_words(with_merged_steps(schema)))
+    if language == "procedure":
+        schema = with_references(schema, literal={"rigrunner", "parameters"})
+    return {"$schema": DIALECT, **without_unused(schema)}
+
+
+class _LanguageSchema(SettingsSchema):
+    """Knows the plugins wherever a model names one."""
+
+    def __init__(self, registry: Registry) -> None:
+        super().__init__()
+        self._registry = registry
+
+    def model_schema(self, schema: ModelSchema) -> Schema:
+        """Return the schema of a model, with the plugins that may stand in it."""
+        model = schema["cls"]
+        found = super().model_schema(schema)
+        if issubclass(model, PluginRef):
+            return self._plugin(found["description"], model.kind)
+        for spec in found.get("properties", {}).values():
+            if PLUGIN in spec:
+                spec.update(_enumeration(self._records(spec.pop(PLUGIN))))
+        if issubclass(model, DeviceBinding):
+            found["allOf"] = [self._device(each) for each in self._records("device")]
+        return found
+
+    def _records(self, kind: str) -> list[PluginRecord]:
+        by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}
+        return list(by_name.values())
+
+    def _plugin(self, description: str, kind: str) -> Schema:
+        """Return the choice between a plugin's name, and its name with settings."""
+        records = self._records(kind)
+        settings = {
+            each.name: self._settings(each) | {"description": each.help} for each in records
+        }
+        named = _enumeration([each for each in records if not _needs_settings(each)])
+        one_key = {"additionalProperties": False, "minProperties": 1, "maxProperties": 1}
+        told = {"type": "object", "properties": settings, **one_key}
+        return {"description": description, "anyOf": [named, told]}
+
+    def _device(self, record: PluginRecord) -> Schema:
+        """Return what the settings are where this device is named."""
+        named = {"properties": {"plugin": {"const": record.name}}, "required": ["plugin"]}
+        then: Schema = {"properties": {"settings": self._settings(record)}}
+        if _needs_settings(record):
+            then["required"] = ["settings"]
+        return {"if": named, "then": then}
+
+    def _settings(self, record: PluginRecord) -> Schema:
+        return self.generate_inner(record.settings.__pydantic_core_schema__)
+
+
+def _needs_settings(record: PluginRecord) -> bool:
+    return any(field.is_required() for field in record.settings.model_fields.values())
+
+
+def _enumeration(records: list[PluginRecord]) -> Schema:
+    return {
+        "type": "string",
+        "enum": [each.name for each in records],
+        "enumDescriptions": [each.help for each in records],
+    }

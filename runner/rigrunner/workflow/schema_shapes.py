@@ -1,0 +1,164 @@
+"""Shapes of JSON Schema that editors complete better, and complain of better, than pydantic's.
+
+Each function takes a whole schema with its definitions and returns a new one.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.workflow.fields import DIMENSION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Sequence
+
+Schema = dict[str, Any]
+
+_DEFINITIONS = "$defs"
+_POINTER = "#/$defs/"
+_REFERENCE = r"^\$[A-Za-z][A-Za-z0-9_]*$"
+_STEP = "Step"
+
+
+def with_merged_steps(schema: Schema) -> Schema:
+    """Draw the choice between steps, objects of one key each, together into one object.
+
+    An editor then offers the keys, and names the one that it does not know.
+    """
+    definitions = schema[_DEFINITIONS]
+    steps: dict[str, Schema] = {}
+
+    def change(node: Schema) -> Schema:
+        choices = [definitions.get(_target(each), {}) for each in node.get("oneOf", ())]
+        if not choices or not all("properties" in choice for choice in choices):
+            return node
+        steps[_STEP] = _one_of_keys(choices, definitions)
+        return {"$ref": _POINTER + _STEP}
+
+    changed: Schema = _changed(schema, change)
+    changed[_DEFINITIONS] |= steps
+    return changed
+
+
+def _one_of_keys(choices: Sequence[Schema], definitions: Schema) -> Schema:
+    properties = {
+        key: {**spec, "description": f"{_described(spec, definitions)}{choice['description']}"}
+        for choice in choices
+        for key, spec in choice["properties"].items()
+    }
+    return {
+        "type": "object",
+        "description": "A step: one key, which says what is done.",
+        "properties": properties,
+        "additionalProperties": False,
+        "minProperties": 1,
+        "maxProperties": 1,
+    }
+
+
+def _described(spec: Schema, definitions: Schema) -> str:
+    words = definitions.get(_target(spec), {}).get("description", "")
+    return f"{words} " if words else ""
+
+
+def with_defaults_in_words(schema: Schema) -> Schema:
+    """Say each default in the description: an editor would write it down where it is not needed."""
+
+    def change(node: Schema) -> Schema:
+        if "default" not in node:
+            return node
+        rest = {key: node[key] for key in node if key != "default"}
+        default = json.dumps(node["default"], ensure_ascii=False).strip('"')
+        return {**rest, "description": f"{node.get('description', '')} Default: {default}.".strip()}
+
+    changed: Schema = _changed(schema, change)
+    return changed
+
+
+def with_shared_quantities(schema: Schema) -> Schema:
+    """Define each kind of quantity once, under the name of its dimension."""
+    shared: dict[str, Schema] = {}
+
+    def change(node: Schema) -> Schema:
+        if DIMENSION not in node:
+            return node
+        name = node[DIMENSION] or "quantity"
+        own = {key: node[key] for key in node if key in {"description", "default"}}
+        shared[name] = {key: node[key] for key in node if key not in {*own, DIMENSION}}
+        return {"$ref": _POINTER + name.replace(" ", "_"), **own}
+
+    changed: Schema = _changed(schema, change)
+    changed[_DEFINITIONS] |= {name.replace(" ", "_"): shared[name] for name in sorted(shared)}
+    return changed
+
+
+def with_references(schema: Schema, literal: Collection[str]) -> Schema:
+    """Allow '$name' for every value but those under the top-level keys that are `literal`."""
+    kept = {key: schema["properties"][key] for key in literal}
+    changed: Schema = _changed(schema, _or_reference)
+    changed["properties"] |= kept
+    return changed
+
+
+def _or_reference(node: Schema) -> Schema:
+    kind = node.get("type")
+    if "anyOf" in node:
+        flat = [part for each in node["anyOf"] for part in each.get("anyOf", [each])]
+        return {**node, "anyOf": flat}
+    if "enum" in node:
+        choice = {key: node[key] for key in node if key != "description"}
+        rest = {key: node[key] for key in node if key == "description"}
+        return {**rest, "anyOf": [choice, {"type": "string", "pattern": _REFERENCE}]}
+    if kind == "string" and "pattern" in node:
+        return {**node, "pattern": f"{_REFERENCE}|{node['pattern']}"}
+    if kind in {"integer", "number", "boolean", "array"}:
+        words = f"allowed is {_WORDS[kind]}, or $name for a parameter"
+        either = {"type": [kind, "string"], "pattern": _REFERENCE, "patternErrorMessage": words}
+        return {**node, **either}
+    return node
+
+
+_WORDS = {
+    "integer": "a whole number",
+    "number": "a number",
+    "boolean": "true or false",
+    "array": "a list",
+}
+
+
+def without_unused(schema: Schema) -> Schema:
+    """Leave out the definitions that nothing refers to any more."""
+    definitions = schema[_DEFINITIONS]
+    used: dict[str, Schema] = {}
+    waiting = list(_targets({**schema, _DEFINITIONS: {}}))
+    while waiting:
+        name = waiting.pop()
+        if name not in used:
+            used[name] = definitions[name]
+            waiting += _targets(used[name])
+    return {**schema, _DEFINITIONS: {name: used[name] for name in definitions if name in used}}
+
+
+def _changed(node: Any, change: Callable[[Schema], Schema]) -> Any:
+    """Return a copy of a tree with every mapping in it changed, the innermost first."""
+    if isinstance(node, list):
+        return [_changed(item, change) for item in node]
+    if not isinstance(node, dict):
+        return node
+    return change({key: _changed(value, change) for key, value in node.items()})
+
+
+def _targets(node: Any) -> Iterator[str]:
+    if isinstance(node, dict):
+        if isinstance(node.get("$ref"), str):
+            yield _target(node)
+        for value in node.values():
+            yield from _targets(value)
+    elif isinstance(node, list):
+        for item in node:
+            yield from _targets(item)
+
+
+def _target(node: Schema) -> str:
+    return str(node.get("$ref", "")).removeprefix(_POINTER)

@@ -1,0 +1,212 @@
+"""Editors complete, complain of and explain procedures and stations: yaml-language-server is asked.
+
+RIGRUNNER_REQUIRE_YAML_SERVER=1 turns the skip where there is no server into a failure.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from itertools import count
+
+import pytest
+
+from helpers_docs import ROOT, code_blocks, pages
+from helpers_lsp import YamlServer
+
+PROCEDURES = ROOT / "procedures"
+SERVER = "yaml-language-server"
+LOADED = (PROCEDURES / "starting_torque_1000n.yaml").read_text(encoding="utf-8")
+STATION = (PROCEDURES / "stations" / "simulated.yaml").read_text(encoding="utf-8")
+SHIPPED = sorted(PROCEDURES.rglob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    program = shutil.which(SERVER)
+    if program is None and os.environ.get("RIGRUNNER_REQUIRE_YAML_SERVER") == "1":
+        pytest.fail(f"{SERVER} is required here, and was not found")
+    if program is None:
+        pytest.skip(f"{SERVER} is not installed: npm install --global {SERVER}")
+    folder = tmp_path_factory.mktemp("lab")
+    (folder / "stations").mkdir()
+    for schema in PROCEDURES.glob("*.schema.json"):
+        shutil.copy(schema, folder)
+    with YamlServer(program, folder) as running:
+        yield running
+
+
+class Editor:
+    """A text in the editor; '@' in it is where the cursor stands."""
+
+    numbers = count()
+
+    def __init__(self, server, text, folder=""):
+        before, at, after = text.partition("@")
+        self.path = server.folder / folder / f"{next(self.numbers)}.yaml"
+        self._cursor = (before.count("\n"), len(before.rpartition("\n")[2])) if at else None
+        self._server = server
+        self.complaints = server.open(self.path, before + after)
+
+    def offered(self):
+        return {item["label"]: item for item in self._server.completions(self.path, *self._cursor)}
+
+    def explained(self):
+        return self._server.hover(self.path, *self._cursor)
+
+
+def edited(text, old, new):
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+def told(complaints):
+    return [
+        (one["range"]["start"]["line"] + 1, one["range"]["start"]["character"] + 1, one["message"])
+        for one in complaints
+    ]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_what_is_shipped_is_not_complained_of(server, path):
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("# yaml-language-server: $schema=")
+    folder = path.parent.relative_to(PROCEDURES)
+    assert told(Editor(server, text, folder).complaints) == []
+
+
+def pages_with_files():
+    for page in pages():
+        for block in code_blocks(page):
+            language = re.match(
+                r"(?:# yaml-language.*\n)?rigrunner: (procedure|station)/1", block.code
+            )
+            if block.language == "yaml" and block.file and language:
+                schema = f"# yaml-language-server: $schema=./{language[1]}.schema.json\n"
+                yield pytest.param(schema + block.code, id=f"{page.stem}-{block.file}")
+
+
+@pytest.mark.parametrize("text", list(pages_with_files()))
+def test_what_the_pages_show_is_not_complained_of(server, text):
+    assert told(Editor(server, text).complaints) == []
+
+
+QUANTITY = "needed is a number with its unit: such as '10 Hz'"
+
+# old part, new part, where the finger points, what is said
+WRONG_PROCEDURES = [
+    ("settle:", "setle:", "setle:", "Property setle is not allowed."),
+    ("acceptance:", "acceptanc:", "acceptanc:", "Property acceptanc is not allowed."),
+    ("cycles: 5", "cycles: five", "five",
+     "allowed is a whole number, or $name for a parameter"),
+    ("tester.load: $load", "tester.load: 1000", "1000}", QUANTITY),
+    ("tester.load: $load", "load: $load", "load: $load", "Property load is not allowed."),
+    ("within: 0.05 N·m", "within: 0.05 Nq", "0.05 Nq", QUANTITY),
+    ("channel: tester.torque", "channel: torque", "torque, within",
+     "allowed is role.name, such as tester.torque"),
+    ("over: $frequencies", "over: [1 Hz, 2]", "2]", QUANTITY),
+    ("over: $frequencies", "over: frequencies", "frequencies\n      steps",
+     "allowed is a list, or $name for a parameter"),
+    ("max_age: 30 d", "max_age: 30 N", "30 N",
+     "needed is a number with its unit: s, ms, min, h, d"),
+    ("{alpha: 0.05}", "{alfa: 0.05}", "alfa", "Property alfa is not allowed."),
+    ("{alpha: 0.05}", "{alpha: 5}", "5}}", "Value is above the exclusive maximum of 0.5."),
+    ("    - template_inverse", "    - template_invers", "template_invers\n",
+     'Value is not accepted. Valid values: "energy", "paper_peak",'),
+    ("    - energy", "    - energy: {frequency_match: 1 N}", "1 N}",
+     "needed is a number with its unit: 1, %"),
+    ("    - energy", "    - energy: {wind: 1 deg}", "wind:", "Property wind is not allowed."),
+    ("rule: guard_band_u", "rule: guard", "guard\n",
+     'Value is not accepted. Valid values: "simple", "guard_band_u"'),
+    ("primary: template_inverse", "primary: invers", "invers\n", "Value is not accepted."),
+    ('revision: "A"', "revision: 1", "1\ntitle", 'Incorrect type. Expected "string".'),
+    ("title: Starting torque under 1000 N\n", "", "rigrunner: procedure",
+     'Missing property "title".'),
+]  # fmt: skip
+WRONG_STATIONS = [
+    ("plugin: swing_tester_sim", "plugin: swing_tester_simm", "swing_tester_simm",
+     "Value is not accepted. Valid values:"),
+    ("settings: {seed: 1}", "settings: {sead: 1}", "sead", "Property sead is not allowed."),
+    ("settings: {seed: 1}", "settings: {eccentric: 2}", "2}",
+     "needed is a number with its unit: m, mm, µm"),
+    ("plugin: swing_tester_sim\n    settings: {seed: 1}", "plugin: replay", "tester:\n",
+     'Missing property "settings".'),
+    ("gain: 0.3 %", "gain: 0.3", "0.3,", "needed is a number with its unit: 1, %"),
+]  # fmt: skip
+
+
+def assert_told(server, text, place, message):
+    before = text[: text.index(place)]
+    line, column = before.count("\n") + 1, len(before.rpartition("\n")[2]) + 1
+    first = told(Editor(server, text).complaints)[0]
+    assert first[2].startswith(message)
+    assert first[:2] == (line, column)
+
+
+@pytest.mark.parametrize(("old", "new", "place", "message"), WRONG_PROCEDURES)
+def test_a_mistake_in_a_procedure_is_underlined(server, old, new, place, message):
+    assert_told(server, edited(LOADED, old, new), place, message)
+
+
+@pytest.mark.parametrize(("old", "new", "place", "message"), WRONG_STATIONS)
+def test_a_mistake_in_a_station_is_underlined(server, old, new, place, message):
+    text = edited(STATION, "../station.schema.json", "./station.schema.json")
+    assert_told(server, edited(text, old, new), place, message)
+
+
+STEP = "        - settle: {cycles: 5}\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "label", "words"),
+    [
+        (STEP, "        - @\n" + STEP, "settle", "Time passes until the motion is steady"),
+        (STEP, "        - se@\n" + STEP, "sweep", "goes through a list of set-points"),
+        (STEP, "        - settle:\n            @\n", "cycles", "How many cycles of the motion"),
+        ("    - energy\n", "    - @\n", "energy", "Running torque"),
+        ("    - energy\n", "    - energy:\n        @\n", "frequency_match", "Default: 2 %"),
+        ("outliers: {grubbs: {alpha: 0.05}}", "outliers: @", "grubbs", "Grubbs' test"),
+        ("primary: template_inverse", "primary: @", "energy", "Running torque"),
+        ("acceptance:", "@\nacceptance:", "description", "Why, and how"),
+    ],
+)
+def test_what_may_stand_here_is_offered_with_its_help(server, old, new, label, words):
+    offered = Editor(server, edited(LOADED, old, new)).offered()
+    assert words in str(offered[label]["documentation"])
+
+
+def test_a_plugin_is_offered_with_and_without_settings(server):
+    editor = Editor(server, edited(LOADED, "    - energy\n", "    - @\n"))
+    items = server.completions(editor.path, *editor._cursor)
+    written = {item["insertText"].split("\n")[0] for item in items}
+    assert {"energy", "energy:"} <= written
+
+
+def test_a_steps_needed_keys_are_written_with_it(server):
+    offered = Editor(server, edited(LOADED, STEP, "        - @\n")).offered()
+    written = offered["zero"]["textEdit"]["newText"]
+    assert re.search(r"channel: .*\n\s+within: ", written)
+    assert "duration" not in written
+
+
+def test_the_settings_of_the_chosen_device_are_offered(server):
+    text = edited(STATION, "../station.schema.json", "./station.schema.json")
+    text = edited(text, "settings: {seed: 1}", "settings:\n      @")
+    offered = Editor(server, text).offered()
+    assert "drive_line" in offered
+    assert "manifest" not in offered
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("settle: {", "set@tle: {", "Time passes until the motion is steady"),
+        ("max_age: 30 d", "max@_age: 30 d", "Default: 30 d"),
+        ("paper_peak: {", "paper@_peak: {", "as published"),
+        ("    - template_inverse", "    - template@_inverse", "resonance and filter undone"),
+        ("analysis:\n", "anal@ysis:\n", "The analysis section"),
+    ],
+)
+def test_what_stands_here_is_explained(server, old, new, words):
+    assert words in Editor(server, edited(LOADED, old, new)).explained()
