@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import floor, isfinite, isinf, log10
 from typing import TYPE_CHECKING
 
+from rigrunner.signal.rounding import places
 from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 UNKNOWN = "unknown"
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-PLACES_WITHOUT_UNCERTAINTY = 4
 LOWEST, HIGHEST = -3, 5
 """Exclusive: between these powers of ten a number is written without one."""
 
@@ -51,17 +51,6 @@ def stated(estimate: Estimate) -> Stated:
     shown = fixed(width, digits) if isfinite(width) else UNKNOWN
     factor = coverage_factor(estimate.dof)
     return Stated(fixed(estimate.value, digits), shown, fixed(factor, 2), estimate.unit)
-
-
-def places(uncertainty: float, digits: int = 2) -> int:
-    """Return how many decimals show an uncertainty with so many significant digits.
-
-    Negative for uncertainties of tens and more; four where there is none to go by.
-    """
-    if not (isfinite(uncertainty) and uncertainty > 0):
-        return PLACES_WITHOUT_UNCERTAINTY
-    rounded = float(f"{uncertainty:.{digits - 1}e}")
-    return digits - 1 - floor(log10(rounded))
 
 
 def fixed(value: float, decimals: int) -> str:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.data import Estimate
-from rigrunner_reports.numbers import expanded, fixed, places, plain, stated, with_sign
+from rigrunner.signal.rounding import places
+from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
 from rigrunner_reports.view.points import error
 
 if TYPE_CHECKING:

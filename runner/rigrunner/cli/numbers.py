@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from rigrunner.signal.rounding import places
+
 
 def with_uncertainty(value: float, expanded: float) -> str:
     """Return 'value ± U', U with two significant digits and the value to the same place.
@@ -12,5 +14,5 @@ def with_uncertainty(value: float, expanded: float) -> str:
     """
     if not (math.isfinite(expanded) and expanded > 0):
         return f"{value:.4g} ± {expanded:.2g}"
-    places = max(0, 1 - math.floor(math.log10(float(f"{expanded:.1e}"))))
-    return f"{value:.{places}f} ± {expanded:.{places}f}"
+    decimals = max(0, places(expanded))
+    return f"{value:.{decimals}f} ± {expanded:.{decimals}f}"
