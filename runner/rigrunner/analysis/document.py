@@ -7,31 +7,34 @@ freedom are the text "infinite".
 
 from __future__ import annotations
 
-from math import isfinite, isinf
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.analysis.document_fits import curve_of, fit
+from rigrunner.analysis.document_values import (
+    degrees_of_freedom,
+    estimate,
+    number,
+    plain,
+    quantity,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from rigrunner.analysis.document_values import Json
     from rigrunner.api.analysis import (
         Check,
         CompensatedPoint,
         Compensation,
         Component,
-        Curve,
         Rejection,
         SwingPoint,
     )
-    from rigrunner.api.data import Estimate, RunData
-    from rigrunner.api.results import Decision, FittedTorque, Result
+    from rigrunner.api.data import RunData
+    from rigrunner.api.results import Decision, Result
 
 FORMAT = "rigrunner: result/1"
 TORQUE = "N·m"
-Json = dict[str, object]
 
 
 def document(result: Result) -> Json:
@@ -41,7 +44,7 @@ def document(result: Result) -> Json:
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
         "run": _run(result.run),
         "no_load_run": None if result.no_load_run is None else _run(result.no_load_run),
-        "analysis": _plain(result.settings),
+        "analysis": plain(result.settings),
         "headline": _headline(result),
         "decision": None if result.decision is None else _decision(result.decision),
         "checks": _checks(result.checks),
@@ -49,7 +52,7 @@ def document(result: Result) -> Json:
         "points": [_point(point) for point in result.loaded],
         "no_load_points": [_point(point) for point in result.no_load],
         "compensations": {name: _compensation(each) for name, each in result.compensations.items()},
-        "fits": [_fit(fit) for fit in result.fits],
+        "fits": [fit(each) for each in result.fits],
     }
 
 
@@ -118,7 +121,7 @@ def _point(point: SwingPoint) -> Json:
         "raw_peak": {
             "mean": quantity(float(kept.mean()), TORQUE),
             "standard_deviation": quantity(float(kept.std(ddof=1)), TORQUE),
-            "per_cycle": {"values": _plain(point.peak_nm), "unit": TORQUE},
+            "per_cycle": {"values": plain(point.peak_nm), "unit": TORQUE},
             "cycles_kept": int(point.peak_kept.sum()),
             "rejected": _rejections(point.peak_rejections),
         },
@@ -148,7 +151,7 @@ def _compensation(compensation: Compensation) -> Json:
         "not_applicable": compensation.not_applicable or None,
         "points": [_compensated(point) for point in compensation.points],
         "parameters": {name: estimate(each) for name, each in compensation.parameters.items()},
-        "curve": None if compensation.curve is None else _curve(compensation.curve),
+        "curve": None if compensation.curve is None else curve_of(compensation.curve),
         "checks": _checks(compensation.checks),
         "notes": list(compensation.notes),
     }
@@ -173,77 +176,3 @@ def _component(component: Component) -> Json:
         "distribution": component.distribution,
         "common_to_all_points": component.common,
     }
-
-
-def _fit(fit: FittedTorque) -> Json:
-    return {
-        "name": fit.name,
-        "problem": fit.problem or None,
-        "points": {
-            "x": {"values": _plain(fit.points.x), "unit": fit.points.x_unit},
-            "y": {"values": _plain(fit.points.y), "unit": fit.points.y_unit},
-            "u_y": {"values": _plain(fit.points.u_y), "unit": fit.points.y_unit},
-        },
-        "curve": None if fit.curve is None else _curve(fit.curve),
-    }
-
-
-def _curve(curve: Curve) -> Json:
-    standard = np.sqrt(np.diag(curve.covariance))
-    return {
-        "formula": curve.formula,
-        "coefficients": {
-            name: {"value": number(value), "standard_uncertainty": number(u), "unit": unit}
-            for name, value, u, unit in zip(
-                curve.names, curve.coefficients, standard, curve.units, strict=True
-            )
-        },
-        "covariance": _plain(curve.covariance),
-        "degrees_of_freedom": degrees_of_freedom(curve.dof),
-        "residual_standard_deviation": number(curve.residual_s),
-        "residuals": _plain(curve.residuals),
-        "r_squared": number(curve.r_squared),
-        "valid_from": number(curve.valid_x[0]),
-        "valid_to": number(curve.valid_x[1]),
-    }
-
-
-def estimate(value: Estimate | None) -> Json | None:
-    """Return a value with its standard and 95 % expanded uncertainty; None stays None."""
-    if value is None:
-        return None
-    k = coverage_factor(value.dof)
-    return {
-        "value": number(value.value),
-        "standard_uncertainty": number(value.u),
-        "degrees_of_freedom": degrees_of_freedom(value.dof),
-        "coverage_factor_95": number(k),
-        "expanded_uncertainty_95": number(k * value.u),
-        "unit": value.unit,
-    }
-
-
-def quantity(value: float, unit: str) -> Json:
-    """Return a number with its unit."""
-    return {"value": number(value), "unit": unit}
-
-
-def number(value: float) -> float | None:
-    """Return a float that JSON can hold; None for what is not a finite number."""
-    return float(value) if isfinite(value) else None
-
-
-def degrees_of_freedom(dof: float) -> float | str | None:
-    """Return the degrees of freedom, or the text 'infinite'."""
-    return "infinite" if isinf(dof) else number(dof)
-
-
-def _plain(value: object) -> object:
-    """Return nested mappings, sequences and arrays as JSON values."""
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, dict):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    return number(value) if isinstance(value, float) else value

@@ -105,7 +105,11 @@ def _judged(
     recording: Recording, name: str, values: Array, rule: OutlierRule
 ) -> tuple[Mask, tuple[Rejection, ...]]:
     """Return which cycles the rule keeps by these values (cycles,), and its rejections."""
-    rejections = tuple(rule(values))
+    try:
+        rejections = tuple(rule(values))
+    except DataError as error:
+        where = f"recording {recording.name}, {name}"
+        raise DataError(f"{where}: {error.message}", hint=error.hint) from error
     kept = np.ones(len(values), bool)
     kept[[rejection.index for rejection in rejections]] = False
     if kept.sum() < LEAST_CYCLES:

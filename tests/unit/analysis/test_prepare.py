@@ -11,6 +11,7 @@ from rigrunner.api.analysis import Rejection
 from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import swing_angle
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
+from rigrunner_plugins.outlier_rules.pauta import pauta
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
 GRUBBS = Grubbs(GrubbsSettings())
@@ -190,3 +191,9 @@ def test_a_sample_that_is_no_number_is_refused(channel):
 def test_a_missing_set_point_lists_what_is_there():
     with pytest.raises(DataError, match=r"no set-point 'tester\.frequency'; it has tester\.load"):
         prepared(replace(recording(PEAKS), setpoints={"tester.load": 1.0}))
+
+
+def test_a_rule_that_refuses_names_the_recording():
+    message = "recording 10Hz, tester.torque: pauta, the 3-sigma rule, can reject none of 10 values"
+    with pytest.raises(DataError, match=message):
+        prepared(recording(np.ones(10)), pauta)

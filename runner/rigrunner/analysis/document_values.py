@@ -1,0 +1,56 @@
+"""Values as JSON has them: numbers with their unit, null for what is unknown."""
+
+from __future__ import annotations
+
+from math import isfinite, isinf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.uncertainty import coverage_factor
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Estimate
+
+Json = dict[str, object]
+
+
+def estimate(value: Estimate | None) -> Json | None:
+    """Return a value with its standard and 95 % expanded uncertainty; None stays None."""
+    if value is None:
+        return None
+    k = coverage_factor(value.dof)
+    return {
+        "value": number(value.value),
+        "standard_uncertainty": number(value.u),
+        "degrees_of_freedom": degrees_of_freedom(value.dof),
+        "coverage_factor_95": number(k),
+        "expanded_uncertainty_95": number(k * value.u),
+        "unit": value.unit,
+    }
+
+
+def quantity(value: float, unit: str) -> Json:
+    """Return a number with its unit."""
+    return {"value": number(value), "unit": unit}
+
+
+def number(value: float) -> float | None:
+    """Return a float that JSON can hold; None for what is not a finite number."""
+    return float(value) if isfinite(value) else None
+
+
+def degrees_of_freedom(dof: float) -> float | str | None:
+    """Return the degrees of freedom, or the text 'infinite'."""
+    return "infinite" if isinf(dof) else number(dof)
+
+
+def plain(value: object) -> object:
+    """Return nested mappings, sequences and arrays as JSON values."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, dict):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return number(value) if isinstance(value, float) else value
