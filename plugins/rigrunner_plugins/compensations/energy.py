@@ -12,19 +12,17 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Trace
 from rigrunner.api.data import Estimate
 from rigrunner.signal.averaging import jackknife, leave_one_out_means, robust_mean
+from rigrunner.signal.swings import with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.matching import pairs
-from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
+from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Sweep, SwingPoint
-    from rigrunner.api.data import Array
     from rigrunner_plugins.compensations.settings import EnergySettings
     from rigrunner_plugins.compensations.swing import Swing
 
@@ -39,12 +37,19 @@ class Energy:
     settings: EnergySettings
 
     def __call__(self, sweep: Sweep) -> Compensation:
-        """Return the running torque per frequency; DataError for one without no-load partner."""
+        """Return the running torque per frequency.
+
+        Raises DataError for a point without whole swings and one without no-load partner.
+        """
+        sweep = with_swings(sweep)
         matched = pairs(sweep, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
         points = tuple(self._point(sweep, ratio, *pair) for pair in matched)
         recordings = (*sweep.loaded, *sweep.no_load)
-        found = (checks.positive(points), checks.enough_cycles(recordings))
+        found = (
+            checks.positive(points, [p.torque.value for p in points]),
+            checks.enough_cycles(recordings),
+        )
         return Compensation(MEASURAND, points, checks=found, notes=NOTES)
 
     def _point(
@@ -80,15 +85,6 @@ class Energy:
             Component(name, abs(value) / sqrt(3), inf, "rectangular", common=True)
             for name, value in half_widths.items()
         )
-
-
-def running_torque(swing: Swing, torque_nm: Array) -> Array:
-    """Return the work of swings of shape (..., n) over the way of a swing, in N·m.
-
-    The sum over equal steps of phase is exact for periodic waveforms up to the harmonic n/2.
-    """
-    work = (torque_nm * swing.velocity_per_hz).mean(axis=-1)
-    return np.asarray(work / np.abs(swing.velocity_per_hz).mean())
 
 
 def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Component:

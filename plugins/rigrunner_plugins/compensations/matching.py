@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api.analysis import PeakPoint
 from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Sweep, SwingPoint
+    from rigrunner.api.analysis import Sweep, SwingPoint, SwingSweep
+
+Point = TypeVar("Point", bound=PeakPoint)
 
 
-def pairs(sweep: Sweep, tolerance: float) -> tuple[tuple[SwingPoint, SwingPoint], ...]:
+def pairs(sweep: SwingSweep, tolerance: float) -> tuple[tuple[SwingPoint, SwingPoint], ...]:
     """Return (loaded, no-load) for every loaded point, the nearest within the relative tolerance.
 
-    By the frequency from the angle channel, never the entered one. Raises DataError that names the
-    frequencies without a partner.
+    By the measured frequency, never the entered one. Raises DataError that names the frequencies
+    without a partner.
     """
-    found = [(point, _nearest(point, sweep.no_load)) for point in sweep.loaded]
+    return _paired(sweep.loaded, sweep.no_load, tolerance)
+
+
+def peak_pairs(sweep: Sweep, tolerance: float) -> tuple[tuple[PeakPoint, PeakPoint], ...]:
+    """Return the same of points that need have no whole swings."""
+    return _paired(sweep.loaded, sweep.no_load, tolerance)
+
+
+def _paired(
+    loaded: Sequence[Point], no_load: Sequence[Point], tolerance: float
+) -> tuple[tuple[Point, Point], ...]:
+    found = [(point, _nearest(point, no_load)) for point in loaded]
     missing = [
         f"{point.frequency_hz.value:.4g} Hz ({point.recording})"
         for point, partner in found
@@ -27,19 +41,19 @@ def pairs(sweep: Sweep, tolerance: float) -> tuple[tuple[SwingPoint, SwingPoint]
     if missing:
         raise DataError(
             f"no no-load recording within {tolerance:.1%} of {', '.join(missing)}; "
-            f"the no-load run has {_listing(sweep.no_load)}",
+            f"the no-load run has {_listing(no_load)}",
             hint="record the no-load sweep at the same frequencies",
         )
     return tuple((point, partner) for point, partner in found if partner is not None)
 
 
-def _nearest(point: SwingPoint, candidates: Sequence[SwingPoint]) -> SwingPoint | None:
+def _nearest(point: Point, candidates: Sequence[Point]) -> Point | None:
     return min(candidates, key=lambda other: _distance(point, other), default=None)
 
 
-def _distance(point: SwingPoint, other: SwingPoint) -> float:
+def _distance(point: PeakPoint, other: PeakPoint) -> float:
     return abs(other.frequency_hz.value / point.frequency_hz.value - 1)
 
 
-def _listing(points: Sequence[SwingPoint]) -> str:
+def _listing(points: Sequence[PeakPoint]) -> str:
     return ", ".join(f"{point.frequency_hz.value:.4g} Hz" for point in points) or "no points"

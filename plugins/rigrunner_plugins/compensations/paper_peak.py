@@ -22,7 +22,7 @@ from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations.paper_equation import published_curve
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Curve, Sweep, SwingPoint
+    from rigrunner.api.analysis import Curve, Sweep, PeakPoint
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 
@@ -70,7 +70,7 @@ class PaperPeak:
         return sweep.fit(peak_points(sweep.no_load))
 
     def _point(
-        self, point: SwingPoint, curve: Curve, instrument: TorqueInstrument
+        self, point: PeakPoint, curve: Curve, instrument: TorqueInstrument
     ) -> CompensatedPoint:
         frequency = point.frequency_hz.value
         raw, scatter = mean_peak(point)

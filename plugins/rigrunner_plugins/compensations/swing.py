@@ -99,3 +99,12 @@ def interpolated(waveform: Array, size: int) -> Array:
     n = waveform.shape[-1]
     spectrum = np.fft.rfft(waveform, axis=-1) * (size / n)
     return np.fft.irfft(spectrum, size, axis=-1)
+
+
+def running_torque(swing: Swing, torque_nm: Array) -> Array:
+    """Return the work of swings of shape (..., n) over the way of a swing, in N·m.
+
+    The sum over equal steps of phase is exact for periodic waveforms up to the harmonic n/2.
+    """
+    work = (torque_nm * swing.velocity_per_hz).mean(axis=-1)
+    return np.asarray(work / np.abs(swing.velocity_per_hz).mean())

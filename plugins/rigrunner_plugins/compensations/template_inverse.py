@@ -16,18 +16,19 @@ import numpy as np
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Trace
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from rigrunner.signal.swings import with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.bearing import Pair, bearing_torque, mean_swing, reversals
 from rigrunner_plugins.compensations.budget import Budget
 from rigrunner_plugins.compensations.identification import identify, vector
 from rigrunner_plugins.compensations.matching import pairs
-from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
+from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.analysis import Check, Sweep, SwingPoint
+    from rigrunner.api.analysis import Check, Sweep, SwingPoint, SwingSweep
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import LowPass, TorqueInstrument
     from rigrunner_plugins.compensations.identification import Identified
@@ -42,6 +43,14 @@ NOTES = (
 
 
 @dataclass(frozen=True)
+class _Diagnosis:
+    asymmetry: float
+    """Half of what the strokes differ by, over their mean."""
+    running_nm: float
+    """The mean torque under way."""
+
+
+@dataclass(frozen=True)
 class TemplateInverse:
     """The compensation `template_inverse`."""
 
@@ -50,9 +59,10 @@ class TemplateInverse:
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return the starting torque per frequency.
 
-        Raises DataError for a frequency without no-load partner, a register without low-pass
+        Raises DataError for a point without whole swings, a frequency without no-load partner, a register without low-pass
         filter, and too few no-load frequencies to learn the resonance from.
         """
+        sweep = with_swings(sweep)
         low_pass = _low_pass(sweep.instrument)
         matched = pairs(sweep, self.settings.frequency_match)
         swing = make_swing(measured_ratio(sweep.no_load))
@@ -62,18 +72,18 @@ class TemplateInverse:
         budget = Budget(self.settings, sweep.instrument, rig, refiltered)
         done = [self._point(budget, *pair) for pair in matched]
         points = tuple(point for point, _ in done)
+        diagnosed = [diagnosis for _, diagnosis in done]
         return Compensation(
             measurand=MEASURAND,
             points=points,
             parameters=_parameters(rig),
-            checks=_checks(sweep, rig, points, [asymmetry for _, asymmetry in done]),
+            checks=_checks(sweep, rig, points, diagnosed),
             notes=NOTES,
         )
 
     def _point(
         self, budget: Budget, loaded: SwingPoint, no_load: SwingPoint
-    ) -> tuple[CompensatedPoint, float]:
-        """Return the point and how much its strokes differ, over their mean."""
+    ) -> tuple[CompensatedPoint, _Diagnosis]:
         line, friction = budget.rig.line, budget.rig.friction
         size = friction.swing.size
         pair = Pair(mean_swing(loaded, size), mean_swing(no_load, size))
@@ -92,7 +102,8 @@ class TemplateInverse:
             components=components,
             trace=_trace(loaded, pair, bearing),
         )
-        return point, float((forward - backward) / (forward + backward))
+        asymmetry = float((forward - backward) / (forward + backward))
+        return point, _Diagnosis(asymmetry, float(running_torque(friction.swing, bearing)))
 
 
 def _low_pass(instrument: TorqueInstrument) -> LowPass:
@@ -132,14 +143,17 @@ def _parameters(rig: Identified) -> Mapping[str, Estimate]:
 
 
 def _checks(
-    sweep: Sweep, rig: Identified, points: Sequence[CompensatedPoint], asymmetry: Sequence[float]
+    sweep: SwingSweep,
+    rig: Identified,
+    points: Sequence[CompensatedPoint],
+    diagnosed: Sequence[_Diagnosis],
 ) -> tuple[Check, ...]:
     own = [combine(part for part in p.components if not part.common)[0] for p in points]
     recordings = (*sweep.loaded, *sweep.no_load)
     return (
-        checks.positive(points),
+        checks.positive(points, [each.running_nm for each in diagnosed]),
         checks.understood(rig.misfit),
-        checks.symmetry(points, asymmetry),
+        checks.symmetry(points, [each.asymmetry for each in diagnosed]),
         checks.same_inertia(points, np.array(own)),
         checks.enough_cycles(recordings),
         checks.fast_enough(recordings),

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from rigrunner.api.analysis import CompensatedPoint
+from rigrunner.api.data import Estimate
+from rigrunner_plugins.compensations.checks import positive, same_inertia, symmetry, understood
+
+FREQUENCIES = np.array([1, 5, 10, 15, 20, 25, 30, 35])
+
+
+def points(torques):
+    return [
+        CompensatedPoint(f, f, 5.0, 4.0, Estimate(torque, 0.005), ())
+        for f, torque in zip(FREQUENCIES, torques, strict=True)
+    ]
+
+
+def test_growth_with_the_square_is_told_from_scatter():
+    rng = np.random.default_rng(1)
+    u = np.full(8, 0.003)
+    flat = 0.73 + 0.003 * rng.standard_normal(8)
+    assert same_inertia(points(flat), u).ok
+    found = same_inertia(points(flat + 4.6e-5 * FREQUENCIES**2), u)
+    assert not found.ok
+    assert "+0.05" in found.text
+
+
+def test_false_alarms_are_as_rare_as_said():
+    rng = np.random.default_rng(2)
+    u = np.full(8, 0.02)
+    alarms = sum(
+        not same_inertia(points(0.73 + 0.02 * rng.standard_normal(8)), u).ok for _ in range(400)
+    )
+    assert alarms <= 12, "1 % of 400, and what chance may add"
+
+
+def test_significant_but_small_does_not_matter():
+    assert same_inertia(points(0.73 + 4e-6 * FREQUENCIES**2), np.full(8, 1e-4)).ok
+
+
+def test_two_frequencies_tell_nothing():
+    found = same_inertia(points([0.7] * 8)[:2], np.full(2, 0.01))
+    assert found.ok
+    assert found.text == "too few frequencies to tell"
+
+
+def test_zero_torque_is_impossible():
+    found = positive(points([0.7, 0.0, 0.7, 0.7, 0.7, 0.7, 0.7, -0.1]), [0.6] * 8)
+    assert not found.ok
+    assert found.text == "5 Hz: 0.000 N·m; 35 Hz: -0.100 N·m"
+    assert positive(points([0.7] * 8), [0.6] * 8).ok
+
+
+@pytest.mark.parametrize(("asymmetry", "ok"), [(0.04, True), (-0.06, False)])
+def test_asymmetry_either_way(asymmetry, ok):
+    assert symmetry(points([0.7] * 8), [asymmetry] + [0.0] * 7).ok is ok
+
+
+@pytest.mark.parametrize(("misfit", "ok"), [(0.8, True), (2.5, False)])
+def test_a_sweep_that_the_equations_do_not_explain(misfit, ok):
+    assert understood(misfit).ok is ok

@@ -1,0 +1,58 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helpers_rigs import INSTRUMENT
+from helpers_sweeps import prepared
+from rigrunner.api.errors import DataError
+from rigrunner_plugins.compensations.identification import identify, vector, with_vector
+from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
+from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+
+
+def identified(parameters, seed=0):
+    points = prepared(parameters, 0.0, seed=seed)
+    return identify(points, make_swing(measured_ratio(points)), INSTRUMENT.low_pass)
+
+
+@pytest.mark.parametrize("natural_hz", [200.0, 400.0, 800.0])
+@pytest.mark.parametrize(
+    ("model", "share"), [(RigParameters, 0.0), (OdeParameters, 1.0)], ids=["closed form", "ode"]
+)
+def test_learns_the_rig_and_where_its_friction_acts(model, share, natural_hz):
+    """On the closed form friction follows the drive, on the ODE the load: by construction."""
+    rig = model(natural_hz=natural_hz)
+    found = identified(rig)
+    u = np.sqrt(np.diag(found.covariance))
+    assert found.line.natural_hz == pytest.approx(natural_hz, rel=0.005)
+    assert found.line.damping_ratio == pytest.approx(rig.damping_ratio, abs=0.015)
+    gain = rig.sensors.gain_limit
+    assert found.line.inertia_kgm2 == pytest.approx(rig.inertia_kgm2, rel=gain + 0.001)
+    assert found.line.share == pytest.approx(share, abs=3.5 * u[3])
+    assert found.line.delay_s == pytest.approx(0, abs=2e-5)
+    assert found.misfit < 1.5
+
+
+def test_learns_a_delay():
+    sensors = replace(RigParameters().sensors, torque_delay_s=2e-4)
+    found = identified(RigParameters(sensors=sensors))
+    assert found.line.delay_s == pytest.approx(2e-4, abs=1e-5)
+    assert found.line.share == pytest.approx(0, abs=0.15)
+
+
+def test_friction_level_is_the_supports():
+    assert identified(RigParameters()).friction.level_nm == pytest.approx(0.7597, rel=0.05)
+
+
+def test_refuses_too_few_frequencies():
+    points = prepared(RigParameters(), 0.0, (1.0, 10.0, 35.0))
+    with pytest.raises(DataError, match="has 3 frequencies, but 4 are needed"):
+        identify(points, make_swing(2 / 45), INSTRUMENT.low_pass)
+
+
+def test_vector_goes_both_ways():
+    line = identified(RigParameters()).line
+    changed = with_vector(line, vector(line) * 2)
+    np.testing.assert_allclose(vector(changed), 2 * vector(line))

@@ -1,0 +1,160 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helpers_rigs import INSTRUMENT
+from helpers_sweeps import FEW, compensate, errors_nm, sweep
+from rigrunner.api.errors import DataError
+from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+
+RIG = RigParameters()
+
+
+@pytest.fixture(scope="module")
+def outcome():
+    return compensate(sweep(RIG, FEW))
+
+
+def check(outcome, name):
+    return next(check for check in outcome.checks if check.name == name)
+
+
+def broken(**changes):
+    sensors = changes.pop("sensors", {})
+    return RigParameters(sensors=replace(RIG.sensors, **sensors), **changes)
+
+
+def test_every_point_adds_up(outcome):
+    for point in outcome.points:
+        assert point.rig_nm == pytest.approx(point.raw_nm - point.torque.value)
+        assert (point.torque.u, point.torque.dof) == combine(point.components)
+        assert point.raw_nm > point.torque.value
+
+
+def test_budget_says_what_is_common(outcome):
+    common = {part.name: part.common for part in outcome.points[-1].components}
+    assert [name for name, is_common in common.items() if not is_common] == [
+        "repeatability, loaded",
+        "repeatability, no load",
+    ]
+    assert {"sensor gain", "sensor non-linearity", "support friction under load"} <= set(common)
+
+
+def test_sensor_gain_enters_by_the_difference(outcome):
+    """0.3 % of about 0.726 N·m, rectangular."""
+    gain = next(p for p in outcome.points[-1].components if p.name == "sensor gain")
+    assert gain.u == pytest.approx(0.003 * 0.726 / np.sqrt(3), rel=0.03)
+
+
+def test_settings_carry_into_the_budget():
+    made = sweep(RIG, FEW)
+    free = compensate(made, support_load_dependence="0 %", inertia_mismatch="0 %")
+    strict = compensate(made, support_load_dependence="5 %", inertia_mismatch="1 %")
+
+    def parts(outcome):
+        return {part.name: part.u for part in outcome.points[-1].components}
+
+    assert parts(free)["support friction under load"] == 0
+    assert parts(strict)["support friction under load"] == pytest.approx(
+        0.05 * 0.76 / np.sqrt(3), rel=0.05
+    )
+    assert parts(strict)["inertia between the runs"] == pytest.approx(
+        0.01 * 0.002324 * 2170.5 / np.sqrt(3), rel=0.02
+    )
+
+
+def test_parameters_have_units_and_uncertainty(outcome):
+    natural = outcome.parameters["natural frequency"]
+    assert natural.unit == "Hz"
+    assert natural.value == pytest.approx(400, abs=2)
+    assert 0 < natural.u < 2
+    assert outcome.parameters["inertia"].unit == "kg·m²"
+
+
+def test_trace_is_over_the_swing(outcome):
+    trace = outcome.points[-1].trace
+    shapes = {a.shape for a in (trace.angle_rad, trace.raw_nm, trace.no_load_nm)}
+    assert shapes == {trace.compensated_nm.shape}
+    assert np.ptp(trace.raw_nm) > 10 * np.abs(trace.compensated_nm).max()
+
+
+def test_good_rig_passes_every_check(outcome):
+    bad = [check.name for check in outcome.checks if not check.ok]
+    assert bad in ([], ["cycles"]), "10 cycles at 1 Hz, of which a gross error may take one"
+
+
+def test_another_mandrel_shows_as_torque_that_grows_with_frequency():
+    outcome = compensate(sweep(broken(loaded_inertia_change=0.01), FEW))
+    found = check(outcome, "inertia of both runs")
+    assert not found.ok
+    assert "mandrel" in found.advice
+
+
+def test_torque_in_one_sense_shows_as_asymmetry():
+    outcome = compensate(sweep(broken(asymmetry_nm=0.08), FEW))
+    assert not check(outcome, "symmetry of the strokes").ok
+
+
+def test_slow_sampling_is_flagged():
+    outcome = compensate(sweep(broken(sensors={"sample_rate_hz": 5e3}), FEW))
+    found = check(outcome, "samples per cycle")
+    assert not found.ok
+    assert "35 Hz: 143" in found.text
+
+
+def test_swapped_runs_are_impossible():
+    made = sweep(RIG, FEW)
+    swapped = replace(made, loaded=made.no_load, no_load=made.loaded)
+    outcome = compensate(swapped)
+    found = check(outcome, "torque above zero")
+    assert not found.ok
+    assert found.text.count("-0.6") == len(FEW), "gives energy back at every frequency"
+
+
+@pytest.mark.parametrize(
+    "rig",
+    [
+        broken(stribeck=True),
+        broken(zero_load_torque_nm=0.1),
+        broken(damping_ratio=0.01),
+        broken(sensors={"torque_delay_s": 1e-4}),
+        broken(sensors={"speed_jitter": 5e-4, "encoder_noise_rad": 5e-5}),
+        broken(sensors={"frequency_error": 0.05}),
+    ],
+    ids=["Stribeck", "friction at no load", "little damping", "delay", "jitter", "wrong entry"],
+)
+def test_what_breaks_other_methods(rig):
+    outcome = compensate(sweep(rig, FEW))
+    assert np.abs(errors_nm(rig, outcome)).max() < 0.02
+
+
+def test_a_slow_filter_is_undone_if_the_register_has_it():
+    rig = broken(sensors={"low_pass_hz": 200.0})
+    low_pass = INSTRUMENT.low_pass.model_copy(update={"corner": 200.0})
+    known = INSTRUMENT.model_copy(update={"low_pass": low_pass})
+    outcome = compensate(sweep(rig, FEW, 0, known))
+    assert np.abs(errors_nm(rig, outcome)).max() < 0.02
+
+
+def test_frequencies_of_a_pair_may_differ_a_little():
+    made = sweep(RIG, (1.0, 5.0, 10.0, 20.0, 30.0, 35.0))
+    other = sweep(RIG, (1.0, 5.0, 10.1, 20.2, 30.3, 35.4))
+    outcome = compensate(replace(made, no_load=other.no_load))
+    assert np.abs(errors_nm(RIG, outcome)).max() < 0.02
+
+
+def test_refuses_a_register_without_low_pass():
+    unknown = INSTRUMENT.model_copy(update={"low_pass": None})
+    with pytest.raises(DataError) as caught:
+        compensate(replace(sweep(RIG, FEW), instrument=unknown))
+    message = str(caught.value)
+    assert "no low_pass for tester.torque (serial SIM-TQ-01)" in message
+    assert "low_pass: {type: butterworth, order: 2, corner: 1 kHz}" in message
+
+
+def test_same_input_same_numbers():
+    made = sweep(RIG, FEW)
+    first, second = compensate(made), compensate(made)
+    assert [p.torque for p in first.points] == [p.torque for p in second.points]
