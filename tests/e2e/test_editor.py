@@ -119,7 +119,6 @@ WRONG_PROCEDURES = [
     ("    - energy", "    - energy: {wind: 1 deg}", "wind:", "Property wind is not allowed."),
     ("rule: guard_band_u", "rule: guard", "guard\n",
      'Value is not accepted. Valid values: "simple", "guard_band_u"'),
-    ("primary: template_inverse", "primary: invers", "invers\n", "Value is not accepted."),
     ('revision: "A"', "revision: 1", "1\ntitle", 'Incorrect type. Expected "string".'),
     ("title: Starting torque under 1000 N\n", "", "rigrunner: procedure",
      'Missing property "title".'),

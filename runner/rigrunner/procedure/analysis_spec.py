@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails
 
 from rigrunner.api.settings import Duration, ListOf, Settings
-from rigrunner.yamlfile.names import Identifier, Text
+from rigrunner.yamlfile.names import Identifier, Name, Text
 
 LATEST = "latest"
+LABEL = "as"
+"""The key that names one use of a plugin, so that it can be used twice."""
 _DAY_S = 86400.0
 
 
@@ -20,18 +23,27 @@ class PluginRef(Settings):
     """The kind of plugin that is named, as the registry has it."""
     name: Text
     settings: dict[str, Any] = Field(default_factory=dict)
+    label: Annotated[Name, Field(alias=LABEL)]
+    """How results name it: `as`, or else the plugin's own name."""
 
     @model_validator(mode="before")
     @classmethod
     def _read(cls, value: object) -> object:
         if isinstance(value, str):
-            return {"name": value}
-        if isinstance(value, dict) and set(value) == {"name", "settings"}:
-            return value
-        if not isinstance(value, dict) or len(value) != 1:
+            return {"name": value, LABEL: value}
+        names = [key for key in value if key != LABEL] if isinstance(value, dict) else []
+        if not isinstance(value, dict) or len(names) != 1:
             raise ValueError("a plugin is written as 'name', or as 'name: {setting: value}'")
-        name, settings = next(iter(value.items()))
-        return {"name": name, "settings": {} if settings is None else settings}
+        settings = value[names[0]]
+        if not isinstance(settings, dict | None):
+            raise _at(cls, names[0], settings)
+        return {"name": names[0], "settings": settings or {}, LABEL: value.get(LABEL, names[0])}
+
+
+def _at(model: type[PluginRef], name: str, settings: object) -> ValidationError:
+    """Return the refusal of settings that are no mapping, placed where they stand."""
+    details = InitErrorDetails(type="dict_type", loc=(name,), input=settings)
+    return ValidationError.from_exception_data(model.__name__, [details])
 
 
 class OutlierRuleRef(PluginRef):
@@ -57,6 +69,8 @@ class Hampel(Settings):
 
     window: Annotated[int, Field(ge=3, le=1001)] = 11
     """How many samples, the one in question in their middle."""
+    threshold: Annotated[float, Field(ge=1.0, le=1000.0)] = 6.0
+    """How many robust sigmas from the median of the window a sample may be."""
 
 
 class Despike(Settings):
@@ -69,6 +83,11 @@ class Despike(Settings):
     def window(self) -> int:
         """How many samples a spike is compared with."""
         return self.hampel.window
+
+    @property
+    def threshold(self) -> float:
+        """How many robust sigmas a sample may differ."""
+        return self.hampel.threshold
 
 
 class NoLoadSpec(Settings):
@@ -94,5 +113,14 @@ class AnalysisSpec(Settings):
     """Of the no-load peaks over frequency; the first serves compensations that need one."""
     compensations: ListOf[CompensationRef] = ()
     """Done side by side, on the same raw data."""
-    primary: Annotated[str, Field(json_schema_extra={"x-plugin": "compensation"})] = ""
-    """The compensation that the headline and the verdict use."""
+    primary_: Annotated[
+        Name | None,
+        Field(alias="primary", json_schema_extra={"x-plugin": "compensation", "x-labelled": True}),
+    ] = None
+    """The compensation that the headline and the verdict use; needless where there is but one."""
+
+    @property
+    def primary(self) -> str:
+        """The label of the compensation that the headline and the verdict use; '' for none."""
+        only = self.compensations[0].label if len(self.compensations) == 1 else ""
+        return self.primary_ or only

@@ -33,10 +33,10 @@ Complaint = tuple["Path", str, str]
 
 def _compensation(procedure: Procedure) -> Iterator[Complaint]:
     spec = procedure.analysis
-    names = [each.name for each in spec.compensations]
+    names = [each.label for each in spec.compensations]
     allowed = ", ".join(names) or "none, as there are no compensations"
-    if spec.primary and spec.primary not in names:
-        message = f"got '{spec.primary}', which is not among the compensations"
+    if spec.primary_ and spec.primary_ not in names:
+        message = f"got '{spec.primary_}', which is not among the compensations"
         yield ("analysis", "primary"), message, f"allowed: {allowed}"
     if names and not spec.primary:
         hint = f"say which one counts: {allowed}"
@@ -56,17 +56,18 @@ def _repeated_plugins(procedure: Procedure) -> Iterator[Complaint]:
     spec = procedure.analysis
     for section, plugins in (("fits", spec.fits), ("compensations", spec.compensations)):
         for index in _repeated(plugins):
-            name = plugins[index].name
-            yield ("analysis", section, index), f"'{name}' stands twice", "name it once"
+            label = plugins[index].label
+            hint = "name it once, or give this one a name of its own: 'as: NAME'"
+            yield ("analysis", section, index), f"'{label}' stands twice", hint
 
 
 def _repeated(plugins: Sequence[PluginRef]) -> list[int]:
     seen = Counter[str]()
     found = []
     for index, plugin in enumerate(plugins):
-        if seen[plugin.name]:
+        if seen[plugin.label]:
             found.append(index)
-        seen[plugin.name] += 1
+        seen[plugin.label] += 1
     return found
 
 

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
+from pydantic import TypeAdapter
+
 from rigrunner.procedure import PluginRef, Procedure
+from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, Station
 from rigrunner.workflow.schema_shapes import (
     with_defaults_in_words,
@@ -18,6 +21,7 @@ from rigrunner.workflow.schema_shapes import (
     without_unused,
 )
 from rigrunner.workflow.settings_schema import SettingsSchema
+from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:
     from pydantic_core.core_schema import ModelSchema
@@ -31,6 +35,9 @@ Language = Literal["procedure", "station"]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 PLUGIN = "x-plugin"
 """The key in the JSON Schema of a text that names a plugin; its value is the kind of plugin."""
+LABEL_TYPE = TypeAdapter(Name).core_schema
+LABELLED = "x-labelled"
+"""The key in the JSON Schema of such a text that may also be a name given with `as`."""
 
 
 def language_schema(language: Language, registry: Registry) -> Schema:
@@ -58,7 +65,7 @@ class _LanguageSchema(SettingsSchema):
             return self._plugin(found["description"], model.kind)
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
-                spec.update(_enumeration(self._records(spec.pop(PLUGIN))))
+                _name_plugins(spec, self._records(spec.pop(PLUGIN)))
         if issubclass(model, DeviceBinding):
             found["allOf"] = [self._device(each) for each in self._records("device")]
         return found
@@ -74,8 +81,14 @@ class _LanguageSchema(SettingsSchema):
             each.name: self._settings(each) | {"description": each.help} for each in records
         }
         named = _enumeration([each for each in records if not _needs_settings(each)])
-        one_key = {"additionalProperties": False, "minProperties": 1, "maxProperties": 1}
-        told = {"type": "object", "properties": settings, **one_key}
+        label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
+        told = {
+            "type": "object",
+            "properties": {**settings, LABEL: label},
+            "additionalProperties": False,
+            "minProperties": 1,
+            "maxProperties": 2,
+        }
         return {"description": description, "anyOf": [named, told]}
 
     def _device(self, record: PluginRecord) -> Schema:
@@ -92,6 +105,15 @@ class _LanguageSchema(SettingsSchema):
 
 def _needs_settings(record: PluginRecord) -> bool:
     return any(field.is_required() for field in record.settings.model_fields.values())
+
+
+def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:
+    """Say which plugins a text may name; where uses have labels, it may be any of these as well."""
+    if spec.pop(LABELLED, False):
+        label = {"type": spec.pop("type"), "pattern": spec.pop("pattern")}
+        spec["anyOf"] = [_enumeration(records), label]
+    else:
+        spec.update(_enumeration(records))
 
 
 def _enumeration(records: list[PluginRecord]) -> Schema:

@@ -10,6 +10,7 @@ import pytest
 from helpers_language import PROCEDURE, edited
 from rigrunner.procedure import Procedure, load_procedure, parse_procedure
 from rigrunner.procedure.steps import ConfirmStep, RecordStep, SetStep, SettleStep, SweepStep
+from rigrunner.signal import spikes
 
 SHIPPED = Path(__file__).parents[3] / "procedures"
 
@@ -77,6 +78,35 @@ def test_a_plugin_with_an_empty_value_has_no_settings():
     text = edited(PROCEDURE, ("    - inertia\n", "    - inertia:\n"))
 
     assert parse_procedure(text, "p.yaml").model.analysis.fits[1].settings == {}
+
+
+def test_a_plugin_may_stand_twice_under_names_of_its_own():
+    text = edited(
+        PROCEDURE,
+        ("    - energy\n", "    - energy\n    - {energy: {a: 1}, as: other}\n"),
+        ("primary: template", "primary: other"),
+    )
+    spec = parse_procedure(text, "p.yaml").model.analysis
+
+    assert [(each.name, each.label) for each in spec.compensations] == [
+        ("template", "template"), ("energy", "energy"), ("energy", "other"),
+    ]  # fmt: skip
+    assert spec.compensations[2].settings == {"a": 1}
+    assert spec.primary == "other"
+
+
+def test_the_only_compensation_is_the_primary_one():
+    text = edited(PROCEDURE, ("    - energy\n", ""), ("  primary: template\n", ""))
+
+    assert parse_procedure(text, "p.yaml").model.analysis.primary == "template"
+
+
+def test_the_threshold_for_spikes_is_that_of_the_filter_unless_told():
+    assert parse_procedure(PROCEDURE, "p.yaml").model.analysis.despike.threshold == (
+        spikes.DEFAULT_THRESHOLD
+    )
+    text = edited(PROCEDURE, ("window: 11", "window: 11, threshold: 4"))
+    assert parse_procedure(text, "p.yaml").model.analysis.despike.threshold == 4.0
 
 
 def test_a_stored_text_gives_the_same_procedure(tmp_path):
