@@ -44,8 +44,8 @@ class Figures:
     over_phase: Plot | None
     loops: Plot | None
     fits: Plot | None
-    cycles: Plot
-    motion: Plot
+    cycles: Plot | None
+    motion: Plot | None
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,13 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
     compensated = any(each.by_method for each in points)
     swings = compensated_swings(points, result.primary) or recorded_swings(points)
     fitted = any(fit.curve is not None for fit in result.fits)
-    fastest = by_frequency(points)[-1].point
+    fastest = [each.swing for each in by_frequency(points) if each.swing][-1:]
+    several = any(each.point.cycles > 1 for each in points)
     return Figures(
         over_frequency=over_frequency(result, points) if compensated else None,
-        over_phase=over_phase(swings),
-        loops=loops(swings),
+        over_phase=over_phase(swings) if swings else None,
+        loops=loops(swings) if swings else None,
         fits=fitted_peaks(result.fits) if fitted else None,
-        cycles=cycle_values(named_runs(result)),
-        motion=motion(fastest, result.run.rig.eccentric_ratio),
+        cycles=cycle_values(named_runs(result)) if several else None,
+        motion=motion(fastest[0], result.run.rig.eccentric_ratio) if fastest else None,
     )

@@ -22,7 +22,7 @@ from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations.paper_equation import published_curve
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Curve, Sweep, PeakPoint
+    from rigrunner.api.analysis import Curve, PeakPoint, Sweep
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 

@@ -59,8 +59,9 @@ class TemplateInverse:
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return the starting torque per frequency.
 
-        Raises DataError for a point without whole swings, a frequency without no-load partner, a register without low-pass
-        filter, and too few no-load frequencies to learn the resonance from.
+        Raises DataError for a point without whole swings, a frequency without no-load partner, a
+        register without low-pass filter, and too few no-load frequencies to learn the resonance
+        from.
         """
         sweep = with_swings(sweep)
         low_pass = _low_pass(sweep.instrument)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis import SwingPoint
 from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
 
 if TYPE_CHECKING:
@@ -14,14 +15,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.analysis import PeakPoint
+    from rigrunner.api.data import Mask
 
 MILLI = 1e3
 FILLED = 0.8
 """Of the room of a set-point, what its cycles take."""
 
 
-def cycle_values(runs: Sequence[tuple[str, Sequence[SwingPoint]]]) -> Plot:
+def cycle_values(runs: Sequence[tuple[str, Sequence[PeakPoint]]]) -> Plot:
     """Return the figure of each cycle's raw peak against their mean, one panel per named run."""
 
     def paint(figure: Figure) -> None:
@@ -40,11 +42,11 @@ def cycle_values(runs: Sequence[tuple[str, Sequence[SwingPoint]]]) -> Plot:
     )
 
 
-def _panel(axes: Axes, title: str, points: Sequence[SwingPoint]) -> None:
+def _panel(axes: Axes, title: str, points: Sequence[PeakPoint]) -> None:
     series = [_series(place, point) for place, point in enumerate(points)]
     x, y = (np.concatenate(each) for each in zip(*series, strict=True))
     kept = np.concatenate([point.peak_kept for point in points])
-    whole = np.concatenate([point.kept for point in points])
+    whole = np.concatenate([_kept_swings(point) for point in points])
     _dots(axes, x[kept], y[kept], "peak kept", marker="o", color=BLUE, markersize=2.6)
     _dots(axes, x[~kept], y[~kept], "peak rejected", marker="x", color=VERMILION, markersize=6)
     _dots(
@@ -61,13 +63,18 @@ def _dots(axes: Axes, x: object, y: object, label: str, **look: object) -> None:
     axes.plot(x, y, label=label, linestyle="", **look)  # type: ignore[arg-type]  # passed through
 
 
-def _series(place: int, point: SwingPoint) -> tuple[object, object]:
+def _series(place: int, point: PeakPoint) -> tuple[object, object]:
     offset = (np.arange(point.cycles) + 0.5) / point.cycles - 0.5
     mean = point.peak_nm[point.peak_kept].mean()
     return place + FILLED * offset, MILLI * (point.peak_nm - mean)
 
 
-def _alt(title: str, points: Sequence[SwingPoint]) -> str:
+def _kept_swings(point: PeakPoint) -> Mask:
+    """Return which swings take part, shape (cycles,): all of them where no shape was judged."""
+    return point.kept if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
+
+
+def _alt(title: str, points: Sequence[PeakPoint]) -> str:
     counts = ", ".join(
         f"{point.set_frequency_hz:g} Hz {int(point.peak_kept.sum())} of {point.cycles}"
         for point in points

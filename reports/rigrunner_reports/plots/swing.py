@@ -66,20 +66,21 @@ def compensated_swings(points: Sequence[SetPoint], method: str) -> list[Swing]:
 
 
 def recorded_swings(points: Sequence[SetPoint]) -> list[Swing]:
-    """Return the mean of the kept cycles at low, middle and high frequency."""
+    """Return the mean of the kept cycles at low, middle and high frequency, where swings are."""
     return [
         Swing(
             each.frequency_hz,
-            each.point.angle_rad,
+            each.swing.angle_rad,
             (
                 (
                     "mean of the kept swings",
                     PRIMARY,
-                    robust_mean(each.point.torque_nm, each.point.kept)[0],
+                    robust_mean(each.swing.torque_nm, each.swing.kept)[0],
                 ),
             ),
         )
-        for each in low_middle_high(points)
+        for each in low_middle_high([each for each in points if each.swing])
+        if each.swing
     ]
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis import SwingPoint
 from rigrunner_reports.numbers import fixed, plain, significant
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import Rejection, SwingPoint
+    from rigrunner.api.analysis import PeakPoint, Rejection
     from rigrunner.api.results import Result
 
 
@@ -48,19 +49,20 @@ def rejections(result: Result) -> RejectionTable:
     )
 
 
-def named_runs(result: Result) -> list[tuple[str, tuple[SwingPoint, ...]]]:
+def named_runs(result: Result) -> list[tuple[str, tuple[PeakPoint, ...]]]:
     """Return the points of this run and, if it has one, of its no-load run, with their names."""
     runs = [("This run", result.loaded), ("No-load run", result.no_load)]
     return [(name, points) for name, points in runs if points]
 
 
-def _rows(run: str, point: SwingPoint) -> Iterator[RejectionRow]:
+def _rows(run: str, point: PeakPoint) -> Iterator[RejectionRow]:
     yield from _judged(run, point, "raw peak", point.peak_rejections)
-    yield from _judged(run, point, "shape of the swing", point.waveform_rejections)
+    if isinstance(point, SwingPoint):
+        yield from _judged(run, point, "shape of the swing", point.waveform_rejections)
 
 
 def _judged(
-    run: str, point: SwingPoint, judged_by: str, found: Sequence[Rejection]
+    run: str, point: PeakPoint, judged_by: str, found: Sequence[Rejection]
 ) -> Iterator[RejectionRow]:
     for each in found:
         yield RejectionRow(

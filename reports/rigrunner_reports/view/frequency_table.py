@@ -85,7 +85,7 @@ def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) ->
         cells=tuple(_cell(result, name, each) for name in methods),
         truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
         peaks=_kept(int(point.peak_kept.sum()), point.cycles),
-        swings=_kept(int(point.kept.sum()), point.cycles),
+        swings=_kept(int(each.swing.kept.sum()), point.cycles) if each.swing else MISSING,
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis import SwingPoint
 from rigrunner.signal.averaging import robust_mean
 from rigrunner_reports.numbers import fixed, plain, with_sign
 from rigrunner_reports.view.methods import errors, largest_expanded, spread, torques
@@ -13,7 +14,7 @@ from rigrunner_reports.view.methods import errors, largest_expanded, spread, tor
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.results import Result
     from rigrunner_reports.view.methods import Error
     from rigrunner_reports.view.points import SetPoint
@@ -62,18 +63,26 @@ def _value(each: SetPoint) -> float:
     return each.by_method[METHOD].torque.value
 
 
-def _parts(each: SetPoint, no_load: SwingPoint) -> str:
+def _parts(each: SetPoint, no_load: PeakPoint) -> str:
     """Return the value as difference of the measured peaks plus the misfit of the curve."""
     found = each.by_method[METHOD]
     own = float(no_load.peak_nm[no_load.peak_kept].mean())
-    loaded_deg, no_load_deg = (_peak_phase_deg(point) for point in (each.point, no_load))
     side = "below" if own > found.rig_nm else "above"
     return (
         f"At {plain(each.point.set_frequency_hz)} Hz the measured peaks differ by "
-        f"{fixed(found.raw_nm - own, 3)} N·m; in the mean swings they stand at {loaded_deg:.0f}° "
-        f"(loaded) and {no_load_deg:.0f}° (no load) of the crank. The subtracted curve is "
+        f"{fixed(found.raw_nm - own, 3)} N·m{_phases(each, no_load)}. The subtracted curve is "
         f"{fixed(abs(own - found.rig_nm), 3)} N·m {side} the measured no-load peak. Together this "
         f"makes {fixed(found.torque.value, 3)} N·m."
+    )
+
+
+def _phases(each: SetPoint, no_load: PeakPoint) -> str:
+    if each.swing is None or not isinstance(no_load, SwingPoint):
+        return ""
+    loaded_deg, no_load_deg = (_peak_phase_deg(point) for point in (each.swing, no_load))
+    return (
+        f"; in the mean swings they stand at {loaded_deg:.0f}° (loaded) and {no_load_deg:.0f}° "
+        "(no load) of the crank"
     )
 
 

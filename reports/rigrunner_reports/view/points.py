@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis import SwingPoint
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Compensation, SwingPoint, Trace
+    from rigrunner.api.analysis import CompensatedPoint, Compensation, PeakPoint, Trace
     from rigrunner.api.data import Array
     from rigrunner.api.results import ReportInput
 
@@ -21,7 +23,7 @@ NEWTON_METRES = "_nm"
 class SetPoint:
     """One set-point of the run; `truth_nm` is None on a real rig."""
 
-    point: SwingPoint
+    point: PeakPoint
     by_method: Mapping[str, CompensatedPoint]
     truth: Mapping[str, float]
     truth_nm: float | None
@@ -30,6 +32,11 @@ class SetPoint:
     def frequency_hz(self) -> float:
         """The measured frequency."""
         return self.point.frequency_hz.value
+
+    @property
+    def swing(self) -> SwingPoint | None:
+        """The point with its whole swings; None where there was nothing to take a phase from."""
+        return self.point if isinstance(self.point, SwingPoint) else None
 
     @property
     def kept_peaks_nm(self) -> Array:
@@ -128,7 +135,7 @@ def _trace(each: SetPoint, method: str) -> Trace | None:
 
 
 def _of_recording(
-    point: SwingPoint, candidates: Sequence[CompensatedPoint]
+    point: PeakPoint, candidates: Sequence[CompensatedPoint]
 ) -> CompensatedPoint | None:
     """Return the candidate of this recording: the same set-point, the nearest in frequency."""
     same = [each for each in candidates if each.set_frequency_hz == point.set_frequency_hz]

@@ -18,7 +18,7 @@ from rigrunner.signal.peaks import peak_points
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.analysis import Check, Curve, Fit, OutlierRule, Rejection, SwingPoint
+    from rigrunner.api.analysis import Check, Curve, Fit, OutlierRule, PeakPoint, Rejection
     from rigrunner.api.data import Array, Estimate, Points, RunData
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.results import Decision
@@ -96,7 +96,7 @@ class _Analysis:
             settings=self._settings(),
         )
 
-    def _points(self, run: RunData) -> tuple[SwingPoint, ...]:
+    def _points(self, run: RunData) -> tuple[PeakPoint, ...]:
         """Return the prepared recordings; none where the procedure asks for no analysis."""
         if not (self.spec.fits or self.spec.compensations):
             return ()
@@ -113,22 +113,23 @@ class _Analysis:
     def _make(self, kind: str, reference: PluginRef) -> Any:
         return self.lookup.make(kind, reference.name, reference.settings)
 
-    def _fits(self, points: tuple[SwingPoint, ...]) -> tuple[FittedTorque, ...]:
+    def _fits(self, points: tuple[PeakPoint, ...]) -> tuple[FittedTorque, ...]:
         peaks = peak_points(points)
-        return tuple(_fitted(each.name, self._make("fit", each), peaks) for each in self.spec.fits)
+        return tuple(_fitted(each.label, self._make("fit", each), peaks) for each in self.spec.fits)
 
     def _compensations(
-        self, loaded: tuple[SwingPoint, ...], no_load: tuple[SwingPoint, ...]
+        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
     ) -> dict[str, Compensation]:
         return {
-            each.name: self._compensation(each, loaded, no_load) for each in self.spec.compensations
+            each.label: self._compensation(each, loaded, no_load)
+            for each in self.spec.compensations
         }
 
     def _compensation(
         self,
         reference: PluginRef,
-        loaded: tuple[SwingPoint, ...],
-        no_load: tuple[SwingPoint, ...],
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
     ) -> Compensation:
         method = self._make("compensation", reference)
         try:
@@ -161,7 +162,7 @@ class _Analysis:
             return compensated_mean(primary.points), ""
         return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
 
-    def _raw_headline(self, loaded: tuple[SwingPoint, ...]) -> Estimate | None:
+    def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
         if not loaded:
             return None
         try:
@@ -183,8 +184,8 @@ class _Analysis:
 
     def _checks(
         self,
-        loaded: tuple[SwingPoint, ...],
-        no_load: tuple[SwingPoint, ...],
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
         compensations: Mapping[str, Compensation],
     ) -> Iterator[Check]:
         if not loaded:
@@ -219,7 +220,8 @@ class _Analysis:
             return None
         model = self.lookup.settings_of(kind, reference.name)
         settings = model.model_validate(dict(reference.settings))
-        return {"name": reference.name, "settings": settings.model_dump(mode="json")}
+        label = {} if reference.label == reference.name else {"as": reference.label}
+        return {"name": reference.name, **label, "settings": settings.model_dump(mode="json")}
 
 
 def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:

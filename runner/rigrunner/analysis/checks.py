@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
-from rigrunner.api.analysis import Check
+from rigrunner.api.analysis import Check, MotionSource, SwingPoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.data import Array, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
 
@@ -27,7 +27,7 @@ FEW_CYCLES = 10
 PLAUSIBLE_FRICTION = (0.01, 0.3)
 
 
-def run_checks(run: RunData, points: tuple[SwingPoint, ...], prefix: str = "") -> Iterator[Check]:
+def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") -> Iterator[Check]:
     """Yield the checks of one run and its prepared points, their names with that prefix."""
     yield _listed(
         f"{prefix}entered frequency",
@@ -105,14 +105,16 @@ def positive_check(torques_nm: Mapping[float, float]) -> Check:
     )
 
 
-def _wrong_frequency(point: SwingPoint) -> str | None:
+def _wrong_frequency(point: PeakPoint) -> str | None:
     measured, entered = point.frequency_hz.value, point.set_frequency_hz
     if abs(measured - entered) <= FREQUENCY_TOLERANCE * abs(entered):
         return None
     return f"{point.recording} entered {entered:g} Hz, angle says {measured:.4g} Hz"
 
 
-def _wrong_stroke(point: SwingPoint, ratio: float) -> str | None:
+def _wrong_stroke(point: PeakPoint, ratio: float) -> str | None:
+    if not isinstance(point, SwingPoint) or point.motion is not MotionSource.ANGLE:
+        return None
     measured = sin(_amplitude(point.angle_rad))
     if abs(measured / ratio - 1) <= STROKE_TOLERANCE:
         return None
@@ -152,13 +154,13 @@ def _beyond(torque: Array, instrument: TorqueInstrument) -> bool:
     return bool(np.any(beyond[1:] * beyond[:-1] > 0))
 
 
-def _spiky(point: SwingPoint) -> str | None:
+def _spiky(point: PeakPoint) -> str | None:
     if point.spikes <= SPIKES_PER_CYCLE * point.cycles:
         return None
     return f"{point.recording} {point.spikes} samples in {point.cycles} cycles"
 
 
-def _few_cycles(point: SwingPoint) -> str | None:
+def _few_cycles(point: PeakPoint) -> str | None:
     return None if point.cycles >= FEW_CYCLES else f"{point.recording} {point.cycles} cycles"
 
 

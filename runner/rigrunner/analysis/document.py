@@ -7,6 +7,7 @@ freedom are the text "infinite".
 
 from __future__ import annotations
 
+from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_fits import curve_of, fit
@@ -17,6 +18,7 @@ from rigrunner.analysis.document_values import (
     plain,
     quantity,
 )
+from rigrunner.api.analysis import SwingPoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,10 +29,10 @@ if TYPE_CHECKING:
         CompensatedPoint,
         Compensation,
         Component,
+        PeakPoint,
         Rejection,
-        SwingPoint,
     )
-    from rigrunner.api.data import RunData
+    from rigrunner.api.data import Array, RunData
     from rigrunner.api.results import Decision, Result
 
 FORMAT = "rigrunner: result/1"
@@ -108,27 +110,36 @@ def _checks(checks: Iterable[Check]) -> list[Json]:
     ]
 
 
-def _point(point: SwingPoint) -> Json:
+def _point(point: PeakPoint) -> Json:
     kept = point.peak_nm[point.peak_kept]
     return {
         "recording": point.recording,
         "set_frequency": quantity(point.set_frequency_hz, "Hz"),
         "frequency": estimate(point.frequency_hz),
         "load": quantity(point.load_n, "N"),
-        "sample_rate": quantity(point.sample_rate_hz, "Hz"),
+        "motion": str(point.motion),
         "cycles": point.cycles,
         "spikes_replaced": point.spikes,
         "raw_peak": {
             "mean": quantity(float(kept.mean()), TORQUE),
-            "standard_deviation": quantity(float(kept.std(ddof=1)), TORQUE),
+            "standard_deviation": quantity(_deviation(kept), TORQUE),
             "per_cycle": {"values": plain(point.peak_nm), "unit": TORQUE},
             "cycles_kept": int(point.peak_kept.sum()),
             "rejected": _rejections(point.peak_rejections),
         },
-        "waveform": {
-            "cycles_kept": int(point.kept.sum()),
-            "rejected": _rejections(point.waveform_rejections),
-        },
+        "waveform": _waveform(point) if isinstance(point, SwingPoint) else None,
+    }
+
+
+def _deviation(values: Array) -> float:
+    return float(values.std(ddof=1)) if len(values) > 1 else nan
+
+
+def _waveform(point: SwingPoint) -> Json:
+    return {
+        "sample_rate": quantity(point.sample_rate_hz, "Hz"),
+        "cycles_kept": int(point.kept.sum()),
+        "rejected": _rejections(point.waveform_rejections),
     }
 
 

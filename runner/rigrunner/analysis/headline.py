@@ -16,7 +16,7 @@ from rigrunner.signal.uncertainty import combine
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, SwingPoint
+    from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.instruments import TorqueInstrument
 
 
@@ -27,7 +27,7 @@ def compensated_mean(points: Sequence[CompensatedPoint]) -> Estimate:
 
 
 def raw_peak_mean(
-    points: Sequence[SwingPoint], instrument: TorqueInstrument, *, zeroed: bool
+    points: Sequence[PeakPoint], instrument: TorqueInstrument, *, zeroed: bool
 ) -> Estimate:
     """Return the mean over the set-points of the raw peaks, with the sensor's uncertainty."""
     peaks = [mean_peak(point) for point in points]

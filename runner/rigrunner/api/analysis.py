@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
@@ -131,19 +132,55 @@ class Fit(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class SwingPoint:
-    """One set-point of a sweep, prepared: despiked, cut into swings, gross errors marked.
+class MotionSource(StrEnum):
+    """What a set-point's frequency and phase were taken from."""
+
+    ANGLE = "angle"
+    """The angle channel: frequency and phase."""
+    TACHO = "tacho"
+    """The swing's angular velocity, integrated: frequency and phase."""
+    INDEX = "index"
+    """One pulse in every turn of the crank: frequency, and phase by the kinematics."""
+    ENTERED = "entered"
+    """The entered frequency, nothing measured: no phase."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PeakPoint:
+    """One set-point with its raw peaks: all that a peak method needs."""
+
+    recording: str
+    """Its name; of a point from a `measure` step, that of the measurement."""
+    set_frequency_hz: float
+    frequency_hz: Estimate
+    """Measured; only with `motion` ENTERED it is what was entered, with the doubt it deserves."""
+    load_n: float
+    peak_nm: Array
+    """The raw maximum of each cycle as the paper takes it, shape (cycles,).
+
+    Less the zero reading. One value only: a mean or a maximum whose scatter is not known.
+    """
+    peak_kept: Mask
+    """Which peaks remain after the outlier rule (peak methods), shape (cycles,)."""
+    peak_rejections: tuple[Rejection, ...] = ()
+    spikes: int = 0
+    """How many samples the spike filter replaced."""
+    motion: MotionSource = MotionSource.ANGLE
+
+    @property
+    def cycles(self) -> int:
+        """How many whole cycles were recorded."""
+        return len(self.peak_nm)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SwingPoint(PeakPoint):
+    """One set-point with whole swings: despiked, cut into cycles, gross errors marked.
 
     The crank phase phi runs over [0, 2 pi) in N equal steps from the middle of the forward stroke
     (theta = 0, rising). Torque is corrected for the zero reading.
     """
 
-    recording: str
-    set_frequency_hz: float
-    frequency_hz: Estimate
-    """From the angle channel, never from the entered value."""
-    load_n: float
     sample_rate_hz: float
     angle_rad: Array
     """Mean swing angle over the kept cycles, shape (N,)."""
@@ -151,19 +188,7 @@ class SwingPoint:
     """Torque of every cycle, resampled on the crank phase, shape (cycles, N)."""
     kept: Mask
     """Which cycles take part in a mean over cycles (waveform methods), shape (cycles,)."""
-    waveform_rejections: tuple[Rejection, ...]
-    peak_nm: Array
-    """The raw maximum of each cycle as the paper takes it, shape (cycles,)."""
-    peak_kept: Mask
-    """Which peaks remain after the outlier rule (peak methods), shape (cycles,)."""
-    peak_rejections: tuple[Rejection, ...]
-    spikes: int
-    """How many samples the spike filter replaced."""
-
-    @property
-    def cycles(self) -> int:
-        """How many whole cycles were recorded."""
-        return len(self.kept)
+    waveform_rejections: tuple[Rejection, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -217,12 +242,21 @@ class Check:
 class Sweep:
     """What a compensation takes: the prepared points of both runs and what is known of the rig."""
 
-    loaded: tuple[SwingPoint, ...]
-    no_load: tuple[SwingPoint, ...]
+    loaded: tuple[PeakPoint, ...]
+    """Of a waveform method they must be SwingPoints: `rigrunner.signal.swings.with_swings`."""
+    no_load: tuple[PeakPoint, ...]
     rig: RigDescription
     instrument: TorqueInstrument
     fit: Fit
     """The fit named by the procedure for torque over frequency (`fit:`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SwingSweep(Sweep):
+    """A sweep of which every point has its whole swings."""
+
+    loaded: tuple[SwingPoint, ...]
+    no_load: tuple[SwingPoint, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.analysis import Check, Compensation, Curve, SwingPoint
+    from rigrunner.api.analysis import Check, Compensation, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Points, RunData
 
 
@@ -60,9 +60,9 @@ class Result:
     no_load_run: RunData | None
     measurand: str
     symbol: str
-    loaded: tuple[SwingPoint, ...]
+    loaded: tuple[PeakPoint, ...]
     """The points of this run; of a no-load run, its own."""
-    no_load: tuple[SwingPoint, ...]
+    no_load: tuple[PeakPoint, ...]
     fits: tuple[FittedTorque, ...]
     compensations: Mapping[str, Compensation]
     primary: str = ""

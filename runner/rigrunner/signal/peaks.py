@@ -13,10 +13,10 @@ from rigrunner.api.data import Points
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import SwingPoint
+    from rigrunner.api.analysis import PeakPoint
 
 
-def mean_peak(point: SwingPoint) -> tuple[float, Component]:
+def mean_peak(point: PeakPoint) -> tuple[float, Component]:
     """Return the mean of the kept raw peaks in N·m, and its type A uncertainty (GUM 4.2)."""
     values = point.peak_nm[point.peak_kept]
     u = float(values.std(ddof=1)) / sqrt(len(values))
@@ -24,7 +24,7 @@ def mean_peak(point: SwingPoint) -> tuple[float, Component]:
     return float(values.mean()), scatter
 
 
-def peak_points(points: Sequence[SwingPoint]) -> Points:
+def peak_points(points: Sequence[PeakPoint]) -> Points:
     """Return the mean peaks over the measured frequency, with their type A uncertainty."""
     peaks = [mean_peak(point) for point in points]
     return Points(
