@@ -119,7 +119,7 @@ def quantity_pattern(dimension: str | None = None) -> str:
         if dimension in (None, known.dimension)
     ]
     number = _NUMBER.replace("[+-]", f"[+{_MINUS}-]")
-    return rf"^\s*{number}\s*(?:{'|'.join(spellings)})\s*$"
+    return rf"^\s*{number}(?![0-9.])\s*(?:{'|'.join(spellings)})\s*$"
 
 
 @dataclass(frozen=True)
@@ -145,8 +145,11 @@ class Quantity:
 
 
 def readable(si: float, dimension: str) -> Quantity:
-    """Return an SI value as the quantity that takes the fewest characters, such as 45 mm."""
-    units = [known for known in UNITS if known.dimension == dimension]
+    """Return an SI value as the quantity that takes the fewest characters, such as 45 mm.
+
+    A ratio is given in %: '1 1' is read, but not understood.
+    """
+    units = [known for known in UNITS if known.dimension == dimension and known.symbol != "1"]
     written = [
         Quantity(float(f"{(si - known.offset) / known.factor:.12g}"), known) for known in units
     ]

@@ -24,6 +24,11 @@ DIMENSION = "x-dimension"
 """The key in the JSON Schema of a quantity that names its dimension, or None for any."""
 
 _KINDS = {"bool": "true | false", "int": "whole number", "float": "number", "str": "text"}
+_ENTRIES: dict[Any, tuple[int, str, str]] = {
+    tuple: (0, "[]", "list of"),
+    dict: (1, ".NAME", "mapping of names to"),
+}
+"""Of lists and mappings: where the type of an entry stands, how it is named, and in words."""
 _BOUNDS = (
     (Gt, "gt", "more than"),
     (Ge, "ge", "at least"),
@@ -48,7 +53,9 @@ class Field:
     required: bool
     help: str
     model: type[BaseModel] | None
-    """The model that stands there, where one does."""
+    """The model that stands there, or of which there is a list or a mapping; else None."""
+    entry: str
+    """How an entry of that list or mapping is named: '[]' or '.NAME'."""
 
 
 def fields_of(model: type[BaseModel]) -> Iterator[Field]:
@@ -58,11 +65,24 @@ def fields_of(model: type[BaseModel]) -> Iterator[Field]:
         yield _field(info.alias or name, info, info.description or said.get(name, ""))
 
 
+def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Field]]:
+    """Yield the fields of the model and of the models in it, with their names.
+
+    Such as `sensors.rate`, `channels.NAME.unit` in a mapping of models, `points[].x` in a list.
+    """
+    for field in fields_of(model):
+        if field.model is None:
+            yield f"{prefix}{field.key}", field
+        else:
+            yield from all_fields(field.model, f"{prefix}{field.key}{field.entry}.")
+
+
 def _field(key: str, info: FieldInfo, words: str) -> Field:
     annotation = _annotated(info)
     quantity = _quantity(annotation)
     dimension = None if quantity is None else quantity[DIMENSION]
     inner = _without_none(annotation)
+    model, entry = _model(inner)
     return Field(
         key=key,
         kind=_kind(inner),
@@ -71,7 +91,8 @@ def _field(key: str, info: FieldInfo, words: str) -> Field:
         default=_yaml_value(None if info.is_required() else info.get_default(), dimension),
         required=info.is_required(),
         help=words,
-        model=inner if isinstance(inner, type) and issubclass(inner, BaseModel) else None,
+        model=model,
+        entry=entry,
     )
 
 
@@ -96,27 +117,52 @@ def _quantity(annotation: Any) -> dict[str, Any] | None:
     return next((schema for schema in schemas if schema and DIMENSION in schema), None)
 
 
+def _bare(annotation: Any) -> Any:
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+
+
 def _without_none(annotation: Any) -> Any:
-    bare = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+    bare = _bare(annotation)
     if get_origin(bare) in {Union, UnionType}:
         others = [part for part in get_args(bare) if part is not NoneType]
         return others[0] if len(others) == 1 else bare
     return annotation
 
 
+def _model(annotation: Any) -> tuple[type[BaseModel] | None, str]:
+    bare = _bare(annotation)
+    if get_origin(bare) in _ENTRIES:
+        place, entry, _ = _ENTRIES[get_origin(bare)]
+        return _model(get_args(bare)[place])[0], entry
+    is_model = isinstance(bare, type) and issubclass(bare, BaseModel)
+    return (bare, "") if is_model else (None, "")
+
+
 def _kind(annotation: Any) -> str:
+    bare = _bare(annotation)
+    origin, parts = get_origin(bare), get_args(bare)
+    if origin in _ENTRIES:
+        place, _, words = _ENTRIES[origin]
+        return f"{words} {_kind(parts[place])}"
+    if origin in {Union, UnionType}:
+        return " or ".join(_kind(part) for part in parts if part is not NoneType)
+    if origin is Literal:
+        return " | ".join(_choice(choice) for choice in parts)
+    return _scalar_kind(annotation, getattr(bare, "__name__", "value"))
+
+
+def _scalar_kind(annotation: Any, name: str) -> str:
     quantity = _quantity(annotation)
-    bare = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
-    origin = get_origin(bare)
-    if origin is tuple:
-        return f"list of {_kind(get_args(bare)[0])}"
     if quantity is not None:
         return quantity[DIMENSION] or "quantity"
-    if origin is Literal:
-        return " | ".join(str(choice) for choice in get_args(bare))
     if any(isinstance(mark, WithJsonSchema) for mark in _marks(annotation)):
         return "yes | no"
-    return _KINDS.get(getattr(bare, "__name__", ""), getattr(bare, "__name__", "value"))
+    return _KINDS.get(name, name)
+
+
+def _choice(value: object) -> str:
+    text = str(value)
+    return text if text[:1].isalnum() else f'"{text}"'
 
 
 def _bounds(annotation: Any, dimension: str | None) -> str:
@@ -132,7 +178,7 @@ def _bounds(annotation: Any, dimension: str | None) -> str:
 
 def _yaml_value(value: Any, dimension: str | None) -> Any:
     """Return a value as it may stand in YAML: a quantity with its unit, a list, a plain value."""
-    if isinstance(value, BaseModel) or value in (None, "", (), PydanticUndefined):
+    if isinstance(value, BaseModel) or value in (None, "", (), {}, PydanticUndefined):
         return None
     if isinstance(value, tuple):
         return [_yaml_value(item, dimension) for item in value]

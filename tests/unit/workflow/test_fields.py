@@ -18,7 +18,7 @@ from rigrunner.api.settings import (
     Settings,
     YesNo,
 )
-from rigrunner.workflow.fields import fields_of
+from rigrunner.workflow.fields import all_fields, fields_of
 
 
 class Inner(Settings):
@@ -28,6 +28,10 @@ class Inner(Settings):
 class Base(Settings):
     depth: Length
     """How deep."""
+
+
+class Column(Settings):
+    unit: str
 
 
 class Example(Base):
@@ -43,6 +47,11 @@ class Example(Base):
     value: AnyQuantity | None = None
     due: IsoDate | None = None
     inner: Inner = Inner()
+    columns: dict[str, Column] = Field(default_factory=dict)
+    points: ListOf[Column] = ()
+    names: dict[str, int] = Field(default_factory=dict)
+    column: int | str | None = None
+    mark: Literal[",", ";"] = ","
 
 
 FIELDS = {field.key: field for field in fields_of(Example)}
@@ -64,6 +73,9 @@ FIELDS = {field.key: field for field in fields_of(Example)}
         ("value", "quantity", (), "", None),
         ("due", "date", (), "", None),
         ("inner", "Inner", (), "", None),
+        ("column", "whole number or text", (), "", None),
+        ("mark", '"," | ";"', (), "", ","),
+        ("names", "mapping of names to whole number", (), "", None),
     ],
 )
 def test_a_field_is_described(key, kind, units, bounds, default):
@@ -74,6 +86,11 @@ def test_a_field_is_described(key, kind, units, bounds, default):
 def test_bounds_and_defaults_of_quantities_have_a_unit():
     (gain,) = fields_of(Inner)
     assert (gain.bounds, gain.default) == ("at least 0, at most 5 %", "2 %")
+
+
+def test_fields_within_fields_have_their_path():
+    inside = [name for name, _ in all_fields(Example) if "." in name]
+    assert inside == ["inner.gain", "columns.NAME.unit", "points[].unit"]
 
 
 def test_help_is_the_description_or_the_text_under_the_field_of_a_base_too():

@@ -38,5 +38,5 @@ def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path)
 
 def test_a_missing_plugin_folder_is_a_problem_of_the_station(tmp_path):
     station = station_file(tmp_path, ("id: simulated\n", "id: simulated\nplugins: nowhere\n"))
-    with pytest.raises(InvalidFileError, match=r"station\.yaml:4:10: plugins: there is no plugin"):
+    with pytest.raises(InvalidFileError, match=r"station\.yaml:5:10: plugins: there is no plugin"):
         run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs", station=station)

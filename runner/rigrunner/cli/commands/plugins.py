@@ -3,30 +3,39 @@
 from __future__ import annotations
 
 import difflib
+from itertools import groupby
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rigrunner.api.errors import PluginError
+from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.planning import lab_registry
 from rigrunner.cli.table import pairs
-from rigrunner.registry import HOOK_OF_KIND, Plugin, Registry, load_registry
+from rigrunner.registry import HOOK_OF_KIND, Plugin, Registry
+from rigrunner.workflow.fields import all_fields
+from rigrunner.workflow.settings_schema import settings_schema
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
-    Schema = Mapping[str, Any]
+    from rigrunner.workflow.fields import Field
+
+WIDTH = 80
 
 
 @click.command(name="plugins")
 @click.argument("name", required=False)
+@lab_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with each plugin's schema.")
-def command(name: str | None, *, as_json: bool) -> None:
+def command(name: str | None, station: str | None, *, as_json: bool) -> None:
     """List the plugins and what each can be told.
 
     With the NAME of a plugin, show its settings as they may stand in YAML.
     """
-    registry = load_registry()
+    registry = lab_registry(station)
     plugins = [plugin for plugin in registry.plugins if name in (None, plugin.record.name)]
     if name is not None and not plugins:
         raise _unknown(registry, name)
@@ -47,50 +56,70 @@ def _unknown(registry: Registry, name: str) -> PluginError:
     return PluginError(f"there is no plugin '{name}'", hint=hint)
 
 
-def _listing(registry: Registry) -> list[str]:
-    sections = []
-    for kind in HOOK_OF_KIND:
-        rows = [(f"  {p.record.name}", p.record.help) for p in registry.plugins if p.kind == kind]
-        if rows:
-            sections.append(f"{_words(kind)}s\n{pairs(rows)}")
-    return sections
+def _listing(registry: Registry) -> Iterator[str]:
+    """Yield the plugins of each kind and provider, in the order in which a procedure uses kinds."""
+    order = list(HOOK_OF_KIND)
+    plugins = sorted(registry.plugins, key=lambda each: (order.index(each.kind), _provider(each)))
+    for (kind, provider), group in groupby(plugins, lambda each: (each.kind, _provider(each))):
+        rows = [(f"  {plugin.record.name}", plugin.record.help) for plugin in group]
+        yield f"{_words(kind)}s of {provider}\n{pairs(rows)}"
 
 
 def _details(plugin: Plugin) -> str:
-    head = f"{_words(plugin.kind)} '{plugin.record.name}' of {plugin.provider}"
-    schema = plugin.record.settings.model_json_schema()
-    rows = [(f"  {name}", said) for name, said in _settings(schema, schema.get("$defs", {}))]
-    return f"{head}\n{plugin.record.help}\n\n{pairs(rows) if rows else '  nothing to set'}"
+    head = f"{_words(plugin.kind)} '{plugin.record.name}' of {_provider(plugin)}"
+    settings = [_setting(name, field) for name, field in all_fields(plugin.record.settings)]
+    return "\n".join([head, plugin.record.help, "", *(settings or ["  nothing to set"])])
 
 
-def _settings(schema: Schema, models: Schema, within: str = "") -> Iterator[tuple[str, str]]:
-    """Yield each setting by its dotted name, those of nested models too, and what it may be."""
-    required = schema.get("required", ())
-    for name, spec in schema.get("properties", {}).items():
-        nested = models.get(spec.get("$ref", "").rpartition("/")[2])
-        if nested is None:
-            yield f"{within}{name}", _setting(spec, required=name in required)
-        else:
-            yield from _settings(nested, models, f"{within}{name}.")
+def _setting(name: str, field: Field) -> str:
+    """Return a setting with its default as it may stand in YAML, and what it is below."""
+    units = f" in {' or '.join(field.units)}" if field.units else ""
+    bounds = f", {field.bounds}" if field.bounds else ""
+    words = f"{field.help.rstrip('.')} ({field.kind}{units}{bounds})"
+    indent = " " * 6
+    about = fill(words.strip(), WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return f"  {name}: {_default(field)}\n{about}"
 
 
-def _setting(spec: Schema, *, required: bool) -> str:
-    words = spec.get("description") or str(spec.get("type", ""))
-    choices = spec.get("enum")
-    said = " | ".join(str(choice) for choice in choices) if choices else words
-    ending = "required" if required else f"default: {spec.get('default')}"
-    return f"{said} ({ending})"
+def _default(field: Field) -> str:
+    if field.required:
+        return "(required)"
+    return "(optional)" if field.default is None else _yaml(field.default)
+
+
+def _yaml(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(_yaml(item) for item in value)}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _document(plugin: Plugin) -> dict[str, Any]:
+    record = plugin.record
     return {
         "kind": plugin.kind,
-        "name": plugin.record.name,
-        "help": plugin.record.help,
+        "name": record.name,
+        "help": record.help,
         "provider": plugin.provider.name,
         "version": plugin.provider.version,
-        "settings": plugin.record.settings.model_json_schema(),
+        "parameters": [_parameter(name, field) for name, field in all_fields(record.settings)],
+        "settings": settings_schema(record.settings),
     }
+
+
+def _parameter(name: str, field: Field) -> dict[str, Any]:
+    return {
+        "name": name,
+        "kind": field.kind,
+        "units": list(field.units),
+        "bounds": field.bounds,
+        "default": field.default,
+        "required": field.required,
+        "help": field.help,
+    }
+
+
+def _provider(plugin: Plugin) -> str:
+    return str(plugin.provider)
 
 
 def _words(kind: str) -> str:
