@@ -132,7 +132,7 @@ def test_checks_cover_both_runs(loaded, no_load):
 def test_settings_are_resolved_to_defaults(loaded, no_load):
     settings = analysed(loaded, no_load, spec(outliers="grubbs")).settings
     assert settings["outliers"] == {"name": "grubbs", "settings": {"alpha": 0.05, "side": "both"}}
-    assert settings["despike"] == {"hampel": {"window": 11}}
+    assert settings["despike"] == {"hampel": {"window": 11, "threshold": 6.0}}
     assert settings["fits"][1]["settings"] == {
         "eccentric": 0.002,
         "centre_distance": 0.045,
