@@ -53,7 +53,7 @@ def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
 
     Hysteresis finds the swings whatever the noise; then each start is refined by least squares of
     the guide bar's kinematics of eccentric ratio `ratio` over the half turn around it, with the
-    offset and scale of the angle channel fitted over all of them. Raises DataError if the angle
+    offset and scale that the angle channel shows over all of them. Raises DataError if the angle
     does not swing through one whole cycle.
     """
     starts = _rough_starts(angle_rad, LEAST_SWING * max_angle(ratio))
@@ -99,18 +99,18 @@ def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, fl
     measured = angle[np.clip(index, 0, len(angle) - 1)]
     phase = 2 * np.pi * (index - starts[:, None]) / period[:, None]
     model = swing_angle(phase, ratio)
-    offset, scale = _line(model[inside], measured[inside])
+    offset = _mean_over_cycles(angle, starts)
+    scale = float(((measured - offset) * model)[inside].sum() / (model[inside] ** 2).sum())
     residual = np.where(inside, measured - offset - scale * model, 0.0)
     slope = np.where(inside, scale * angular_velocity(phase, 1.0, ratio), 0.0) / period[:, None]
     late = -(slope * residual).sum(axis=1) / (slope**2).sum(axis=1)
     return starts + late, offset, scale
 
 
-def _line(x: Array, y: Array) -> tuple[float, float]:
-    """Return offset and slope of the least-squares line through the points."""
-    x_mean, y_mean = x.mean(), y.mean()
-    slope = ((x - x_mean) * (y - y_mean)).sum() / ((x - x_mean) ** 2).sum()
-    return float(y_mean - slope * x_mean), float(slope)
+def _mean_over_cycles(angle: Array, starts: Array) -> float:
+    """Return the angle channel's zero: the guide bar's angle itself has no mean over a cycle."""
+    first, last = np.rint(np.clip(starts[[0, -1]], 0, len(angle))).astype(int)
+    return float(angle[first:last].mean())
 
 
 def resample(values: Array, starts: Array, n: int = 1024) -> Array:

@@ -51,9 +51,10 @@ def test_finds_every_whole_cycle_where_it_starts(frequency, start, offset):
     expected = true_starts(phase)
     assert cycles.count == len(expected) - 1
     error_rad = (cycles.starts - expected) * frequency / RATE * 2 * np.pi
-    assert np.abs(error_rad).max() < 2e-3
+    assert np.abs(error_rad).max() < 1e-3
+    assert abs(error_rad.mean()) < 2e-4
     assert cycles.frequency_hz.mean() == pytest.approx(frequency, rel=2e-4)
-    assert cycles.offset_rad == pytest.approx(offset, abs=0.003 * DEG)
+    assert cycles.offset_rad == pytest.approx(offset, abs=0.0005 * DEG)
     assert cycles.ratio == pytest.approx(RATIO, rel=2e-3)
 
 
