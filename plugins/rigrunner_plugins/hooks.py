@@ -13,6 +13,7 @@ from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInv
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
+from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
 from rigrunner_plugins.fits.records import rigrunner_fits
 from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 
@@ -30,7 +31,7 @@ __all__ = [
 
 @hookimpl
 def rigrunner_devices() -> list[DeviceRecord]:
-    """Return simulated swing testers and the replay of recordings."""
+    """Return simulated rigs, the replay of recordings, and tables of values."""
     return [
         DeviceRecord(
             name="swing_tester_sim",
@@ -53,6 +54,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
             factory=_replay,
             simulated=True,
         ),
+        DeviceRecord(
+            name="tabulated",
+            help="Single values from a table, chosen by set-points: a publication's, for one",
+            settings=TabulatedSettings,
+            factory=_tabulated,
+            simulated=True,
+        ),
     ]
 
 
@@ -72,6 +80,12 @@ def _replay(settings: ReplaySettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.replay.device import Replay  # noqa: PLC0415  (numpy)
 
     return Replay(settings, context)
+
+
+def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.tabulated.device import Tabulated  # noqa: PLC0415  (when needed)
+
+    return Tabulated(settings, context)
 
 
 @hookimpl

@@ -17,6 +17,7 @@ from rigrunner.registry import load_registry
 
 REGISTRY = load_registry()
 DEVICES = REGISTRY.names("device")
+TESTERS = ["replay", "swing_tester_ode", "swing_tester_sim"]
 SI_SYMBOLS = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
 
 
@@ -32,6 +33,11 @@ class Stop:
 
 
 def _settings(name, folder):
+    if name == "tabulated":
+        value = {"frequency": "10 Hz", "angle": "2 deg", "torque": "1.2 N·m"}
+        points = ["frequency", "load"]
+        rows = [{**value, "load": load} for load in ("0 N", "100 N")]
+        return {"title": "T", "set_points": points, "cycle_frequency": "frequency", "rows": rows}
     if name != "replay":
         return {"seed": 3}
     angle = np.sin(np.arange(6000) / 50)
@@ -56,6 +62,10 @@ def clock():
     return SimulatedClock()
 
 
+only_testers = pytest.mark.parametrize("name", TESTERS, indirect=True)
+"""What is streamed, and the two drives of a tester, concern no other device."""
+
+
 @pytest.fixture
 def device(name, clock, tmp_path):
     context = DeviceContext("tester", clock, tmp_path)
@@ -69,10 +79,11 @@ def connected(device):
     device.close()
 
 
-def test_the_three_devices_are_there():
-    assert set(DEVICES) >= {"swing_tester_sim", "swing_tester_ode", "replay"}
+def test_the_devices_that_ship_are_there():
+    assert set(DEVICES) >= {*TESTERS, "tabulated"}
 
 
+@only_testers
 def test_it_has_the_abilities_of_a_tester(device):
     for ability in (Device, Readable, Settable, Streaming):
         assert isinstance(device, ability)
@@ -96,10 +107,15 @@ def test_nothing_but_safety_works_without_a_connection(device):
         lambda: device.set("frequency", 10.0),
         lambda: device.read_back("load"),
         lambda: device.read(["angle"]),
-        lambda: list(device.stream(["angle"], 0.1, Stop())),
     ):
         with pytest.raises(DeviceError, match="not connected"):
             use()
+
+
+@only_testers
+def test_nothing_is_streamed_without_a_connection(device):
+    with pytest.raises(DeviceError, match="not connected"):
+        list(device.stream(["angle"], 0.1, Stop()))
 
 
 def test_a_drive_goes_where_it_is_set_and_not_beyond_its_limits(connected):
@@ -127,9 +143,13 @@ def test_unknown_drives_and_channels_are_refused_with_the_known_ones(connected):
     with pytest.raises(DeviceRejectedError, match=r"'speed'.*frequency, load"):
         connected.read_back("speed")
     with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
-        connected.stream(["torq"], 0.1, Stop())
-    with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
         connected.read(["torq"])
+
+
+@only_testers
+def test_unknown_channels_are_not_streamed(connected):
+    with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
+        connected.stream(["torq"], 0.1, Stop())
 
 
 def test_make_safe_works_in_any_state_as_often_as_wanted(device, connected):
@@ -150,6 +170,7 @@ def test_make_safe_works_before_anything_was_connected(device):
     device.close()
 
 
+@only_testers
 def test_a_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
     connected.set("frequency", 10.0)
     before = clock.monotonic_s()
@@ -163,11 +184,13 @@ def test_a_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
     assert clock.monotonic_s() - before == pytest.approx(0.55)
 
 
+@only_testers
 def test_a_stream_ends_when_asked_to(connected):
     connected.set("frequency", 10.0)
     assert len(list(connected.stream(["angle"], 0.55, Stop(after=2)))) == 2
 
 
+@only_testers
 def test_what_is_streamed_is_finite_and_swings(connected):
     connected.set("frequency", 10.0)
     blocks = list(connected.stream(["angle"], 0.5, Stop()))

@@ -1,0 +1,108 @@
+"""Gives at each set-point the values that a table has there, and nothing in between."""
+
+from __future__ import annotations
+
+from math import isclose
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner_plugins.devices.channels import check_channels
+from rigrunner_plugins.devices.drives import Drives
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.devices import DeviceContext
+    from rigrunner_plugins.devices.tabulated.settings import Row, TabulatedSettings
+
+SAME = 1e-9
+"""Relative difference within which a set-point is that of a row: the rounding of units."""
+
+
+class Tabulated:
+    """A table as a device: its set-points are drives, its other columns can be read."""
+
+    non_blocking = True
+
+    def __init__(self, settings: TabulatedSettings, context: DeviceContext) -> None:
+        self._settings = settings
+        self._drives = Drives(
+            [_drive(settings, name) for name in settings.set_points], context.clock
+        )
+        self._connected = False
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """The columns that are no set-points."""
+        names = self._settings.channels
+        return [ChannelInfo(name, self._settings.unit(name), name.capitalize()) for name in names]
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """The set-points, each from 0 or its least to its greatest value in the table."""
+        return self._drives.infos
+
+    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nobody has to be waited for)
+        """Name the table."""
+        self._connected = True
+        return Identity("a table", self._settings.title, "", simulated=True)
+
+    def close(self) -> None:
+        """Give no more values."""
+        self._connected = False
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Set all set-points to zero."""
+        return self._drives.make_safe()
+
+    def set(self, drive: str, value: float) -> None:
+        """Go to a set-point."""
+        self._need_connection()
+        self._drives.set(drive, value)
+
+    def read_back(self, drive: str) -> float:
+        """Return the set-point."""
+        self._need_connection()
+        return self._drives.read_back(drive)
+
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return the row's values; raise DeviceRejectedError where the table has no row."""
+        self._need_connection()
+        check_channels(channels, self.channels)
+        row = self._row()
+        return {name: row[name].si for name in channels}
+
+    def _row(self) -> Row:
+        here = tuple(self._drives.actual.values())
+        for row in self._settings.rows:
+            if all(map(_same, self._settings.place(row), here)):
+                return row
+        at = ", ".join(f"{info.name} {here[i]:g} {info.unit}" for i, info in enumerate(self.drives))
+        raise DeviceRejectedError(
+            f"the table has no row for {at}", hint=f"it has: {'; '.join(self._listing())}"
+        )
+
+    def _listing(self) -> list[str]:
+        names = self._settings.set_points
+        return [", ".join(str(row[name]) for name in names) for row in self._settings.rows]
+
+    def _need_connection(self) -> None:
+        if not self._connected:
+            raise DeviceLostError("the table is not connected")
+
+
+def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
+    values = [row[name].si for row in settings.rows]
+    return DriveInfo(
+        name=name,
+        unit=settings.unit(name),
+        long_name=name.capitalize(),
+        minimum=min(0.0, *values),
+        maximum=max(0.0, *values),
+        sets_cycle_frequency=name == settings.cycle_frequency,
+    )
+
+
+def _same(one: float, other: float) -> bool:
+    return isclose(one, other, rel_tol=SAME, abs_tol=SAME)

@@ -1,0 +1,90 @@
+"""Settings of the tabulated device; loads without numpy."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.quantity import UNITS
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+
+Row = dict[str, AnyQuantity]
+
+
+def coherent_unit(dimension: str) -> str | None:
+    """Return the symbol of a dimension's coherent SI unit; None if there is none in the table."""
+    coherent = (u.symbol for u in UNITS if u.dimension == dimension and u.factor == 1)
+    return next(coherent, None)
+
+
+class TabulatedSettings(Settings):
+    """A table: some columns are set-points, the others what was read there."""
+
+    title: Annotated[str, Field(min_length=1, description="where the values come from")]
+    set_points: Annotated[
+        ListOf[str], Field(min_length=1, description="the columns that are drives")
+    ]
+    cycle_frequency: Annotated[
+        str, Field(description="the drive that is the frequency of a cyclic motion, if one is")
+    ] = ""
+    rows: Annotated[
+        ListOf[Row],
+        Field(min_length=1, description="each a value with its unit for every column"),
+    ]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of all columns, as the first row has them."""
+        return tuple(self.rows[0])
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The columns that are read."""
+        return tuple(name for name in self.columns if name not in self.set_points)
+
+    def unit(self, column: str) -> str:
+        """Return the SI unit of a column."""
+        symbol = coherent_unit(self.rows[0][column].dimension)
+        assert symbol is not None  # noqa: S101  (the validator has seen to it)
+        return symbol
+
+    def place(self, row: Row) -> tuple[float, ...]:
+        """Return where a row stands: its set-points in SI units."""
+        return tuple(row[name].si for name in self.set_points)
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        missing = [name for name in self.set_points if name not in self.columns]
+        if missing:
+            raise ValueError(
+                f"set_points names '{missing[0]}', which is no column;"
+                f" the first row has: {', '.join(self.columns)}"
+            )
+        if not self.channels:
+            raise ValueError("every column is a set-point: there is nothing to read")
+        if self.cycle_frequency and self.cycle_frequency not in self.set_points:
+            raise ValueError(
+                f"cycle_frequency names '{self.cycle_frequency}', which is not among set_points"
+            )
+        self._check_rows()
+        return self
+
+    def _check_rows(self) -> None:
+        first: dict[tuple[float, ...], int] = {}
+        for number, row in enumerate(self.rows, start=1):
+            self._check_columns(number, row)
+            earlier = first.setdefault(self.place(row), number)
+            if earlier != number:
+                raise ValueError(f"rows {earlier} and {number} have the same set-points")
+
+    def _check_columns(self, number: int, row: Row) -> None:
+        if set(row) != set(self.columns):
+            raise ValueError(
+                f"row {number} has {', '.join(row) or 'nothing'};"
+                f" the first row has {', '.join(self.columns)}"
+            )
+        for name, value in row.items():
+            wanted = self.rows[0][name].dimension
+            if value.dimension != wanted or coherent_unit(wanted) is None:
+                raise ValueError(f"row {number}, {name}: got '{value}', needed is a {wanted}")

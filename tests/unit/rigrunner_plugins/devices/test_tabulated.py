@@ -1,0 +1,78 @@
+"""The tabulated device: the values of a table at its set-points, and nothing in between."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rigrunner.api.devices import DeviceContext, Streaming
+from rigrunner.api.errors import DeviceRejectedError, PluginError
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+
+ROWS = [
+    {"load": "0 N", "frequency": "30 rpm", "torque": "0.83 N·m"},
+    {"load": "1 kN", "frequency": "30 rpm", "torque": "880 mN·m"},
+    {"load": "1 kN", "frequency": "10 Hz", "torque": "2.16 N·m"},
+]
+
+
+def made(**changes):
+    settings = {"title": "A table", "set_points": ["load", "frequency"], "rows": ROWS} | changes
+    context = DeviceContext("tester", SimulatedClock(), Path())
+    return load_registry().make("device", "tabulated", settings, context)
+
+
+@pytest.fixture
+def table():
+    device = made()
+    device.connect(1.0)
+    return device
+
+
+def test_each_row_is_read_where_it_stands_in_si_units(table):
+    for load_n, frequency_hz, torque_nm in ((0, 0.5, 0.83), (1000, 0.5, 0.88), (1000, 10, 2.16)):
+        table.set("load", load_n)
+        table.set("frequency", frequency_hz)
+        assert table.read(["torque"]) == {"torque": pytest.approx(torque_nm, rel=1e-15)}
+    assert [(info.name, info.unit) for info in table.channels] == [("torque", "N·m")]
+    assert not isinstance(table, Streaming)
+
+
+def test_where_there_is_no_row_it_names_those_that_are(table):
+    table.set("frequency", 10.0)
+    with pytest.raises(DeviceRejectedError) as caught:
+        table.read(["torque"])
+    assert "no row for load 0 N, frequency 10 Hz" in str(caught.value)
+    assert caught.value.hint == "it has: 0 N, 30 rpm; 1 kN, 30 rpm; 1 kN, 10 Hz"
+
+
+def test_a_set_point_can_be_the_frequency_of_a_motion():
+    drives = made(cycle_frequency="frequency").drives
+    assert [(info.name, info.sets_cycle_frequency) for info in drives] == [
+        ("load", False),
+        ("frequency", True),
+    ]
+    assert [(info.minimum, info.maximum) for info in drives] == [(0, 1000), (0, 10)]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"set_points": ["load", "speed"]}, "'speed', which is no column.*load, frequency, torque"),
+        ({"set_points": ["load", "frequency", "torque"]}, "nothing to read"),
+        ({"cycle_frequency": "torque"}, "'torque', which is not among set_points"),
+        ({"rows": [*ROWS, ROWS[0]]}, "rows 1 and 4 have the same set-points"),
+        ({"rows": [*ROWS, {"load": "2 N"}]}, "row 4 has load; the first row has load, frequency"),
+        (
+            {"rows": [ROWS[0], ROWS[1] | {"torque": "2.2 N"}]},
+            "row 2, torque: got '2.2 N', needed is a torque",
+        ),
+        ({"rows": []}, "at least 1"),
+        ({"rows": [ROWS[0] | {"torque": 0.83}]}, "not a number with a unit"),
+    ],
+)
+def test_what_is_no_table_is_refused(changes, words):
+    with pytest.raises(PluginError, match=words):
+        made(**changes)
