@@ -3,39 +3,21 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import log
 
 import numpy as np
 import pytest
 
+from helpers_exact import exact_least_squares
 from rigrunner.api.data import Points
 from rigrunner_plugins.compensations.paper_equation import published_curve
+from rigrunner_plugins.fits.aicc import AiccFit
+from rigrunner_plugins.fits.basis import BasisFit
 from rigrunner_plugins.fits.polynomial import PolynomialFit
-from rigrunner_plugins.fits.settings import PolynomialSettings
+from rigrunner_plugins.fits.settings import AiccSettings, BasisSettings, PolynomialSettings
 
 TABLE_2_HZ = [1, 5, 10, 15, 20, 25, 30, 35]
 TABLE_2_NM = ["0.83", "1.21", "1.64", "2.32", "3.01", "3.96", "5.12", "6.91"]
-
-
-def exact_quadratic():
-    """Return c0, c1, c2 by Cramer's rule on the normal equations, in rational numbers."""
-    x = [Fraction(f) for f in TABLE_2_HZ]
-    y = [Fraction(t) for t in TABLE_2_NM]
-    normal = [[sum(f ** (i + j) for f in x) for j in range(3)] for i in range(3)]
-    right = [sum(t * f**i for f, t in zip(x, y, strict=True)) for i in range(3)]
-    whole = determinant(normal)
-    return [determinant(replaced(normal, right, column)) / whole for column in range(3)]
-
-
-def determinant(m):
-    (a, b, c), (d, e, f), (g, h, i) = m
-    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-
-
-def replaced(m, values, column):
-    return [
-        [value if j == column else entry for j, entry in enumerate(row)]
-        for row, value in zip(m, values, strict=True)
-    ]
 
 
 @pytest.fixture
@@ -45,7 +27,7 @@ def curve():
 
 
 def test_coefficients_are_the_exact_fractions(curve):
-    exact = exact_quadratic()
+    exact = exact_least_squares([[1, f, f * f] for f in TABLE_2_HZ], TABLE_2_NM).coefficients
     assert exact[2] == Fraction(97813, 24141600)
     assert exact[1] == Fraction(1785697, 72424800)
     assert exact[0] == Fraction(5536529, 6035400)
@@ -80,3 +62,34 @@ def test_published_coefficients_miss_table_2_by_five_percent_on_average():
     assert relative.mean() == pytest.approx(0.0488, abs=5e-5)
     assert relative.max() == pytest.approx(0.1399, abs=5e-5)
     assert relative.argmax() == 0
+
+
+def exact_aicc(powers):
+    """Return AICc from a residual sum of squares in rational numbers."""
+    design = [[f**k for k in powers] for f in TABLE_2_HZ]
+    rss = exact_least_squares(design, TABLE_2_NM).rss
+    n, k = len(TABLE_2_NM), len(powers) + 1
+    return n * log(rss / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1)
+
+
+def test_the_papers_basis_is_not_the_best():
+    points = Points(np.array(TABLE_2_HZ, float), np.array(TABLE_2_NM, float))
+    curve = AiccFit(AiccSettings())(points)
+    scores = [each.score for each in curve.candidates]
+    assert scores == pytest.approx([-12.9, -19.7, -30.2, -9.3], abs=0.05)
+    expected = [exact_aicc(powers) for powers in AiccSettings().candidates]
+    assert scores == pytest.approx(expected, rel=1e-12)
+    assert [each.chosen for each in curve.candidates] == [False, False, True, False]
+    assert curve.formula == "T = c0 + c1·f + c4·f⁴"
+
+
+@pytest.mark.parametrize("powers", [(0, 2), (0, 1, 4), (1, 2), (0, 1, 2, 3)])
+def test_other_bases_are_the_exact_fractions_too(powers):
+    design = [[f**k for k in powers] for f in TABLE_2_HZ]
+    exact = exact_least_squares(design, TABLE_2_NM)
+    points = Points(np.array(TABLE_2_HZ, float), np.array(TABLE_2_NM, float))
+    curve = BasisFit(BasisSettings(powers=powers))(points)
+    assert curve.coefficients == pytest.approx([float(c) for c in exact.coefficients], rel=1e-12)
+    variance = exact.rss / (len(TABLE_2_NM) - len(powers))
+    expected = [[float(variance * value) for value in row] for row in exact.inverse]
+    assert curve.covariance == pytest.approx(np.array(expected), rel=1e-12)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_plugins.fits.linear import fit_powers, refuse_too_few
+from rigrunner_plugins.fits.linear import fit_powers, refuse_unfit
 from rigrunner_plugins.fits.powers import ScaledPowers
 
 if TYPE_CHECKING:
@@ -33,6 +33,6 @@ class BasisFit:
 
 def fit_chosen_powers(points: Points, powers: tuple[int, ...], *, weighted: bool) -> FittedCurve:
     """Return the least-squares curve of ascending powers of x; DataError as `fit_powers`."""
-    refuse_too_few(points, powers)
+    refuse_unfit(points, powers)
     basis = ScaledPowers(powers, scale=float(np.abs(points.x).max()))
     return fit_powers(points, basis, weighted=weighted)

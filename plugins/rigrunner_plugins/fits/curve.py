@@ -43,9 +43,8 @@ class FittedCurve:
         """Return the curve at x (m,) and its standard uncertainty; DataError outside `valid_x`."""
         x = np.atleast_1d(np.asarray(x, np.float64))
         low, high = self.valid_x
-        outside = x[
-            (x < low - RANGE_TOLERANCE * abs(low)) | (x > high + RANGE_TOLERANCE * abs(high))
-        ]
+        inside = (x >= low - RANGE_TOLERANCE * abs(low)) & (x <= high + RANGE_TOLERANCE * abs(high))
+        outside = x[~inside]
         if outside.size:
             raise DataError(
                 f"the fit holds from {low:.6g} to {high:.6g}, not at {outside[0]:.6g}",

@@ -9,8 +9,8 @@ import numpy as np
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import solve
+from rigrunner_plugins.fits.points import refuse_not_finite, root_weights
 from rigrunner_plugins.fits.powers import formula, unit
-from rigrunner_plugins.fits.weights import root_weights
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from rigrunner_plugins.fits.powers import Powers
 
 
-def refuse_too_few(points: Points, powers: tuple[int, ...]) -> None:
-    """Raise DataError where there are fewer different x than coefficients and one more."""
+def refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
+    """Raise DataError for what is no number, and for no more different x than coefficients."""
+    refuse_not_finite(points)
     different, needed = len(np.unique(points.x)), len(powers) + 1
     if different < needed:
         raise DataError(

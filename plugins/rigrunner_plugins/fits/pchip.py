@@ -17,6 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.curve import RANGE_TOLERANCE, FittedCurve
+from rigrunner_plugins.fits.points import refuse_not_finite
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
@@ -34,11 +35,10 @@ def interpolate(points: Points) -> FittedCurve:
     u_y = _uncertainty(points)
 
     def value_and_spread(x: Array) -> tuple[Array, Array]:
-        up, down = (
-            np.column_stack([_through(points.x, row)(x) for row in points.y + sign * np.diag(u_y)])
-            for sign in (1, -1)
-        )
-        return _through(points.x, points.y)(x), (up - down) / 2
+        y, step = points.y[:, None], np.diag(u_y)
+        at_x = PchipInterpolator(points.x, np.hstack([y, y + step, y - step]))(x)
+        value, up, down = np.split(at_x, [1, 1 + len(u_y)], axis=1)
+        return value[:, 0], (up - down) / 2
 
     return FittedCurve(
         formula="T = monotone cubic (PCHIP) through the points",
@@ -55,15 +55,10 @@ def interpolate(points: Points) -> FittedCurve:
     )
 
 
-def _through(x: Array, y: Array) -> PchipInterpolator:
-    return PchipInterpolator(x, y)
-
-
 def _ascending(points: Points) -> Points:
     if len(points.x) < LEAST:
         raise DataError(f"an interpolation needs {LEAST} points; there are {len(points.x)}")
-    if not (np.isfinite(points.x).all() and np.isfinite(points.y).all()):
-        raise DataError("a point of the fit is not a finite number")
+    refuse_not_finite(points)
     order = np.argsort(points.x)
     x = points.x[order]
     close = np.flatnonzero(np.diff(x) <= RANGE_TOLERANCE * np.abs(x[:-1]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner_plugins.fits.linear import fit_powers, refuse_too_few
+from rigrunner_plugins.fits.linear import fit_powers, refuse_unfit
 from rigrunner_plugins.fits.powers import MappedPowers
 
 if TYPE_CHECKING:
@@ -27,6 +27,6 @@ class PolynomialFit:
     def __call__(self, points: Points) -> FittedCurve:
         """Return the fitted curve; raise DataError where the points do not allow it."""
         degree = self.settings.degree
-        refuse_too_few(points, tuple(range(degree + 1)))
+        refuse_unfit(points, tuple(range(degree + 1)))
         basis = MappedPowers(degree, float(points.x.min()), float(points.x.max()))
         return fit_powers(points, basis, weighted=self.settings.weighted)

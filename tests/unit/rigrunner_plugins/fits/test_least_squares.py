@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_exact import exact_least_squares
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.least_squares import solve
 
@@ -48,6 +51,19 @@ def test_dependent_columns_are_refused(column):
         solve(design, extended([0, 1, 2]))
 
 
+@pytest.mark.parametrize(("difference", "refused"), [(2.0**-44, True), (2.0**-33, False)])
+def test_columns_that_differ_by_less_than_1e_12_are_refused(difference, refused):
+    """Of columns that differ in one of three values by d, sqrt(2)/3 d is left beside the first."""
+    design = extended([[1, 1], [1, 1], [1, 1 + difference]])
+    if refused:
+        with pytest.raises(DataError, match="do not determine all coefficients"):
+            solve(design, extended([1, 2, 3]))
+    else:
+        found = solve(design, extended([1, 2, 3])).coefficients.astype(float)
+        slope = 1.5 / difference
+        assert found == pytest.approx([1.5 - slope, slope], rel=1e-8)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_what_is_no_number_is_refused(bad):
     with pytest.raises(DataError, match="not a finite number"):
@@ -65,3 +81,77 @@ def test_residuals_are_orthogonal_to_the_design(y, shift):
     residuals = solve(design, extended(y)).residuals
     scale = np.abs(design).sum(axis=0) * (np.abs(y).max() + 1)
     assert np.all(np.abs(design.T @ residuals) <= 1e-15 * scale)
+
+
+EPS = float(np.finfo(np.longdouble).eps)
+INTEGERS = st.integers(-(10**6), 10**6)
+
+
+@st.composite
+def powers_of_distant_numbers(draw):
+    """Return powers 0..p-1 of integers far from zero: condition numbers up to 1e13."""
+    p = draw(st.integers(2, 5))
+    offset = draw(st.sampled_from([0, 10, 100, 1000]))
+    steps = draw(st.sets(st.integers(0, 60), min_size=p + 1, max_size=14))
+    return [[(offset + step) ** k for k in range(p)] for step in sorted(steps)]
+
+
+@st.composite
+def nearly_equal_columns(draw):
+    """Return columns that differ by a few units in 10^k of them."""
+    p = draw(st.integers(2, 5))
+    size = 10 ** draw(st.integers(0, 12))
+    few = st.integers(-5, 5)
+    rows = st.tuples(st.integers(-99, 99), st.lists(few, min_size=p, max_size=p))
+    return [
+        [common * size + small for small in own]
+        for common, own in draw(st.lists(rows, min_size=p + 1, max_size=14))
+    ]
+
+
+@settings(deadline=None, max_examples=150)
+@given(data=st.data(), design=st.one_of(powers_of_distant_numbers(), nearly_equal_columns()))
+def test_ill_conditioned_designs_against_rational_arithmetic(data, design):
+    """Errors stay below 2 k eps of the coefficients or, if larger, of their uncertainty.
+
+    k is the condition number; coefficients are those of columns of unit length, in norm. Of 600
+    random designs with k up to 3e12 the worst were 0.5 k eps, and 0.3 k eps for the variances. What
+    is refused has k of 1e12 or more.
+    """
+    y = data.draw(st.lists(INTEGERS, min_size=len(design), max_size=len(design)))
+    if data.draw(st.booleans()):
+        y = [sum(row) + value % 7 for row, value in zip(design, y, strict=True)]
+    try:
+        exact = exact_least_squares(design, y)
+    except ZeroDivisionError:
+        with pytest.raises(DataError, match="do not determine all coefficients"):
+            solve(extended(design), extended(y))
+        return
+    k, dof = exact.condition, len(y) - len(design[0])
+    try:
+        solution = solve(extended(design), extended(y))
+    except DataError:
+        assert k >= 1e12
+        return
+    scale = np.array([float(row[i]) ** 0.5 for i, row in enumerate(exact.normal)])
+    error = scale * errors(solution.coefficients, exact.coefficients)
+    size = np.linalg.norm(scale * [float(value) for value in exact.coefficients])
+    uncertainty = k * (float(exact.rss) / dof) ** 0.5
+    assert np.linalg.norm(error) <= 2 * k * EPS * max(size, uncertainty)
+    variances = np.sum(solution.factor**2, axis=1)
+    relative = errors(variances, [row[i] for i, row in enumerate(exact.inverse)], relative=True)
+    assert np.abs(relative).max() <= (2 * k + 100) * EPS
+
+
+def errors(found, exact, *, relative=False):
+    """Return found - exact without rounding either, as floats."""
+    differences = [in_full(value) - expected for value, expected in zip(found, exact, strict=True)]
+    if relative:
+        differences = [each / value for each, value in zip(differences, exact, strict=True)]
+    return np.array([float(each) for each in differences])
+
+
+def in_full(value):
+    """Return a long double as a fraction: its two halves are floats."""
+    high = float(value)
+    return Fraction(high) + Fraction(float(value - np.longdouble(high)))

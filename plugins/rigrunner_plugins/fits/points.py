@@ -1,4 +1,4 @@
-"""The weight of each point of a fit."""
+"""What fits ask of their points: that they are numbers, and how much each counts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
+
+
+def refuse_not_finite(points: Points) -> None:
+    """Raise DataError where an x or a y is nan or infinite."""
+    if not (np.isfinite(points.x).all() and np.isfinite(points.y).all()):
+        raise DataError("a point of the fit is not a finite number")
 
 
 def root_weights(points: Points, *, weighted: bool) -> Array:
