@@ -6,7 +6,7 @@ the crank phase alone; the drive line then acts on the harmonics of the cycle.
 
 from __future__ import annotations
 
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,8 +26,12 @@ def closed_form_rig(rig: RigParameters) -> SimulatedRig:
     return SimulatedRig(rig.eccentric_ratio, partial(steady_state, rig), rig.sensors)
 
 
+@lru_cache(maxsize=64)
 def steady_state(rig: RigParameters, load_n: float, frequency_hz: float) -> SteadyState:
-    """Return one cycle of the torque in the transducer's shaft, and what is true of it."""
+    """Return one cycle of the torque in the transducer's shaft, and what is true of it.
+
+    Remembered, as a stream needs it twice, and a repeated one again; it knows no noise.
+    """
     phase = 2 * np.pi * np.arange(GRID) / GRID
     motion = friction.swing(phase, frequency_hz, rig.eccentric_ratio)
     loaded, unloaded = _bearing(rig, motion, load_n)

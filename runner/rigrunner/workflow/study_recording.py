@@ -1,0 +1,147 @@
+"""Records both runs of a study's rig in memory, through the device plugin, in simulated time."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigrunner.api.data import Recording, RunData
+from rigrunner.api.devices import DeviceContext
+from rigrunner.clock import SimulatedClock, utc_text
+from rigrunner.workflow.study_rigs import FREQUENCIES_HZ, LOAD_N, nested
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.registry import Registry
+    from rigrunner.station import Station
+    from rigrunner.workflow.study_rigs import Bench, Value
+
+SETTLE_CYCLES = 5
+MARGIN_CYCLES = 0.5
+"""Recorded beyond the cycles that are wanted, as the first one begins anywhere."""
+
+ZERO_S = 1.0
+ANGLE, TORQUE = "tester.angle", "tester.torque"
+UNITS = {ANGLE: "rad", TORQUE: "N·m", "tester.frequency": "Hz", "tester.load": "N"}
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedBench:
+    """Both runs, and what was true of the loaded one."""
+
+    no_load: RunData
+    loaded: RunData
+    truth_nm: float
+    """The load-induced starting torque, mean over the set-points."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Setup:
+    """A device that is connected, with its time and the run that it is recorded into."""
+
+    device: Any
+    clock: SimulatedClock
+    bench: Bench
+    station: Station
+
+
+def record_bench(bench: Bench, registry: Registry, station: Station) -> RecordedBench:
+    """Do the no-load run, wait, and do the loaded run; one set-up, so that the zero drifts on."""
+    clock = SimulatedClock()
+    first = _Setup(_device(bench, bench.no_load, registry, clock), clock, bench, station)
+    second = first
+    if bench.loaded != bench.no_load:
+        second = replace(first, device=_device(bench, bench.loaded, registry, clock))
+    no_load, _ = _run(first, "no-load", bench.no_load_n, 0.0)
+    clock.sleep(bench.pause_s)
+    loaded, truths = _run(second, "loaded", bench.load_n, LOAD_N)
+    return RecordedBench(no_load, _shifted(loaded, bench), float(np.mean(truths)))
+
+
+def _device(
+    bench: Bench, settings: Mapping[str, Value | str], registry: Registry, clock: SimulatedClock
+) -> Any:
+    context = DeviceContext("tester", clock, Path())
+    device = registry.make("device", bench.simulator, nested(settings, bench.seed), context)
+    device.connect(1.0)
+    return device
+
+
+def _run(
+    setup: _Setup, name: str, actual_n: float, said_n: float
+) -> tuple[RunData, tuple[float, ...]]:
+    """Return one run under that load, said to be another, and the truth of each set-point."""
+    started = utc_text(setup.clock.utc())
+    zero = float(np.mean(_streamed(setup, ZERO_S)[TORQUE]))
+    setup.device.set("load", actual_n)
+    pairs = [_recording(setup, frequency, said_n) for frequency in FREQUENCIES_HZ]
+    setup.device.make_safe()
+    run = RunData(
+        run_id=f"{name}-{setup.bench.seed}",
+        procedure_id=name,
+        procedure_revision="",
+        procedure_title=name,
+        station_id=setup.station.id,
+        started_utc=started,
+        ended_utc=utc_text(setup.clock.utc()),
+        outcome="completed",
+        inputs={},
+        rig=_rig(setup),
+        instruments={TORQUE: _instrument(setup)},
+        zeros={TORQUE: zero},
+        recordings=tuple(recording for recording, _ in pairs),
+    )
+    return run, tuple(truth for _, truth in pairs)
+
+
+def _recording(setup: _Setup, frequency_hz: float, load_n: float) -> tuple[Recording, float]:
+    setup.device.set("frequency", frequency_hz)
+    setup.clock.sleep(SETTLE_CYCLES / frequency_hz)
+    channels = _streamed(setup, (setup.bench.cycles + MARGIN_CYCLES) / frequency_hz)
+    recording = Recording(
+        name=f"{frequency_hz:g} Hz",
+        rate_hz=setup.device.sample_rate_hz,
+        started_utc=utc_text(setup.clock.utc()),
+        setpoints={"tester.frequency": frequency_hz, "tester.load": load_n},
+        channels=channels,
+        units=UNITS,
+        conditions={"tester.load": load_n},
+    )
+    return recording, setup.device.truth()["starting_torque_nm"]
+
+
+def _streamed(setup: _Setup, duration_s: float) -> dict[str, Array]:
+    names = {"angle": ANGLE, "torque": TORQUE}
+    blocks = list(setup.device.stream(tuple(names), duration_s, threading.Event()))
+    return {
+        full: np.concatenate([block.channels[short] for block in blocks])
+        for short, full in names.items()
+    }
+
+
+def _shifted(run: RunData, bench: Bench) -> RunData:
+    """Return the loaded run with its zero moved, and with the constant torque of its load."""
+    shift = bench.zero_shift_nm + bench.one_sided_nm
+    recordings = tuple(
+        replace(each, channels={**each.channels, TORQUE: each.channels[TORQUE] + shift})
+        for each in run.recordings
+    )
+    zeros = {TORQUE: run.zeros[TORQUE] + bench.zero_shift_nm}
+    return replace(run, recordings=recordings, zeros=zeros)
+
+
+def _rig(setup: _Setup) -> RigDescription:
+    known = {"natural_frequency": setup.bench.reference_hz}
+    return setup.station.rig.model_copy(update=known)
+
+
+def _instrument(setup: _Setup) -> TorqueInstrument:
+    (instrument,) = setup.station.instruments
+    return instrument
