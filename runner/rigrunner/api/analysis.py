@@ -236,6 +236,12 @@ class Check:
     ok: bool
     text: str
     advice: str = ""
+    value: float | None = None
+    """What was found, or the worst of it; None where it is not a number."""
+    threshold: float | None = None
+    """What it may be at most or at least."""
+    unit: str = ""
+    """Of both: '1' for a bare number."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -91,6 +91,10 @@ class RigDescription(Settings):
         Length | None,
         Field(gt=0, description="radius of the bearing's sliding surface, for mu = T/(F r)"),
     ] = None
+    natural_frequency: Annotated[
+        Frequency | None,
+        Field(gt=0, description="of the torsional resonance when the rig was in order"),
+    ] = None
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:
