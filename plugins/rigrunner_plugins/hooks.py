@@ -11,6 +11,7 @@ from rigrunner.api.hooks import CompensationRecord, DeviceRecord, hookimpl
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
+from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
@@ -55,6 +56,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
             simulated=True,
         ),
         DeviceRecord(
+            name="rotation_tester_sim",
+            help="Bench that turns a bearing slowly from rest, simulated: breakaway without load",
+            settings=RotationTesterSettings,
+            factory=_rotation_tester_sim,
+            simulated=True,
+        ),
+        DeviceRecord(
             name="tabulated",
             help="Single values from a table, chosen by set-points: a publication's, for one",
             settings=TabulatedSettings,
@@ -80,6 +88,14 @@ def _replay(settings: ReplaySettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.replay.device import Replay  # noqa: PLC0415  (numpy)
 
     return Replay(settings, context)
+
+
+def _rotation_tester_sim(settings: RotationTesterSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.rotation_tester_sim.device import (  # noqa: PLC0415  (numpy)
+        RotationTester,
+    )
+
+    return RotationTester(settings, context)
 
 
 def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:

@@ -1,0 +1,1 @@
+"""A bench that turns a bearing slowly from rest: breakaway torque without load."""
