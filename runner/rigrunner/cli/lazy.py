@@ -45,6 +45,17 @@ class LazyGroup(click.Group):
         hint = f" Did you mean '{near[0]}'?" if near else ""
         raise click.UsageError(f"No such command '{args[0]}'.{hint}", ctx)
 
+    def shell_complete(
+        self, ctx: click.Context, incomplete: str
+    ) -> list[click.shell_completion.CompletionItem]:
+        """Return the commands and options that begin so, without importing any command."""
+        commands = [
+            click.shell_completion.CompletionItem(name, help=help_line)
+            for name, help_line in self.summaries.items()
+            if name.startswith(incomplete)
+        ]
+        return commands + click.Command.shell_complete(self, ctx, incomplete)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  (click's signature)
         """Write the list of commands without importing any."""
         with formatter.section("Commands"):

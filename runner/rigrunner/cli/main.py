@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import click
 
 from rigrunner import __version__
 from rigrunner.cli.boundary import run_command
+from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.output import result
 
@@ -25,6 +27,7 @@ SUMMARIES = {
     "show": "Show what a stored run holds and found.",
     "plugins": "List the plugins and what each can be told.",
     "schema": "Print the JSON Schema of procedures or stations, for editors.",
+    "completion": "Print a script that lets a shell complete.",
 }
 
 
@@ -45,5 +48,11 @@ def rigrunner(context: click.Context) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit code (`rigrunner.api.errors.ExitCode`)."""
+    """Run the command line and return its exit code (`rigrunner.api.errors.ExitCode`).
+
+    A shell that asks what may stand at its cursor gets an answer instead.
+    """
+    instruction = os.environ.get(VARIABLE)
+    if instruction:
+        return complete(rigrunner, instruction)
     return run_command(rigrunner, arguments)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.cli.completing import procedures, stations, stored_runs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,10 +20,17 @@ runs_option = click.option(
     show_default=True,
     help="The folder that holds the runs.",
 )
+procedure_argument = click.argument("procedure", shell_complete=procedures)
+run_argument = click.argument("run", shell_complete=stored_runs)
 station_option = click.option(
-    "--station", required=True, help="A station file, or the name of a shipped one."
+    "--station",
+    required=True,
+    shell_complete=stations,
+    help="A station file, or the name of a shipped one.",
 )
-lab_option = click.option("--station", help="Take in the plugins of this station's own folder.")
+lab_option = click.option(
+    "--station", shell_complete=stations, help="Take in the plugins of this station's own folder."
+)
 set_option = click.option(
     "--set", "given", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
 )

@@ -27,6 +27,16 @@ def find_station(name_or_path: str) -> Path:
     return _find(name_or_path, shipped_folder() / "stations", "station")
 
 
+def procedure_names() -> list[str]:
+    """Return the names of the shipped procedures."""
+    return _names(shipped_folder())
+
+
+def station_names() -> list[str]:
+    """Return the names of the shipped stations."""
+    return _names(shipped_folder() / "stations")
+
+
 def find_run(name_or_path: str, runs: Path) -> Path:
     """Return the run folder of that path, or of that name in the folder of runs; raise UsageError.
 
@@ -60,10 +70,14 @@ def _find(name_or_path: str, folder: Path, what: str) -> Path:
     shipped = folder / f"{name_or_path}.yaml"
     if path.name == name_or_path and shipped.is_file():
         return shipped
-    names = sorted(found.stem for found in folder.glob("*.yaml"))
     if path.is_dir():
         raise UsageError(f"'{name_or_path}' is a folder, not a {what} file")
-    raise UsageError(f"there is no {what} '{name_or_path}'", hint=_near(name_or_path, names))
+    hint = _near(name_or_path, _names(folder))
+    raise UsageError(f"there is no {what} '{name_or_path}'", hint=hint)
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(found.stem for found in folder.glob("*.yaml"))
 
 
 def _near(name: str, names: list[str]) -> str:

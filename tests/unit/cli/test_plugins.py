@@ -1,15 +1,16 @@
 from __future__ import annotations
 
 import json
-from typing import Literal
+from typing import Annotated, Literal
 
 import pytest
+from pydantic import Field
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import FitRecord, OutlierRuleRecord
-from rigrunner.api.settings import Settings, Torque
-from rigrunner.cli.commands import plugins
+from rigrunner.api.settings import Ratio, Settings, Torque
+from rigrunner.cli import planning
 from rigrunner.registry import DisabledPlugin, Plugin, Provider, Registry
 
 LAB = Provider("lab_plugins", "2.0")
@@ -17,6 +18,8 @@ LAB = Provider("lab_plugins", "2.0")
 
 class Inner(Settings):
     limit: Torque
+    """The highest torque."""
+    span: Annotated[Ratio, Field(gt=0, le=1, description="of full scale")] = 0.05
     side: Literal["both", "high"] = "both"
 
 
@@ -38,14 +41,17 @@ def registry(monkeypatch):
         ),
     ]
     disabled = [DisabledPlugin(Provider("broken", "0.1"), "ImportError: no driver")]
-    monkeypatch.setattr(plugins, "load_registry", lambda: Registry(records, disabled))
+    monkeypatch.setattr(planning, "load_registry", lambda: Registry(records, disabled))
 
 
 @pytest.mark.usefixtures("registry")
 def test_plugins_are_listed_by_kind():
     called = call("plugins")
     assert called.code == ExitCode.PASS
-    assert called.out == ("outlier rules\n  pauta  Three sigma.\n\nfits\n  spline  A spline.\n")
+    assert called.out == (
+        "outlier rules of lab_plugins 2.0\n  pauta  Three sigma.\n\n"
+        "fits of lab_plugins 2.0\n  spline  A spline.\n"
+    )
 
 
 @pytest.mark.usefixtures("registry")
@@ -55,12 +61,17 @@ def test_a_plugin_that_could_not_be_loaded_is_named_with_its_reason():
 
 @pytest.mark.usefixtures("registry")
 def test_settings_are_shown_with_those_of_nested_models():
-    lines = call("plugins", "pauta").out.splitlines()
-    assert lines[:2] == ["outlier rule 'pauta' of lab_plugins 2.0", "Three sigma."]
-    assert lines[3].startswith("  inner.limit  ")
-    assert "N·m" in lines[3]
-    assert lines[3].endswith("(required)")
-    assert lines[4] == "  inner.side   both | high (default: both)"
+    assert call("plugins", "pauta").out.splitlines() == [
+        "outlier rule 'pauta' of lab_plugins 2.0",
+        "Three sigma.",
+        "",
+        "  inner.limit: (required)",
+        "      The highest torque (torque in N·m or mN·m or in·lbf)",
+        "  inner.span: 5 %",
+        "      of full scale (ratio in 1 or %, more than 0, at most 100 %)",
+        "  inner.side: both",
+        "      (both | high)",
+    ]
 
 
 @pytest.mark.usefixtures("registry")
@@ -69,7 +80,7 @@ def test_a_plugin_without_settings_says_so():
 
 
 @pytest.mark.usefixtures("registry")
-def test_programs_get_the_schema():
+def test_programs_get_parameters_and_schema():
     (found,) = json.loads(call("plugins", "pauta", "--json").out)
     assert (found["kind"], found["provider"], found["version"]) == (
         "outlier_rule",
@@ -77,6 +88,15 @@ def test_programs_get_the_schema():
         "2.0",
     )
     assert "inner" in found["settings"]["properties"]
+    assert found["parameters"][1] == {
+        "name": "inner.span",
+        "kind": "ratio",
+        "units": ["1", "%"],
+        "bounds": "more than 0, at most 100 %",
+        "default": "5 %",
+        "required": False,
+        "help": "of full scale",
+    }
 
 
 @pytest.mark.usefixtures("registry")

@@ -10,7 +10,8 @@ import click
 
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import UsageError
-from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.completing import stored_runs
+from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import identity, summary
 from rigrunner.registry import load_registry
@@ -25,9 +26,14 @@ if TYPE_CHECKING:
 
 
 @click.command(name="analyse")
-@click.argument("run")
+@run_argument
 @runs_option
-@click.option("--no-load", metavar="RUN", help="Another no-load run than the one in the file.")
+@click.option(
+    "--no-load",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="Another no-load run than the one in the file.",
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),

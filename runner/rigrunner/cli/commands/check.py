@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from rigrunner.cli.completing import stations
+from rigrunner.cli.options import procedure_argument
 from rigrunner.cli.output import result
 from rigrunner.cli.planning import planned_run
 from rigrunner.cli.progress import clock_text
@@ -12,8 +14,8 @@ from rigrunner.workflow.locate import find_procedure, find_station
 
 
 @click.command(name="check")
-@click.argument("procedure")
-@click.option("--station", help="Check how it fits this station, too.")
+@procedure_argument
+@click.option("--station", shell_complete=stations, help="Check how it fits this station, too.")
 def command(procedure: str, station: str | None) -> None:
     """Check a procedure, and how it fits a station, without a rig.
 

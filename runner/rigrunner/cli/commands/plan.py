@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.cli.options import json_option, station_option
+from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.planning import planned_run
 from rigrunner.cli.progress import clock_text
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @click.command(name="plan")
-@click.argument("procedure")
+@procedure_argument
 @station_option
 @json_option
 def command(procedure: str, station: str, *, as_json: bool) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import PluginError
+from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.planning import lab_registry
@@ -27,7 +28,7 @@ WIDTH = 80
 
 
 @click.command(name="plugins")
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=plugin_names)
 @lab_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with each plugin's schema.")
 def command(name: str | None, station: str | None, *, as_json: bool) -> None:

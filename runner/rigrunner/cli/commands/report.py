@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rigrunner.api.errors import UsageError
-from rigrunner.cli.options import runs_option
+from rigrunner.cli.options import run_argument, runs_option
 from rigrunner.cli.output import result
 from rigrunner.registry import load_registry
 from rigrunner.workflow.locate import find_run
@@ -15,7 +15,7 @@ from rigrunner.workflow.report import write_report
 
 
 @click.command(name="report")
-@click.argument("run")
+@run_argument
 @runs_option
 @click.option(
     "--out",

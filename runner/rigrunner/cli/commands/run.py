@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.cli.answers import TerminalAnswers
+from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.finishing import tell_finished
 from rigrunner.cli.options import (
     json_option,
     named_values,
+    procedure_argument,
     runs_option,
     set_option,
     station_option,
@@ -31,11 +33,16 @@ if TYPE_CHECKING:
 
 
 @click.command(name="run")
-@click.argument("procedure")
+@procedure_argument
 @station_option
 @runs_option
 @set_option
-@click.option("--no-load", metavar="RUN", help="The no-load run to compensate with.")
+@click.option(
+    "--no-load",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="The no-load run to compensate with.",
+)
 @click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
 @click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
 @json_option

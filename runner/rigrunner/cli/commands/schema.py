@@ -16,8 +16,8 @@ from rigrunner.workflow.schema import Language, language_schema
 @click.argument("language", type=click.Choice(["procedure", "station"]))
 @lab_option
 def command(language: str, station: str | None) -> None:
-    """Print the JSON Schema of procedures or of stations.
+    """Print the JSON Schema of procedures or stations, for editors.
 
-    It knows the plugins that are installed. Editors complete and check with it.
+    It knows the plugins that are installed; editors complete and check with it.
     """
     result_json(language_schema(cast("Language", language), lab_registry(station)))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.cli.facts import info_document
-from rigrunner.cli.options import json_option, runs_option
+from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import summary
 from rigrunner.cli.table import pairs
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @click.command(name="show")
-@click.argument("run")
+@run_argument
 @runs_option
 @json_option
 def command(run: str, runs: Path, *, as_json: bool) -> None:

@@ -1,0 +1,142 @@
+"""What a shell offers at the cursor."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+from click.shell_completion import BashComplete
+
+from helpers_cli import call
+from rigrunner.cli.completing import PROGRAM, VARIABLE
+from rigrunner.cli.main import SUMMARIES, rigrunner
+
+PROCEDURES = ["no_load_inertia_sweep", "starting_torque_1000n"]
+
+
+def offered(*words):
+    """What stands at the cursor after the last word, as (type, value)."""
+    shell = BashComplete(rigrunner, {}, PROGRAM, VARIABLE)
+    items = shell.get_completions(list(words[:-1]), words[-1])
+    return [item.value if item.type == "plain" else (item.type, item.value) for item in items]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    for name in ("mine.yaml", "station.yml", "notes.txt"):
+        (tmp_path / name).touch()
+    for name in ("20260101T000000Z_A", "20260102T000000Z_B"):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+    (tmp_path / "elsewhere" / "20250101T000000Z_C").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+
+
+def test_commands_are_offered():
+    assert offered("") == list(SUMMARIES)
+    assert offered("sch") == ["schema"]
+
+
+@pytest.mark.parametrize("command", ["run", "check", "plan"])
+@pytest.mark.usefixtures("folder")
+def test_shipped_procedures_and_files_here_are_offered(command):
+    found = offered(command, "")
+    assert set(PROCEDURES) < set(found)
+    assert found[-2:] == ["mine.yaml", "station.yml"]
+    assert offered(command, "mi") == ["mine.yaml"]
+
+
+@pytest.mark.parametrize("command", ["run x", "check x", "plan x", "plugins", "schema station"])
+@pytest.mark.usefixtures("folder")
+def test_shipped_stations_are_offered(command):
+    assert offered(*command.split(), "--station", "simu") == ["simulated"]
+
+
+@pytest.mark.parametrize("command", ["run", "show"])
+@pytest.mark.usefixtures("folder")
+def test_the_shell_completes_a_path(command):
+    assert offered(command, "some/where") == [("file", "some/where")]
+
+
+@pytest.mark.parametrize("command", ["show", "report", "analyse"])
+@pytest.mark.usefixtures("folder")
+def test_stored_runs_are_offered_the_newest_first(command):
+    assert offered(command, "2026") == ["20260102T000000Z_B", "20260101T000000Z_A"]
+    assert offered(command, "--runs", "elsewhere", "") == ["20250101T000000Z_C"]
+
+
+@pytest.mark.parametrize("command", ["run x", "analyse x"])
+@pytest.mark.usefixtures("folder")
+def test_the_no_load_run_is_offered(command):
+    assert offered(*command.split(), "--no-load", "20260102") == ["20260102T000000Z_B"]
+
+
+def test_plugins_languages_shells_and_options_are_offered():
+    assert offered("plugins", "template") == ["template_inverse"]
+    assert offered("schema", "") == ["procedure", "station"]
+    assert offered("completion", "") == ["bash", "zsh", "fish"]
+    assert "--unattended" in offered("run", "--un")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_each_shell_gets_its_script(shell):
+    called = call("completion", shell)
+    assert called.code == 0
+    assert f"{VARIABLE}={shell}_complete" in called.out
+
+
+def asked(instruction, words):
+    place = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split()))}
+    return subprocess.run(
+        [sys.executable, "-m", "rigrunner"],
+        env=os.environ | place | {VARIABLE: instruction},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_shell_is_never_told_anything_else():
+    done = asked("bash_complete", "rigrunner no_such_command")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
+    assert asked("csh_complete", "rigrunner").returncode == 1
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
+def test_bash_completes(tmp_path):
+    program = tmp_path / "rigrunner"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m rigrunner "$@"\n')
+    program.chmod(0o755)
+    script = """
+        eval "$(rigrunner completion bash 2>/dev/null)"
+        COMP_WORDS=(rigrunner run starting) COMP_CWORD=2
+        _rigrunner_completion rigrunner
+        printf '%s' "${COMPREPLY[*]}"
+    """
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-c", script],
+        env=os.environ | {"PATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "starting_torque_1000n"
+
+
+def test_completing_a_command_imports_next_to_nothing():
+    code = (
+        "import sys; from rigrunner.cli.main import main; main()\n"
+        "print(*{name.partition('.')[0] for name in sys.modules}, file=sys.stderr)"
+    )
+    place = {"COMP_WORDS": "rigrunner ", "COMP_CWORD": "1", VARIABLE: "bash_complete"}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | place,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert {"numpy", "scipy", "h5py", "pydantic", "rich"}.isdisjoint(done.stderr.split())
