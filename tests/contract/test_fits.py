@@ -249,6 +249,19 @@ def test_a_point_that_is_not_known_hardly_counts(name):
     assert curve.residuals[5] == pytest.approx(0.3, abs=1e-5)
 
 
+@pytest.mark.parametrize("name", WEIGHABLE)
+def test_weighted_goodness_is_about_the_weighted_mean(name):
+    u_nm = np.linspace(0.02, 0.005, len(X))
+    given = replace(noisy(name), u_y=u_nm)
+    curve = fit(name, given, weighted=True)
+    weights = u_nm**-2 / np.mean(u_nm**-2)
+    rss = np.sum(weights * curve.residuals**2)
+    centre = np.average(given.y, weights=weights) if curve.names[0] in {"c0", "T0"} else 0.0
+    total = np.sum(weights * (given.y - centre) ** 2)
+    assert curve.r_squared == pytest.approx(1 - rss / total, abs=1e-12)
+    assert curve.residual_s == pytest.approx(np.sqrt(rss / curve.dof), rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("name", "settings"),
     [("pchip", {}), *((name, {"weighted": True}) for name in WEIGHABLE)],

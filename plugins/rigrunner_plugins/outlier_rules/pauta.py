@@ -36,9 +36,7 @@ def pauta(values: Array) -> list[Rejection]:
     return list(takewhile(exceeds, suspects("pauta", values, _suspect)))
 
 
-def _suspect(sample: Array) -> Suspect | None:
-    if len(sample) <= BLIND:
-        return None
+def _suspect(sample: Array) -> Suspect:
     distance = np.abs(studentized(sample))
     worst = int(distance.argmax())
     return Suspect(worst, float(distance[worst]), CRITICAL)

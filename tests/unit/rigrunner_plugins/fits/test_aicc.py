@@ -30,7 +30,7 @@ def test_the_chosen_curve_is_that_of_its_powers():
     assert chosen(curve) == [curve.formula] == [alone.formula]
 
 
-@pytest.mark.parametrize("y", [1 + 0.5 * X, 3e-9 * X, np.full(8, 0.3), np.zeros(8)])
+@pytest.mark.parametrize("y", [1 + 0.5 * X, 7 + 0.125 * X, 3e-9 * X, np.full(8, 0.3), np.zeros(8)])
 def test_of_candidates_that_are_exact_the_simplest_is_chosen(y):
     assert chosen(fit(Points(X, y), candidates=[[0, 1, 2], [0, 1], [0, 1, 2, 3]])) == [
         "T = c0 + c1·f"

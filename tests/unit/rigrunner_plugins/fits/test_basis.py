@@ -47,6 +47,11 @@ def test_weighted_goodness_is_about_the_weighted_mean():
     assert curve.r_squared == pytest.approx(1 - rest / total, rel=1e-12)
 
 
+def test_values_that_vary_by_rounding_have_no_coefficient_of_determination():
+    """The mean of seven times 0.7 is not 0.7 in floats."""
+    assert np.isnan(fit(Points(X[:7], np.full(7, 0.7)), [0, 1]).r_squared)
+
+
 def test_the_formula_of_the_message_is_that_of_the_fit():
     with pytest.raises(DataError, match=r"T = c0 \+ c4·f⁴ with its .* needs 3 .* there are 2"):
         fit(Points(X[:2], Y[:2]), [0, 4])

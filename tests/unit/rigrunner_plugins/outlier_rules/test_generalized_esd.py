@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from rigrunner_plugins.outlier_rules.generalized_esd import GeneralizedEsd
+from rigrunner_plugins.outlier_rules.grubbs import Grubbs
+from rigrunner_plugins.outlier_rules.settings import GeneralizedEsdSettings, GrubbsSettings
+
+GOOD = np.array([1.00, 1.02, 0.98, 1.01, 0.99, 1.03, 0.97, 1.00, 1.01, 0.99, 1.02, 0.98])
+
+
+def rejected(values, **changes):
+    rule = GeneralizedEsd(GeneralizedEsdSettings(**changes))
+    return [each.index for each in rule(np.asarray(values, float))]
+
+
+def test_a_masked_one_is_rejected_with_its_group_below_its_own_critical_value():
+    """9.0 and 9.1 among 14: (9.1 - 2.15)/2.92 = 2.38 is below 2.51, and without it 9.0 exceeds."""
+    found = GeneralizedEsd(GeneralizedEsdSettings())(np.array([*GOOD, 9.0, 9.1]))
+    assert [each.index for each in found] == [13, 12]
+    assert found[0].statistic < found[0].critical
+    assert found[1].statistic > found[1].critical
+
+
+@pytest.mark.parametrize(("n", "looked_for"), [(3, 1), (4, 1), (14, 2), (15, 3), (30, 6)])
+def test_it_looks_for_one_error_among_five_values(n, looked_for):
+    good = np.resize(GOOD, n)
+    spoiled = good.copy()
+    spoiled[:looked_for] = 1e4 * 3.0 ** np.arange(looked_for)
+    assert rejected(spoiled) == list(reversed(range(looked_for)))
+    spoiled[looked_for] = 3e3
+    assert len(rejected(spoiled)) <= looked_for
+
+
+def test_it_looks_for_no_more_than_it_is_told():
+    values = np.resize(GOOD, 30)
+    values[[3, 4, 5]] = 50.0, 500.0, 5000.0
+    assert rejected(values, at_most=2) == [5, 4]
+    assert rejected(values, at_most=3) == [5, 4, 3]
+
+
+@pytest.mark.parametrize("value", [1.1, 9.0])
+def test_of_one_error_it_is_grubbs_test(value):
+    values = np.array([*GOOD, value])
+    ours = GeneralizedEsd(GeneralizedEsdSettings(at_most=1))(values)
+    theirs = Grubbs(GrubbsSettings())(values)
+    assert [(e.index, e.statistic, e.critical) for e in ours] == [
+        (e.index, e.statistic, e.critical) for e in theirs
+    ]
+
+
+@pytest.mark.parametrize(
+    "bad", [{"alpha": 0.0}, {"alpha": 0.5}, {"at_most": 0}, {"at_most": 2.0}, {"side": "high"}]
+)
+def test_settings_are_strict(bad):
+    with pytest.raises(ValidationError):
+        GeneralizedEsdSettings(**bad)
