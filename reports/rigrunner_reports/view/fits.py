@@ -7,15 +7,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis import Chosen
 from rigrunner_reports.numbers import fixed, plain, significant, with_standard_uncertainty
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Curve
+    from rigrunner.api.analysis import Candidate, Curve
     from rigrunner.api.results import FittedTorque
 
 MILLI = 1e3
+
+
+@dataclass(frozen=True)
+class CandidateView:
+    """One of the curves that a fit chose from; `problem` says why it could not be fitted."""
+
+    formula: str
+    residual_s: str
+    score: str
+    chosen: bool
+    problem: str
 
 
 @dataclass(frozen=True)
@@ -30,6 +42,8 @@ class FitView:
     dof: str = ""
     r_squared: str = ""
     range: str = ""
+    criterion: str = ""
+    candidates: tuple[CandidateView, ...] = ()
 
 
 def fit_views(fits: Sequence[FittedTorque]) -> tuple[FitView, ...]:
@@ -58,4 +72,19 @@ def _view(name: str, curve: Curve) -> FitView:
         dof=plain(curve.dof),
         r_squared=fixed(curve.r_squared, 6),
         range=f"{low:.4g} Hz to {high:.4g} Hz",
+        criterion=curve.criterion if isinstance(curve, Chosen) else "",
+        candidates=_candidates(curve.candidates) if isinstance(curve, Chosen) else (),
+    )
+
+
+def _candidates(candidates: Sequence[Candidate]) -> tuple[CandidateView, ...]:
+    return tuple(
+        CandidateView(
+            formula=each.formula,
+            residual_s=significant(MILLI * each.residual_s, 3),
+            score=fixed(each.score, 1),
+            chosen=each.chosen,
+            problem=each.problem,
+        )
+        for each in candidates
     )

@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import pytest
+
+from helpers_html import read_html
+from helpers_report import PolynomialCurve, no_load_result, report_input
+from rigrunner.api.analysis import Candidate
+from rigrunner_reports.render import html
+from rigrunner_reports.view.fits import CandidateView, fit_views
+
+TRIED = (
+    Candidate("T = c0 + c1·f + c2·f²", 3, -30.158, 0.050629, chosen=True),
+    Candidate("T = c0 + c2·f²", 2, -19.683, 0.159397),
+    Candidate("T = c0 + c8·f⁸", 9, float("nan"), float("nan"), problem="9 points are too few"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenCurve(PolynomialCurve):
+    criterion: str = "AICc"
+    candidates: tuple[Candidate, ...] = TRIED
+
+
+@pytest.fixture(scope="module")
+def result():
+    base = no_load_result()
+    curve = ChosenCurve(**vars(base.fits[0].curve))
+    return replace(base, fits=(replace(base.fits[0], name="aicc", curve=curve), base.fits[1]))
+
+
+def test_a_choice_is_shown_with_all_that_it_was_made_from(result):
+    chosen, other = fit_views(result.fits)
+    assert chosen.criterion == "AICc"
+    assert chosen.candidates[:2] == (
+        CandidateView("T = c0 + c1·f + c2·f²", "50.6", "−30.2", chosen=True, problem=""),  # noqa: RUF001  (a minus sign)
+        CandidateView("T = c0 + c2·f²", "159", "−19.7", chosen=False, problem=""),  # noqa: RUF001  (a minus sign)
+    )
+    assert other.candidates == ()
+
+
+def test_the_report_has_a_table_of_the_candidates(result):
+    words = read_html(html(report_input(result))).words
+    assert "What aicc chose from: the least AICc is the best" in words
+    assert "T = c0 + c1·f + c2·f² 50.6 −30.2 chosen T = c0 + c2·f² 159 −19.7 T" in words  # noqa: RUF001  (a minus sign)
+    assert "not fitted: 9 points are too few" in words
+
+
+def test_without_a_choice_there_is_no_such_table():
+    words = read_html(html(report_input(no_load_result()))).words
+    assert "chose from" not in words
