@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import CompensationRecord, DeviceRecord, hookimpl
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
-from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
+from rigrunner_plugins.compensations.settings import (
+    EnergySettings,
+    InverseSettings,
+    PeakSameFrequencySettings,
+    TemplateInverseSettings,
+)
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
@@ -115,10 +120,22 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_paper_peak,
         ),
         CompensationRecord(
+            name="peak_same_frequency",
+            help="Raw peak minus the no-load peak of the same frequency",
+            settings=PeakSameFrequencySettings,
+            factory=_peak_same_frequency,
+        ),
+        CompensationRecord(
             name="template_inverse",
             help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
             settings=TemplateInverseSettings,
             factory=_template_inverse,
+        ),
+        CompensationRecord(
+            name="model_inverse",
+            help="As template_inverse, by a model of the no-load sweep: also between its frequencies",
+            settings=InverseSettings,
+            factory=_model_inverse,
         ),
         CompensationRecord(
             name="energy",
@@ -135,12 +152,28 @@ def _paper_peak(settings: PaperPeakSettings) -> CompensationMethod:
     return PaperPeak(settings)
 
 
+def _peak_same_frequency(settings: PeakSameFrequencySettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.peak_same_frequency import (  # noqa: PLC0415  (numpy)
+        PeakSameFrequency,
+    )
+
+    return PeakSameFrequency(settings)
+
+
 def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
     from rigrunner_plugins.compensations.template_inverse import (  # noqa: PLC0415  (scipy)
         TemplateInverse,
     )
 
     return TemplateInverse(settings)
+
+
+def _model_inverse(settings: InverseSettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.model_inverse import (  # noqa: PLC0415  (scipy)
+        ModelInverse,
+    )
+
+    return ModelInverse(settings)
 
 
 def _energy(settings: EnergySettings) -> CompensationMethod:

@@ -7,8 +7,7 @@ stroke, and maxima at two phases have no difference that means a torque.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import sqrt
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,9 +16,13 @@ from rigrunner.api.analysis import CompensatedPoint, Compensation, Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.signal.peaks import mean_peak, peak_points
-from rigrunner.signal.sensor import rectangular
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations.paper_equation import published_curve
+from rigrunner_plugins.compensations.peak_budget import (
+    frequency_component,
+    notes_on,
+    sensor_components,
+)
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Curve, PeakPoint, Sweep
@@ -27,11 +30,8 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 
 MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"
-SAME_PHASE = (
-    "Assumes that the loaded and the no-load peak fall at the same phase of the swing. They do "
-    "not, so the result drifts with frequency; the uncertainty does not include this."
-)
-NOISY_MAXIMUM = "The maximum of noisy samples is high by the noise's extreme value."
+STEP = 1e-3
+"""Relative distance over which the curve's slope is taken."""
 OTHER_RIG = (
     "The published coefficients describe the authors' rig. How far this rig differs from it is not "
     "in the uncertainty."
@@ -47,7 +47,7 @@ class PaperPeak:
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return torque per set-point; raise DataError without a no-load run or out of range."""
         curve = self._curve(sweep)
-        notes = (SAME_PHASE, NOISY_MAXIMUM)
+        notes = notes_on((*sweep.loaded, *sweep.no_load) if self._refit else sweep.loaded)
         return Compensation(
             measurand=MEASURAND,
             points=tuple(self._point(point, curve, sweep.instrument) for point in sweep.loaded),
@@ -75,7 +75,12 @@ class PaperPeak:
         frequency = point.frequency_hz.value
         raw, scatter = mean_peak(point)
         rig, fit = _rig_part(curve, frequency)
-        components = (scatter, fit, *self._sensor(instrument, raw, raw - rig))
+        components = (
+            *scatter,
+            fit,
+            frequency_component(_slope(curve, frequency), point.frequency_hz),
+            *self._sensor(instrument, raw, raw - rig),
+        )
         u, dof = combine(components)
         return CompensatedPoint(
             set_frequency_hz=point.set_frequency_hz,
@@ -89,19 +94,18 @@ class PaperPeak:
     def _sensor(
         self, instrument: TorqueInstrument, raw_nm: float, difference_nm: float
     ) -> tuple[Component, ...]:
-        """Return what the sensor contributes.
+        """Return the sensor's part: refitted, both peaks come from it and its gain acts alike."""
+        if self._refit:
+            return sensor_components(instrument, difference_nm, runs=2)
+        return sensor_components(instrument, raw_nm, runs=1)
 
-        Refitted, both peaks come from the same sensor: its gain acts on their difference, and each
-        run has drifted on its own since its zero reading. The zero takes the offset out.
-        """
-        accuracy = instrument.accuracy
-        gain_acts_on, runs = (difference_nm, 2) if self._refit else (raw_nm, 1)
-        drift = rectangular("zero drift", accuracy.drift)
-        return (
-            rectangular("sensor gain", accuracy.gain * gain_acts_on),
-            rectangular("sensor non-linearity", accuracy.nonlinearity * instrument.full_scale),
-            replace(drift, u=drift.u * sqrt(runs)),
-        )
+
+def _slope(curve: Curve, frequency_hz: float) -> float:
+    """Return how steeply the curve goes with frequency, in N·m/Hz, within its range."""
+    low, high = curve.valid_x
+    around = np.clip(frequency_hz * (1 + np.array([-STEP, STEP])), low, high)
+    values, _ = curve.predict(around)
+    return float(np.ptp(values) / np.ptp(around)) if np.ptp(around) > 0 else 0.0
 
 
 def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, Component]:

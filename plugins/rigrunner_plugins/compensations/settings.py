@@ -41,6 +41,10 @@ class TemplateInverseSettings(WaveformSettings):
     ] = 0.02
 
 
+class TemplateInverseSettings(InverseSettings, WaveformSettings):
+    """Of the compensation `template_inverse`."""
+
+
 class EnergySettings(WaveformSettings):
     """Of the compensation `energy`."""
 

@@ -9,6 +9,7 @@ from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
 from rigrunner.analysis.decision import Limits, decide
 from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
+from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
@@ -16,10 +17,10 @@ from rigrunner.api.results import FittedTorque, Result
 from rigrunner.signal.peaks import peak_points
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import Check, Curve, Fit, OutlierRule, PeakPoint, Rejection
-    from rigrunner.api.data import Array, Estimate, Points, RunData
+    from rigrunner.api.data import Array, Estimate, Points, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.results import Decision
     from rigrunner.api.settings import Settings
@@ -73,8 +74,8 @@ class _Analysis:
     lookup: Lookup
 
     def result(self) -> Result:
-        loaded = self._points(self.run)
-        no_load = self._points(self.no_load_run) if self.no_load_run else ()
+        loaded = self._points(self.run, self._loaded_sources())
+        no_load = self._no_load()
         compensations = self._compensations(loaded, no_load)
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
@@ -96,11 +97,25 @@ class _Analysis:
             settings=self._settings(),
         )
 
-    def _points(self, run: RunData) -> tuple[PeakPoint, ...]:
-        """Return the prepared recordings; none where the procedure asks for no analysis."""
+    def _loaded_sources(self) -> tuple[Recording, ...]:
+        return of_this_run(self.run, loaded=True) if self._has_own_no_load else sources(self.run)
+
+    def _no_load(self) -> tuple[PeakPoint, ...]:
+        if self._has_own_no_load:
+            return self._points(self.run, of_this_run(self.run, loaded=False))
+        if self.no_load_run is None:
+            return ()
+        return self._points(self.no_load_run, sources(self.no_load_run))
+
+    @property
+    def _has_own_no_load(self) -> bool:
+        return self.spec.no_load is not None and self.spec.no_load.is_this_run
+
+    def _points(self, run: RunData, found: Sequence[Recording]) -> tuple[PeakPoint, ...]:
+        """Return the prepared sources; none where the procedure asks for no analysis."""
         if not (self.spec.fits or self.spec.compensations):
             return ()
-        if not run.recordings:
+        if not found:
             raise DataError(f"run {run.run_id} has no recordings to analyse")
         rule = self._outlier_rule()
         return tuple(prepare_point(each, run, self.spec, rule) for each in run.recordings)
@@ -134,7 +149,7 @@ class _Analysis:
         method = self._make("compensation", reference)
         try:
             sweep = Sweep(loaded, no_load, self.run.rig, self._instrument(), self._first_fit())
-            return method(sweep)  # type: ignore[no-any-return]  # the lookup gives the right kind
+            return compensated(method, sweep)
         except DataError as error:
             return Compensation(self.measurand.name, (), not_applicable=str(error))
 
@@ -144,7 +159,7 @@ class _Analysis:
         return self._make("fit", self.spec.fits[0])  # type: ignore[no-any-return]  # a fit
 
     def _instrument(self) -> TorqueInstrument:
-        channel = torque_channel(self.run.recordings[0], self.run.instruments)
+        channel = torque_channel(sources(self.run)[0], self.run.instruments)
         if channel not in self.run.instruments:
             raise DataError(
                 f"the register of instruments has no {channel}",

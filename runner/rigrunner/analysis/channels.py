@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from rigrunner.api.data import Recording
+    from rigrunner.api.data import Array, Recording
+
+INDEX = "index"
+"""The name of a channel of pulses; of all others the unit says what they are."""
 
 
 def torque_channel(recording: Recording, registered: Collection[str] = ()) -> str:
     """Return the name of the torque channel; of several, the one in the instrument register."""
-    found = _channels(recording, "N·m")
+    found = torque_channels(recording)
     chosen = [name for name in found if name in registered] if len(found) > 1 else found
     if len(chosen) == 1:
         return chosen[0]
@@ -29,26 +35,47 @@ def torque_channel(recording: Recording, registered: Collection[str] = ()) -> st
     )
 
 
-def angle_channel(recording: Recording) -> str:
-    """Return the name of the angle channel; raise DataError saying what it is needed for."""
-    found = _channels(recording, "rad")
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise DataError(
-            f"recording {recording.name} has several angle channels: {', '.join(found)}",
-            hint="record only the angle of the swing",
-        )
-    raise DataError(
-        f"recording {recording.name} has no angle channel; it has {_listing(recording)}",
-        hint="every method here takes frequency and cycles from the angle; "
-        "record a channel in rad or deg, such as tester.angle",
-    )
+def torque_channels(recording: Recording) -> list[str]:
+    """Return the names of all torque channels."""
+    return _channels(recording, "N·m")
+
+
+def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
+    """Return the best that shows the motion, with the channel's name; '' where nothing does.
+
+    An angle, or else an angular velocity, or else a channel that is called 'index'.
+    """
+    for source, what, found in (
+        (MotionSource.ANGLE, "angle", _channels(recording, "rad")),
+        (MotionSource.TACHO, "velocity", _channels(recording, "rad/s")),
+        (MotionSource.INDEX, "index", [n for n in recording.channels if _member(n) == INDEX]),
+    ):
+        if len(found) > 1:
+            raise DataError(
+                f"recording {recording.name} has several {what} channels: {', '.join(found)}",
+                hint=f"record only the {what} of the swing",
+            )
+        if found:
+            return source, found[0]
+    return MotionSource.ENTERED, ""
+
+
+def finite(recording: Recording, name: str) -> Array:
+    """Return the samples of a channel, shape (n,); raise DataError if one is no finite number."""
+    values = recording.channels[name]
+    if not np.isfinite(values).all():
+        raise DataError(f"recording {recording.name}, {name}: a sample is not a finite number")
+    return values
 
 
 def set_point(recording: Recording, torque: str, quantity: str) -> float:
     """Return the set value of a quantity of the device that owns the torque channel."""
     return _value(recording, recording.setpoints, f"{_role(torque)}.{quantity}", "set-point")
+
+
+def is_set(recording: Recording, torque: str, quantity: str) -> bool:
+    """Return whether that quantity was set, and not to zero."""
+    return recording.setpoints.get(f"{_role(torque)}.{quantity}", 0.0) > 0
 
 
 def load_n(recording: Recording, torque: str) -> float:
@@ -60,6 +87,10 @@ def load_n(recording: Recording, torque: str) -> float:
 
 def _channels(recording: Recording, unit: str) -> list[str]:
     return sorted(name for name in recording.channels if recording.units.get(name) == unit)
+
+
+def _member(channel: str) -> str:
+    return channel.rpartition(".")[2]
 
 
 def _role(channel: str) -> str:

@@ -32,7 +32,8 @@ def raw_peak_mean(
     """Return the mean over the set-points of the raw peaks, with the sensor's uncertainty."""
     peaks = [mean_peak(point) for point in points]
     components = [
-        (scatter, *reading_components(instrument, value, zeroed=zeroed)) for value, scatter in peaks
+        (*scatter, *reading_components(instrument, value, zeroed=zeroed))
+        for value, scatter in peaks
     ]
     return _mean([value for value, _ in peaks], components)
 

@@ -1,4 +1,4 @@
-"""Prepares one recording: zero, spikes, cycles from the angle, gross errors.
+"""Prepares one recording: zero, spikes, cycles from the motion, gross errors.
 
 Two kinds of methods follow. Peak methods take each cycle's raw maximum, as Wang et al. do
 (Machines 2025, 13(11), 976); waveform methods take means over cycles on the crank phase. Each has
@@ -8,17 +8,16 @@ its own gross errors: a peak that disagrees, or a cycle whose whole shape does.
 from __future__ import annotations
 
 from itertools import pairwise
-from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.channels import angle_channel, load_n, set_point, torque_channel
-from rigrunner.api.analysis import SwingPoint
-from rigrunner.api.data import Estimate
+from rigrunner.analysis.channels import finite, load_n, set_point, torque_channel
+from rigrunner.analysis.motion import LEAST_CYCLES, PHASES, entered_frequency, find_motion
+from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
-from rigrunner.signal.cycles import Cycles, find_cycles, resample
+from rigrunner.signal.cycles import resample
 from rigrunner.signal.spikes import hampel
 
 if TYPE_CHECKING:
@@ -26,67 +25,70 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Mask, Recording, RunData
     from rigrunner.procedure import AnalysisSpec
 
-PHASES = 1024
-LEAST_CYCLES = 5
-"""With fewer, neither a gross error nor a mean's scatter can be told."""
-
 
 def prepare_point(
     recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
-) -> SwingPoint:
-    """Return one recording prepared; raise DataError naming recording and channel."""
+) -> PeakPoint:
+    """Return one recording prepared: a SwingPoint where its motion was recorded.
+
+    Raises DataError naming recording and channel.
+    """
+    if recording.samples == 1:
+        return _single_value(recording, run)
     name = torque_channel(recording, run.instruments)
-    angle_name = angle_channel(recording)
     torque, spikes = _clean_torque(recording, name, run.zeros.get(name, 0.0), spec)
-    cycles = _cycles(recording, angle_name, run.rig.eccentric_ratio)
-    waveforms = resample(torque, cycles.starts, PHASES)
-    peaks = _peaks(torque, cycles.starts)
-    kept, rejections = _judged(recording, name, _disagreement(waveforms), rule)
-    peak_kept, peak_rejections = _judged(recording, name, peaks, rule)
-    angles = resample(recording.channels[angle_name], cycles.starts, PHASES)
-    return SwingPoint(
+    motion = find_motion(recording, run, torque)
+    peaks = _peaks(torque, motion.starts)
+    kept, rejections = _judged(recording, name, peaks, rule)
+    point = PeakPoint(
         recording=recording.name,
         set_frequency_hz=set_point(recording, name, "frequency"),
-        frequency_hz=_frequency(cycles, recording.rate_hz),
+        frequency_hz=motion.frequency_hz,
         load_n=load_n(recording, name),
+        peak_nm=peaks,
+        peak_kept=kept,
+        peak_rejections=rejections,
+        spikes=spikes,
+        motion=motion.source,
+    )
+    if motion.angles_rad is None:
+        return point
+    waveforms = resample(torque, motion.starts, PHASES)
+    kept, rejections = _judged(recording, name, _disagreement(waveforms), rule)
+    return SwingPoint(
+        **vars(point),
         sample_rate_hz=recording.rate_hz,
-        angle_rad=angles[kept].mean(axis=0) - cycles.offset_rad,
+        angle_rad=motion.angles_rad[kept].mean(axis=0),
         torque_nm=waveforms,
         kept=kept,
         waveform_rejections=rejections,
-        peak_nm=peaks,
-        peak_kept=peak_kept,
-        peak_rejections=peak_rejections,
-        spikes=spikes,
+        phase_u_rad=motion.phase_u_rad,
+        phase_common_u_rad=motion.phase_common_u_rad,
+    )
+
+
+def _single_value(recording: Recording, run: RunData) -> PeakPoint:
+    """Return a value that was measured once: no cycle, no scatter, the frequency as entered."""
+    name = torque_channel(recording, run.instruments)
+    entered_hz = set_point(recording, name, "frequency")
+    return PeakPoint(
+        recording=recording.name,
+        set_frequency_hz=entered_hz,
+        frequency_hz=entered_frequency(entered_hz),
+        load_n=load_n(recording, name),
+        peak_nm=finite(recording, name) - run.zeros.get(name, 0.0),
+        peak_kept=np.ones(1, bool),
+        motion=MotionSource.ENTERED,
     )
 
 
 def _clean_torque(
     recording: Recording, name: str, zero_nm: float, spec: AnalysisSpec
 ) -> tuple[Array, int]:
-    torque = _finite(recording, name) - zero_nm
-    return (torque, 0) if spec.despike is None else hampel(torque, spec.despike.window)
-
-
-def _cycles(recording: Recording, name: str, eccentric_ratio: float) -> Cycles:
-    where = f"recording {recording.name}, {name}"
-    try:
-        cycles = find_cycles(_finite(recording, name), recording.rate_hz, eccentric_ratio)
-    except DataError as error:
-        raise DataError(f"{where}: {error.message}", hint=error.hint) from error
-    if cycles.count < LEAST_CYCLES:
-        raise DataError(
-            f"{where}: {cycles.count} whole cycles, but {LEAST_CYCLES} are needed",
-            hint="record more cycles",
-        )
-    return cycles
-
-
-def _finite(recording: Recording, name: str) -> Array:
-    values = recording.channels[name]
-    if not np.isfinite(values).all():
-        raise DataError(f"recording {recording.name}, {name}: a sample is not a finite number")
-    return values
+    torque = finite(recording, name) - zero_nm
+    if spec.despike is None:
+        return torque, 0
+    return hampel(torque, spec.despike.window, spec.despike.threshold)
 
 
 def _peaks(torque: Array, starts: Array) -> Array:
@@ -119,10 +121,3 @@ def _judged(
             hint="look at the recording: cycles that disagree so much have no common value",
         )
     return kept, rejections
-
-
-def _frequency(cycles: Cycles, rate_hz: float) -> Estimate:
-    """Return the mean frequency over all cycles, with the scatter between them as type A."""
-    mean = rate_hz * cycles.count / (cycles.starts[-1] - cycles.starts[0])
-    u = cycles.frequency_hz.std(ddof=1) / sqrt(cycles.count)
-    return Estimate(float(mean), float(u), float(cycles.count - 1), "Hz")

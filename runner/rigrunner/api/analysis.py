@@ -189,6 +189,10 @@ class SwingPoint(PeakPoint):
     kept: Mask
     """Which cycles take part in a mean over cycles (waveform methods), shape (cycles,)."""
     waveform_rejections: tuple[Rejection, ...] = ()
+    phase_u_rad: float = 0.0
+    """Standard uncertainty of the crank phase, in this recording alone; 0 from an angle."""
+    phase_common_u_rad: float = 0.0
+    """The same, of what is common to all recordings of the rig."""
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rigrunner.api.settings import (
+    Angle,
     Frequency,
     IsoDate,
     Length,
@@ -95,6 +97,13 @@ class RigDescription(Settings):
         Frequency | None,
         Field(gt=0, description="of the torsional resonance when the rig was in order"),
     ] = None
+    index_phase: Annotated[
+        Angle,
+        Field(description="crank phase at which the index pulse rises; 0 is the forward middle"),
+    ] = 0.0
+    phase_tolerance: Annotated[
+        Angle, Field(ge=0, description="of the crank phase, where index or tacho stand for it")
+    ] = math.pi / 180
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:

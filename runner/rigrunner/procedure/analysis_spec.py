@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
@@ -11,6 +11,7 @@ from rigrunner.api.settings import Duration, ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
 LATEST = "latest"
+THIS_RUN = "this run"
 LABEL = "as"
 """The key that names one use of a plugin, so that it can be used twice."""
 _DAY_S = 86400.0
@@ -94,13 +95,24 @@ class NoLoadSpec(Settings):
     """Which run the rig's own part comes from, and what it must have in common with this one."""
 
     from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
-    """'latest', or a run by its folder or name."""
-    procedure: Identifier
-    """The id of the procedure that it must be a run of."""
+    """'latest', or a run by its folder or name, or 'this run': its set-points without load."""
+    procedure: Identifier | None = None
+    """The id of the procedure that it must be a run of; needless with 'this run'."""
     max_age: Annotated[Duration, Field(gt=0)] = 30 * _DAY_S
     """How long ago it may have started."""
     same: ListOf[Literal["station", "mandrel"]] = ("station", "mandrel")
     """What both runs must have in common."""
+
+    @model_validator(mode="after")
+    def _names_a_procedure(self) -> Self:
+        if self.procedure is None and not self.is_this_run:
+            raise ValueError(f"the key 'procedure' is missing, or 'from: {THIS_RUN}'")
+        return self
+
+    @property
+    def is_this_run(self) -> bool:
+        """Whether the run itself has the set-points without load."""
+        return self.from_ == THIS_RUN
 
 
 class AnalysisSpec(Settings):

@@ -7,10 +7,13 @@ forward stroke, where the swing angle passes 0 rising.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import map_coordinates
+from scipy.signal import detrend
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
@@ -25,6 +28,7 @@ LEAST_SWING = 0.5
 """Of the amplitude that the kinematics give: less is noise of a rig at rest."""
 
 REFINEMENTS = 4
+BASELINES = 3
 SPLINE_ORDER: Final = 5
 
 
@@ -70,6 +74,27 @@ def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
     return Cycles(starts, rate_hz / np.diff(starts), offset, scale * ratio)
 
 
+def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Array:
+    """Return the swing angle in rad from its velocity, both of shape (n,), sampled at rate_hz.
+
+    An offset of the velocity makes the integral run away, and noise makes it wander: what the mean
+    over each cycle does is taken off, as a cycle's mean angle is zero. Raises DataError like
+    `find_cycles`, and for a velocity that does not change its sign.
+    """
+    if velocity_rad_s.min() >= 0 or velocity_rad_s.max() <= 0:
+        raise DataError(
+            "the velocity never changes its sign, so it is not that of a swing",
+            hint="record the swing's velocity, not the crank's",
+        )
+    angle = detrend(cumulative_trapezoid(velocity_rad_s, dx=1 / rate_hz, initial=0))
+    for _ in range(BASELINES):
+        starts = find_cycles(angle, rate_hz, ratio).starts
+        means = resample(angle, starts).mean(axis=1)
+        middle = (starts[1:] + starts[:-1]) / 2
+        angle = angle - np.interp(np.arange(len(angle)), middle, means)
+    return np.asarray(angle)
+
+
 def _rough_starts(angle: Array, least_rad: float) -> Array:
     """Return about where the angle rises through the middle of its range, if it swings."""
     low, high = np.percentile(angle, [2, 98])
@@ -99,7 +124,7 @@ def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, fl
     measured = angle[np.clip(index, 0, len(angle) - 1)]
     phase = 2 * np.pi * (index - starts[:, None]) / period[:, None]
     model = swing_angle(phase, ratio)
-    offset = _mean_over_cycles(angle, starts)
+    offset = _zero(angle, starts)
     scale = float(((measured - offset) * model)[inside].sum() / (model[inside] ** 2).sum())
     residual = np.where(inside, measured - offset - scale * model, 0.0)
     slope = np.where(inside, scale * angular_velocity(phase, 1.0, ratio), 0.0) / period[:, None]
@@ -107,10 +132,13 @@ def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, fl
     return starts + late, offset, scale
 
 
-def _mean_over_cycles(angle: Array, starts: Array) -> float:
-    """Return the angle channel's zero: the guide bar's angle itself has no mean over a cycle."""
-    first, last = np.rint(np.clip(starts[[0, -1]], 0, len(angle))).astype(int)
-    return float(angle[first:last].mean())
+def _zero(angle: Array, starts: Array) -> float:
+    """Return the angle channel's zero: the guide bar's angle itself has no mean over a cycle.
+
+    The median over the cycles, so that a disturbance in one of them does not matter.
+    """
+    edges = np.rint(np.clip(starts, 0, len(angle))).astype(int)
+    return float(np.median([angle[first:end].mean() for first, end in pairwise(edges)]))
 
 
 def resample(values: Array, starts: Array, n: int = 1024) -> Array:

@@ -71,7 +71,7 @@ def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
     """Return the no-load run that the planned run needs; None if it needs none; raise DataError."""
     spec = planned.procedure.model.analysis.no_load
-    if spec is None:
+    if spec is None or spec.is_this_run:
         return None
     drive = _cycle_drive(planned.devices)
     records = [step.action for step in planned.plan.steps if isinstance(step.action, Record)]

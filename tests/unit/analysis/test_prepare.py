@@ -7,7 +7,7 @@ import pytest
 
 from helpers_analysis import RATIO, recording, run_of, spec
 from rigrunner.analysis.prepare import prepare_point
-from rigrunner.api.analysis import Rejection
+from rigrunner.api.analysis import MotionSource, Rejection, SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import swing_angle
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs
@@ -160,11 +160,14 @@ def test_a_missing_torque_channel_lists_what_is_there():
         prepared(without(recording(PEAKS), "tester.torque"))
 
 
-def test_a_missing_angle_channel_says_what_it_is_for():
-    with pytest.raises(DataError, match="no angle channel") as caught:
-        prepared(without(recording(PEAKS), "tester.angle"))
-    assert "tester.torque in N·m" in caught.value.message
-    assert "every method here" in caught.value.hint
+def test_without_any_sign_of_motion_cycles_are_cut_by_the_entered_frequency():
+    point = prepared(without(recording(PEAKS), "tester.angle"))
+    assert not isinstance(point, SwingPoint)
+    assert point.motion is MotionSource.ENTERED
+    assert point.frequency_hz.value == 10.0
+    # 0.5 % as half-width of a rectangle
+    assert point.frequency_hz.u == pytest.approx(0.05 / np.sqrt(3))
+    assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
 
 
 def test_of_two_torque_channels_the_registered_one_counts():

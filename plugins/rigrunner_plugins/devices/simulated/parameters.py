@@ -32,6 +32,9 @@ class SensorParameters:
     torque_delay_s: float = 0.0
     encoder_resolution_rad: float = 0.01 * DEG_RAD
     encoder_noise_rad: float = 0.0
+    tacho_noise_rad_s: float = 0.02
+    index_phase_rad: float = 0.0
+    index_width_rad: float = 20 * DEG_RAD
     speed_jitter: float = 0.0
     frequency_error: float = 0.0
 

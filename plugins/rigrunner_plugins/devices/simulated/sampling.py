@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.kinematics import swing_angle
-from rigrunner_plugins.devices.simulated.sensor_errors import read_angle, read_torque
+from rigrunner.signal.kinematics import angular_velocity, swing_angle
+from rigrunner_plugins.devices.simulated.sensor_errors import read_angle, read_index, read_torque
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -70,20 +70,40 @@ def sample(
     errors: ConstantErrors,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Return angle in rad and torque in N·m as recorded, both of shape (samples,).
+    """Return angle in rad and torque in N·m as recorded, both of shape (samples,)."""
+    channels = sample_channels(rig, state, samples, errors, rng)
+    return channels["angle"], channels["torque"]
+
+
+def sample_channels(
+    rig: SimulatedRig,
+    state: RigState,
+    samples: int,
+    errors: ConstantErrors,
+    rng: np.random.Generator,
+) -> dict[str, Array]:
+    """Return angle, torque, velocity and index as recorded, each of shape (samples,), SI units.
 
     The recording starts at a random phase. The true frequency is the set one times
     1 + frequency_error; at 0 Hz the rig rests in mid-stroke, without torque.
     """
     time_s = np.arange(samples) / rig.sensors.sample_rate_hz
-    angle, torque = np.zeros(samples), np.zeros(samples)
+    angle, torque, velocity, index = np.zeros((4, samples))
     frequency_hz = true_frequency_hz(rig, state)
     if frequency_hz > 0:
         phase, deviation = _turn(time_s, frequency_hz, rig.sensors.speed_jitter, rng)
         angle = swing_angle(phase, rig.eccentric_ratio)
         torque = _torque(rig, frequency_hz, state.load_n, phase, deviation)
-    recorded = read_torque(torque, state.elapsed_s + time_s, rig.sensors, errors, rng)
-    return read_angle(angle, rig.sensors, rng), recorded
+        turning_hz = frequency_hz * (1 + deviation)
+        velocity = turning_hz * angular_velocity(phase, 1.0, rig.eccentric_ratio)
+        index = read_index(phase, rig.sensors)
+    tacho = rng.spawn(1)[0]
+    return {
+        "torque": read_torque(torque, state.elapsed_s + time_s, rig.sensors, errors, rng),
+        "angle": read_angle(angle, rig.sensors, rng),
+        "velocity": velocity + rig.sensors.tacho_noise_rad_s * tacho.standard_normal(samples),
+        "index": index,
+    }
 
 
 def true_frequency_hz(rig: SimulatedRig, state: RigState) -> float:

@@ -56,6 +56,12 @@ def read_angle(angle_rad: Array, sensors: SensorParameters, rng: np.random.Gener
     return np.rint(noisy / sensors.encoder_resolution_rad) * sensors.encoder_resolution_rad
 
 
+def read_index(phase_rad: Array, sensors: SensorParameters) -> Array:
+    """Return 1 while the mark passes the index sensor, else 0, at crank phases of shape (n,)."""
+    passed = (phase_rad - sensors.index_phase_rad) % (2 * np.pi)
+    return (passed < sensors.index_width_rad).astype(float)
+
+
 def _add_spikes(signal: Array, sensors: SensorParameters, rng: np.random.Generator) -> Array:
     """Disturb single samples by either sign."""
     hit = np.flatnonzero(rng.random(len(signal)) < sensors.spike_probability)

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from rigrunner.api.settings import (
     Angle,
+    AngularVelocity,
     Duration,
     Force,
     ForceRate,
@@ -41,6 +42,8 @@ class SensorSettings(Settings):
     torque_delay: Duration = quantity("0 s", "by which the torque lags behind the angle", ge=0)
     encoder_resolution: Angle = quantity("0.01 deg", "step of the encoder", ge=0)
     encoder_noise: Angle = quantity("0 deg", "standard deviation, such as 0.003 deg", ge=0)
+    tacho_noise: AngularVelocity = quantity("0.02 rad/s", "standard deviation", ge=0)
+    index_phase: Angle = quantity("0 deg", "crank phase at which the index pulse rises")
 
 
 class TesterSettings(Settings):
@@ -95,6 +98,8 @@ class TesterSettings(Settings):
             torque_delay_s=sensors.torque_delay,
             encoder_resolution_rad=sensors.encoder_resolution,
             encoder_noise_rad=sensors.encoder_noise,
+            tacho_noise_rad_s=sensors.tacho_noise,
+            index_phase_rad=sensors.index_phase,
             speed_jitter=self.speed_jitter,
             frequency_error=self.frequency_error,
         )

@@ -14,7 +14,7 @@ from rigrunner_plugins.devices.simulated.sampling import (
     RigState,
     noise_source,
     rig_source,
-    sample,
+    sample_channels,
     true_frequency_hz,
 )
 from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
@@ -36,6 +36,8 @@ HUMIDITY, HUMIDITY_NOISE = 0.45, 0.002
 CHANNELS = (
     ChannelInfo("angle", "rad", "Swing angle"),
     ChannelInfo("torque", "N·m", "Torque in the shaft"),
+    ChannelInfo("velocity", "rad/s", "Angular velocity of the swing"),
+    ChannelInfo("index", "1", "One pulse in every turn of the crank"),
     ChannelInfo("load", "N", "Radial load"),
     ChannelInfo("temperature", "K", "Temperature of the bearing"),
     ChannelInfo("humidity", "1", "Relative humidity"),
@@ -137,10 +139,8 @@ class SimulatedTester:
     def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
         """Return the samples of all channels."""
         rng = noise_source(self._settings.seed, state, repetition)
-        angle, torque = sample(self._rig, state, samples, self._errors, rng)
         return {
-            "angle": angle,
-            "torque": torque,
+            **sample_channels(self._rig, state, samples, self._errors, rng),
             "load": rng.normal(state.load_n, LOAD_NOISE_N, samples),
             "temperature": rng.normal(TEMPERATURE_K, TEMPERATURE_NOISE_K, samples),
             "humidity": rng.normal(HUMIDITY, HUMIDITY_NOISE, samples),

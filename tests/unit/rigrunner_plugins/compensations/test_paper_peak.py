@@ -6,8 +6,9 @@ import pytest
 from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.api.analysis import Sweep
 from rigrunner.api.errors import DataError
-from rigrunner_plugins.compensations.paper_peak import MEASURAND, OTHER_RIG, SAME_PHASE, PaperPeak
+from rigrunner_plugins.compensations.paper_peak import MEASURAND, OTHER_RIG, PaperPeak
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
+from rigrunner_plugins.compensations.peak_budget import SAME_PHASE
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
 

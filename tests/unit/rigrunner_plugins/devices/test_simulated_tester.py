@@ -138,7 +138,7 @@ def test_it_knows_the_truth_of_its_last_stream(model):
 def test_the_truth_is_no_channel(model):
     device = connect(model)
     assert {info.name for info in device.channels} == {
-        "angle", "torque", "load", "temperature", "humidity",
+        "angle", "torque", "velocity", "index", "load", "temperature", "humidity",
     }  # fmt: skip
 
 

@@ -1,0 +1,93 @@
+"""Raw peak minus the raw no-load peak of the same frequency: Eq. (2) without the fitted curve.
+
+What Wang et al. (Machines 2025, 13(11), 976) do, but for the fit of Eq. (1): the misfit of a curve
+is not in it, and that the two peaks stand at different phases still is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import hypot, sqrt
+from typing import TYPE_CHECKING
+
+from rigrunner.api.analysis import CompensatedPoint, Compensation
+from rigrunner.api.data import Estimate
+from rigrunner.signal.peaks import mean_peak
+from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.compensations.matching import peak_pairs
+from rigrunner_plugins.compensations.peak_budget import (
+    frequency_component,
+    notes_on,
+    sensor_components,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import Component, PeakPoint, Sweep
+    from rigrunner_plugins.compensations.settings import PeakSameFrequencySettings
+
+MEASURAND = "starting torque as the difference of raw peaks of the same frequency"
+APART = 0.05
+"""Relative distance from which on two points tell a slope."""
+
+
+@dataclass(frozen=True)
+class PeakSameFrequency:
+    """The compensation `peak_same_frequency`."""
+
+    settings: PeakSameFrequencySettings
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return the difference per set-point; DataError for one without no-load partner."""
+        matched = peak_pairs(sweep, self.settings.frequency_match)
+        points = tuple(_point(sweep, *pair) for pair in matched)
+        return Compensation(MEASURAND, points, notes=notes_on((*sweep.loaded, *sweep.no_load)))
+
+
+def _point(sweep: Sweep, loaded: PeakPoint, no_load: PeakPoint) -> CompensatedPoint:
+    raw, scatter = mean_peak(loaded)
+    rig, rig_scatter = mean_peak(no_load)
+    components = (
+        *_named("scatter between cycles, loaded", scatter),
+        *_named("scatter between cycles, no load", rig_scatter),
+        _frequency(loaded, no_load, sweep.no_load),
+        *sensor_components(sweep.instrument, raw - rig, runs=2),
+    )
+    return CompensatedPoint(
+        set_frequency_hz=loaded.set_frequency_hz,
+        frequency_hz=loaded.frequency_hz.value,
+        raw_nm=raw,
+        rig_nm=rig,
+        torque=Estimate(raw - rig, *combine(components)),
+        components=components,
+    )
+
+
+def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint]) -> Component:
+    """Return what the peak may differ by because the two frequencies are not known to be one.
+
+    Each has its own uncertainty, and what they are seen to differ by is not corrected.
+    """
+    estimates = loaded.frequency_hz, no_load.frequency_hz
+    apart = (estimates[0].value - estimates[1].value) / sqrt(3)
+    u = hypot(estimates[0].u, estimates[1].u, apart)
+    dof = min(each.dof for each in estimates)
+    return frequency_component(_slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
+
+
+def _slope(point: PeakPoint, others: Sequence[PeakPoint]) -> float:
+    """Return how steeply the no-load peak goes with frequency, in N·m/Hz.
+
+    From the neighbour in frequency; of a single point, what inertia alone would make: 2 T/f.
+    """
+    own, hertz = mean_peak(point)[0], point.frequency_hz.value
+    away = [each for each in others if abs(each.frequency_hz.value - hertz) > APART * hertz]
+    if not away:
+        return 2 * own / hertz
+    next_to = min(away, key=lambda each: abs(each.frequency_hz.value - hertz))
+    return (mean_peak(next_to)[0] - own) / (next_to.frequency_hz.value - hertz)
+
+
+def _named(name: str, scatter: Sequence[Component]) -> tuple[Component, ...]:
+    return tuple(replace(part, name=name) for part in scatter)

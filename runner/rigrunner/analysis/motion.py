@@ -1,0 +1,145 @@
+"""What a recording tells of its motion: cycles and frequency, and the phase if anything shows it.
+
+The angle channel shows all. The swing's angular velocity or one index pulse in every cycle show
+frequency and phase too, the phase with a doubt of its own. Without any of them cycles are cut by
+the entered frequency, and there is no phase.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot, inf, pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.analysis.channels import finite, motion_channel, set_point, torque_channel
+from rigrunner.api.analysis import MotionSource
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.signal.cycles import find_cycles, integrated_swing, resample
+from rigrunner.signal.kinematics import swing_angle
+from rigrunner.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array, Recording, RunData
+    from rigrunner.api.instruments import RigDescription
+
+PHASES = 1024
+LEAST_CYCLES = 5
+"""With fewer, neither a gross error nor a mean's scatter can be told."""
+
+ENTERED_LIMIT = 0.005
+"""Of an entered frequency: half-width of what it may be off; an angle channel flags more."""
+
+HALF_SAMPLE = 0.5 / sqrt(3)
+"""Standard uncertainty of an edge between two samples, in samples (GUM 4.3.7)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The whole cycles of a recording.
+
+    `starts` are fractional sample indices, shape (cycles + 1,). `angles_rad` is the swing angle on
+    PHASES crank phases, shape (cycles, PHASES); None where nothing shows the phase.
+    """
+
+    source: MotionSource
+    starts: Array
+    frequency_hz: Estimate
+    angles_rad: Array | None = None
+    phase_u_rad: float = 0.0
+    """Of the crank phase, in this recording alone."""
+    phase_common_u_rad: float = 0.0
+    """Of the crank phase, the same in all recordings of the rig."""
+
+
+def find_motion(recording: Recording, run: RunData, torque_nm: Array) -> Motion:
+    """Return the motion by the best that was recorded; `torque_nm` (n,) is cut where nothing was.
+
+    Raises DataError naming recording and channel.
+    """
+    source, name = motion_channel(recording)
+    where = f"recording {recording.name}, {name or torque_channel(recording, run.instruments)}"
+    try:
+        return _motion(source, name, recording, run, torque_nm)
+    except DataError as error:
+        raise DataError(f"{where}: {error.message}", hint=error.hint) from error
+
+
+def _motion(
+    source: MotionSource, name: str, recording: Recording, run: RunData, torque_nm: Array
+) -> Motion:
+    rate_hz = recording.rate_hz
+    if source is MotionSource.ENTERED:
+        torque = torque_channel(recording, run.instruments)
+        return _by_entry(torque_nm, rate_hz, set_point(recording, torque, "frequency"))
+    values = finite(recording, name)
+    if source is MotionSource.INDEX:
+        return _by_index(values, rate_hz, run.rig)
+    return _by_angle(source, values, rate_hz, run.rig)
+
+
+def _by_angle(source: MotionSource, values: Array, rate_hz: float, rig: RigDescription) -> Motion:
+    """Return the motion that an angle, or the angular velocity, shows."""
+    if source is MotionSource.TACHO:
+        values = integrated_swing(values, rate_hz, rig.eccentric_ratio)
+    cycles = find_cycles(values, rate_hz, rig.eccentric_ratio)
+    _refuse_few(cycles.starts)
+    return Motion(
+        source=source,
+        starts=cycles.starts,
+        frequency_hz=_frequency(cycles.starts, rate_hz),
+        angles_rad=resample(values, cycles.starts, PHASES) - cycles.offset_rad,
+        phase_common_u_rad=_tolerance(rig) if source is MotionSource.TACHO else 0.0,
+    )
+
+
+def _by_index(pulses: Array, rate_hz: float, rig: RigDescription) -> Motion:
+    starts = starts_from_edges(pulse_edges(pulses), rig.index_phase, len(pulses))
+    _refuse_few(starts)
+    frequency = _frequency(starts, rate_hz, edge_u=HALF_SAMPLE)
+    phase = 2 * np.pi * np.arange(PHASES) / PHASES
+    angle = swing_angle(phase, rig.eccentric_ratio)
+    return Motion(
+        source=MotionSource.INDEX,
+        starts=starts,
+        frequency_hz=frequency,
+        angles_rad=np.tile(angle, (len(starts) - 1, 1)),
+        phase_u_rad=2 * pi * frequency.value / rate_hz * HALF_SAMPLE,
+        phase_common_u_rad=_tolerance(rig),
+    )
+
+
+def _by_entry(torque_nm: Array, rate_hz: float, entered_hz: float) -> Motion:
+    starts = starts_by_frequency(torque_nm, rate_hz, entered_hz)
+    _refuse_few(starts)
+    return Motion(MotionSource.ENTERED, starts, entered_frequency(entered_hz))
+
+
+def entered_frequency(entered_hz: float) -> Estimate:
+    """Return an entered frequency that nothing has measured, with the doubt it deserves."""
+    return Estimate(entered_hz, ENTERED_LIMIT * entered_hz / sqrt(3), inf, "Hz")
+
+
+def _refuse_few(starts: Array) -> None:
+    count = max(len(starts) - 1, 0)
+    if count < LEAST_CYCLES:
+        raise DataError(
+            f"{count} whole cycles, but {LEAST_CYCLES} are needed", hint="record more cycles"
+        )
+
+
+def _tolerance(rig: RigDescription) -> float:
+    return rig.phase_tolerance / sqrt(3)
+
+
+def _frequency(starts: Array, rate_hz: float, edge_u: float = 0.0) -> Estimate:
+    """Return the mean frequency over all cycles, with the scatter between them as type A.
+
+    `edge_u` is the standard uncertainty of where a cycle starts, in samples; two edges make it.
+    """
+    count, length = len(starts) - 1, starts[-1] - starts[0]
+    mean = float(rate_hz * count / length)
+    scatter = (rate_hz / np.diff(starts)).std(ddof=1) / sqrt(count)
+    return Estimate(mean, hypot(scatter, mean * sqrt(2) * edge_u / length), count - 1.0, "Hz")

@@ -1,0 +1,113 @@
+"""What a doubt about the crank phase makes of a method's torque.
+
+Where an index pulse or a tacho stands for the angle, the phase is known less well than methods take
+it to be. Each method is asked again with the swings shifted by that much: what its result moves by
+is its uncertainty, whatever it does with the swings (GUM 5.1.3, a sensitivity found by trial).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Component, SwingPoint
+from rigrunner.api.data import Estimate
+from rigrunner.signal.uncertainty import combine
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import (
+        CompensatedPoint,
+        Compensation,
+        CompensationMethod,
+        PeakPoint,
+        Sweep,
+    )
+    from rigrunner.api.data import Array
+
+NOTE = (
+    "The crank phase is not from an angle channel but from a tacho or an index pulse; how well it "
+    "is known so is in the uncertainty."
+)
+COMMON, OWN = "place of the index or tacho", "time of the index pulse"
+
+
+def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
+    """Return what the method says of the sweep, with the doubt about the phase in its uncertainty.
+
+    Raises DataError where the method does.
+    """
+    found = method(sweep)
+    if not any(_doubtful(point) for point in (*sweep.loaded, *sweep.no_load)):
+        return found
+    effects = _Trial(method, sweep, _torques(found)).effects()
+    if not any(np.any(effect) for effect in effects.values()):
+        return found
+    points = tuple(
+        _with(point, {name: float(effect[i]) for name, effect in effects.items()})
+        for i, point in enumerate(found.points)
+    )
+    return replace(found, points=points, notes=(*found.notes, NOTE))
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A method, its sweep, and the torque that it gave, shape (points,)."""
+
+    method: CompensationMethod
+    sweep: Sweep
+    torque_nm: Array
+
+    def effects(self) -> dict[str, Array]:
+        """Return what each kind of doubt moves the torques by, each of shape (points,).
+
+        A common error shifts both runs alike, and its sign matters; each recording's own error
+        shifts one of them.
+        """
+        late, early = (self._moved_by(sign, sign, "phase_common_u_rad") for sign in (1, -1))
+        loaded, no_load = (self._moved_by(*which, "phase_u_rad") for which in ((1, 0), (0, 1)))
+        return {
+            COMMON: np.maximum(np.abs(late), np.abs(early)),
+            OWN: np.hypot(loaded, no_load),
+        }
+
+    def _moved_by(self, loaded: int, no_load: int, doubt: str) -> Array:
+        moved = replace(
+            self.sweep,
+            loaded=tuple(_shifted(point, loaded, doubt) for point in self.sweep.loaded),
+            no_load=tuple(_shifted(point, no_load, doubt) for point in self.sweep.no_load),
+        )
+        return _torques(self.method(moved)) - self.torque_nm
+
+
+def _doubtful(point: PeakPoint) -> bool:
+    return isinstance(point, SwingPoint) and (point.phase_u_rad + point.phase_common_u_rad) > 0
+
+
+def _shifted(point: PeakPoint, sign: int, doubt: str) -> PeakPoint:
+    """Return the point with its torque shifted in crank phase by a standard uncertainty."""
+    if not isinstance(point, SwingPoint) or not (shift := sign * getattr(point, doubt)):
+        return point
+    spectrum = np.fft.rfft(point.torque_nm, axis=-1)
+    turn = np.exp(-1j * shift * np.arange(spectrum.shape[-1]))
+    torque = np.fft.irfft(spectrum * turn, point.torque_nm.shape[-1], axis=-1)
+    return replace(point, torque_nm=torque)
+
+
+def _torques(found: Compensation) -> Array:
+    return np.array([point.torque.value for point in found.points])
+
+
+def _with(point: CompensatedPoint, effects_nm: dict[str, float]) -> CompensatedPoint:
+    components = (
+        *point.components,
+        *(
+            Component(name, effect, inf, "rectangular", common=name == COMMON)
+            for name, effect in effects_nm.items()
+            if effect > 0
+        ),
+    )
+    torque = Estimate(point.torque.value, *combine(components), point.torque.unit)
+    return replace(point, torque=torque, components=components)
