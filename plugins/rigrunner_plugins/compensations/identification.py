@@ -54,6 +54,9 @@ SHARE_PRIOR = (0.5, 1 / sqrt(12))
 UNKNOWNS = ("natural_hz", "damping_ratio", "inertia_kgm2", "share", "delay_s")
 BOUNDS = ([1.0, 1e-4, 1e-9, -1.0, -0.01], [1e5, 1.0, inf, 2.0, 0.01])
 DELAY_SCALE_S = 1e-5
+SIGNIFICANT_DELAY = 3.0
+"""In standard uncertainties."""
+
 START_HZ = np.geomspace(60.0, 2500.0, 75)
 START_DAMPING = (0.02, 0.06, 0.15)
 
@@ -93,7 +96,11 @@ class _Observed:
 
 
 def identify(points: Sequence[SwingPoint], swing: Swing, low_pass: LowPass) -> Identified:
-    """Return drive line and support friction; raise DataError for too few frequencies."""
+    """Return drive line and support friction; raise DataError for too few frequencies.
+
+    A delay that is not significant is taken as none, for it looks much like where the friction
+    acts; that it may be there all the same stays in the covariance.
+    """
     if len(points) < LEAST_FREQUENCIES:
         raise DataError(
             f"the no-load sweep has {len(points)} frequencies, but {LEAST_FREQUENCIES} are needed "
@@ -101,10 +108,25 @@ def identify(points: Sequence[SwingPoint], swing: Swing, low_pass: LowPass) -> I
             hint="record the no-load sweep over the whole range of frequencies",
         )
     observed = _observe(points, swing)
-    line, twist_change = _start(observed, low_pass), np.zeros_like(observed.harmonics)
     waveforms = [interpolated(robust_mean(p.torque_nm, p.kept)[0], swing.size) for p in points]
+    start = _start(observed, low_pass)
+    found = _search(observed, waveforms, swing, start, UNKNOWNS)
+    if abs(found.line.delay_s) > SIGNIFICANT_DELAY * sqrt(found.covariance[-1, -1]):
+        return found
+    without = _search(observed, waveforms, swing, start, UNKNOWNS[:-1])
+    return replace(without, covariance=found.covariance)
+
+
+def _search(
+    observed: _Observed,
+    waveforms: Sequence[Array],
+    swing: Swing,
+    line: DriveLine,
+    unknowns: Sequence[str],
+) -> Identified:
+    twist_change = np.zeros_like(observed.harmonics)
     for _ in range(ROUNDS):
-        line, jacobian, residual = _solve(observed, line, twist_change)
+        line, jacobian, residual = _solve(observed, line, twist_change, unknowns)
         twists = _twists(observed, line, waveforms)
         friction = _friction(observed, line, twist_change, swing, twists)
         twist_change = _twist_change(observed, friction, twists)
@@ -174,30 +196,34 @@ def _residual(observed: _Observed, line: DriveLine, change: Complex) -> Array:
     return np.concatenate([residual.real.ravel(), residual.imag.ravel(), [prior]])
 
 
-def vector(line: DriveLine) -> Array:
+def vector(line: DriveLine, unknowns: Sequence[str] = UNKNOWNS) -> Array:
     """Return (fn, z, J, share, delay), in the order of `Identified.covariance`."""
-    return np.array([getattr(line, name) for name in UNKNOWNS])
+    return np.array([getattr(line, name) for name in unknowns])
 
 
-def with_vector(line: DriveLine, values: Array) -> DriveLine:
+def with_vector(line: DriveLine, values: Array, unknowns: Sequence[str] = UNKNOWNS) -> DriveLine:
     """Return the drive line with other values of (fn, z, J, share, delay)."""
-    changes: dict[str, Any] = dict(zip(UNKNOWNS, map(float, values), strict=True))
+    changes: dict[str, Any] = dict(zip(unknowns, map(float, values), strict=True))
     return replace(line, **changes)
 
 
-def _solve(observed: _Observed, line: DriveLine, change: Complex) -> tuple[DriveLine, Array, Array]:
+def _solve(
+    observed: _Observed, line: DriveLine, change: Complex, unknowns: Sequence[str]
+) -> tuple[DriveLine, Array, Array]:
     """Return the drive line of least squares, with Jacobian and residual there."""
 
     def residual(values: Array) -> Array:
-        return _residual(observed, with_vector(line, values), change)
+        return _residual(observed, with_vector(line, values, unknowns), change)
 
+    scale = [line.natural_hz, line.damping_ratio, line.inertia_kgm2, 1.0, DELAY_SCALE_S]
+    count = len(unknowns)
     solution = least_squares(
         residual,
-        vector(line),
-        x_scale=[line.natural_hz, line.damping_ratio, line.inertia_kgm2, 1.0, DELAY_SCALE_S],
-        bounds=BOUNDS,
+        vector(line, unknowns),
+        x_scale=scale[:count],
+        bounds=(BOUNDS[0][:count], BOUNDS[1][:count]),
     )
-    return with_vector(line, solution.x), np.asarray(solution.jac), solution.fun
+    return with_vector(line, solution.x, unknowns), np.asarray(solution.jac), solution.fun
 
 
 def _friction(
