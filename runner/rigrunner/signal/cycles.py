@@ -11,7 +11,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import map_coordinates
+from scipy.signal import detrend
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
@@ -26,6 +28,7 @@ LEAST_SWING = 0.5
 """Of the amplitude that the kinematics give: less is noise of a rig at rest."""
 
 REFINEMENTS = 4
+BASELINES = 3
 SPLINE_ORDER: Final = 5
 
 
@@ -69,6 +72,27 @@ def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
         starts, offset, scale = _refine(angle_rad, starts, ratio)
     starts = starts[(starts >= 0) & (starts <= len(angle_rad) - 1)]
     return Cycles(starts, rate_hz / np.diff(starts), offset, scale * ratio)
+
+
+def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Array:
+    """Return the swing angle in rad from its velocity, both of shape (n,), sampled at rate_hz.
+
+    An offset of the velocity makes the integral run away, and noise makes it wander: what the mean
+    over each cycle does is taken off, as a cycle's mean angle is zero. Raises DataError like
+    `find_cycles`, and for a velocity that does not change its sign.
+    """
+    if velocity_rad_s.min() >= 0 or velocity_rad_s.max() <= 0:
+        raise DataError(
+            "the velocity never changes its sign, so it is not that of a swing",
+            hint="record the swing's velocity, not the crank's",
+        )
+    angle = detrend(cumulative_trapezoid(velocity_rad_s, dx=1 / rate_hz, initial=0))
+    for _ in range(BASELINES):
+        starts = find_cycles(angle, rate_hz, ratio).starts
+        means = resample(angle, starts).mean(axis=1)
+        middle = (starts[1:] + starts[:-1]) / 2
+        angle = angle - np.interp(np.arange(len(angle)), middle, means)
+    return np.asarray(angle)
 
 
 def _rough_starts(angle: Array, least_rad: float) -> Array:
