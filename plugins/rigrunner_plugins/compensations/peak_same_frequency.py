@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.analysis import Component, PeakPoint, Sweep
-    from rigrunner_plugins.compensations.settings import PeakSameFrequencySettings
+    from rigrunner_plugins.compensations.peak_same_frequency_settings import (
+        PeakSameFrequencySettings,
+    )
 
 MEASURAND = "starting torque as the difference of raw peaks of the same frequency"
 APART = 0.05

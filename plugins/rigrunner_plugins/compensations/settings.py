@@ -41,10 +41,6 @@ class TemplateInverseSettings(WaveformSettings):
     ] = 0.02
 
 
-class TemplateInverseSettings(InverseSettings, WaveformSettings):
-    """Of the compensation `template_inverse`."""
-
-
 class EnergySettings(WaveformSettings):
     """Of the compensation `energy`."""
 

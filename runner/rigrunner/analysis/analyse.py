@@ -11,6 +11,7 @@ from rigrunner.analysis.decision import Limits, decide
 from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
+from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
 from rigrunner.api.results import FittedTorque, Result
@@ -118,7 +119,7 @@ class _Analysis:
         if not found:
             raise DataError(f"run {run.run_id} has no recordings to analyse")
         rule = self._outlier_rule()
-        return tuple(prepare_point(each, run, self.spec, rule) for each in run.recordings)
+        return tuple(prepare_point(each, run, self.spec, rule) for each in found)
 
     def _outlier_rule(self) -> OutlierRule:
         if self.spec.outliers is None:
