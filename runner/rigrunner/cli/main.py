@@ -26,7 +26,9 @@ SUMMARIES = {
     "runs": "List the stored runs.",
     "show": "Show what a stored run holds and found.",
     "plugins": "List the plugins and what each can be told.",
+    "init": "Make a lab folder with station, procedures and a plugin.",
     "schema": "Print the JSON Schema of procedures or stations, for editors.",
+    "doctor": "Look at the installation and the machine, and say how to mend what is not right.",
     "completion": "Print a script that lets a shell complete.",
 }
 

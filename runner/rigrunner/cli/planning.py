@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 def planned_run(procedure: Path, station: Path, *, realtime: bool = False) -> Planned:
     """Load, check and plan; raise InvalidFileError with everything that is wrong."""
-    registry = load_registry()
-    clock = clock_for(load_station(station).model, registry, realtime=realtime)
+    registry, loaded = load_registry(), load_station(station)
+    known = with_lab_plugins(registry, loaded, station.parent)
+    clock = clock_for(loaded.model, known, realtime=realtime)
     return plan_run(procedure, station, registry, clock)
 
 

@@ -1,0 +1,52 @@
+"""`rigrunner doctor`: whether this machine is fit to measure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.cli.options import json_option, lab_option, runs_option
+from rigrunner.cli.output import result, result_json
+from rigrunner.cli.planning import lab_registry
+from rigrunner.cli.table import pairs
+from rigrunner.workflow.doctor import Surroundings, examine
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from rigrunner.workflow.doctor import Finding
+
+
+@click.command(name="doctor")
+@runs_option
+@lab_option
+@json_option
+def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
+    """Look at the installation and the machine, and say how to mend what is not right.
+
+    The exit code is 1 if something that is needed does not work.
+    """
+    findings = examine(Surroundings(runs, lab_registry(station), datetime.now(UTC)))
+    if as_json:
+        result_json([asdict(finding) for finding in findings])
+    else:
+        result(_report(findings))
+    failed = any(finding.state == "fail" for finding in findings)
+    return ExitCode.FAIL if failed else ExitCode.PASS
+
+
+def _report(findings: Sequence[Finding]) -> str:
+    rows = []
+    for finding in findings:
+        rows.append((f"{finding.state:4}  {finding.name}", finding.found))
+        if finding.mend:
+            rows.append(("", f"mend: {finding.mend}"))
+    count = Counter(finding.state for finding in findings)
+    total = ", ".join(f"{count[state]} {state}" for state in ("ok", "warn", "fail"))
+    return f"{pairs(rows)}\n\n{total}"

@@ -1,0 +1,26 @@
+"""`rigrunner init`: a lab folder that runs at once."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import click
+
+from rigrunner.cli.output import message, result
+from rigrunner.registry import load_registry
+from rigrunner.workflow.labfolder import STATION, make_lab
+
+
+@click.command(name="init")
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
+def command(folder: Path) -> None:
+    """Make a lab folder with station, procedures and a plugin.
+
+    It can be run at once, on simulated devices. Nothing that is there is overwritten.
+    """
+    procedures = make_lab(folder, load_registry())
+    message(f"Made the lab folder {folder}; its README.md says what is where. To try it:")
+    result(f"cd {shlex.quote(str(folder))}")
+    for procedure in procedures:
+        result(f"rigrunner run {procedure} --station {STATION} --unattended")

@@ -1,0 +1,65 @@
+"""What `rigrunner init` makes can be run as it stands, by the commands that it prints."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from helpers_cli import call
+from helpers_docs import code_blocks
+from rigrunner.api.errors import ExitCode
+from rigrunner.runfile import read
+
+pytestmark = pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
+
+
+def shell(folder, code):
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", code],
+        cwd=folder,
+        env=os.environ | {"PATH": path},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+    return done
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("somewhere")
+    return folder, shell(folder, "rigrunner init 'bench 1'").stdout
+
+
+def test_the_printed_commands_work_as_they_stand(printed):
+    folder, commands = printed
+    done = shell(folder, commands)
+    assert "N·m (95 %, template_inverse)" in done.stdout
+    runs = sorted((folder / "bench 1" / "runs").iterdir())
+    assert [(run / "report.html").is_file() for run in runs] == [True, True, False]
+    measured = read(runs[-1]).measurements[0].values["room.temperature"]
+    assert 294 < measured < 296.3
+
+
+def test_the_readme_has_the_printed_commands_and_others_that_work(printed):
+    folder, commands = printed
+    blocks = [block.code for block in code_blocks(folder / "bench 1" / "README.md")]
+    assert blocks[0] == commands.partition("\n")[2]
+    for block in blocks[1:]:
+        shell(folder / "bench 1", block)
+
+
+def test_making_it_twice_changes_nothing(printed):
+    folder, _ = printed
+    called = call("init", folder / "bench 1")
+    assert called.code == ExitCode.USAGE
+    assert "nothing is ever overwritten" in called.err
+    assert called.out == ""

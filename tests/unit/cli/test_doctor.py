@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_cli import call
+from rigrunner.api.errors import ExitCode
+from rigrunner.cli.commands import doctor
+from rigrunner.workflow.doctor import Finding
+
+FINE = Finding("Python", "ok", "3.11")
+POOR = Finding("browser", "warn", "none", "install one")
+BROKEN = Finding("HDF5", "fail", "broken", "reinstall it")
+
+
+@pytest.mark.parametrize(
+    ("findings", "code"),
+    [([FINE], ExitCode.PASS), ([FINE, POOR], ExitCode.PASS), ([POOR, BROKEN], ExitCode.FAIL)],
+)
+def test_what_is_needed_and_broken_decides(monkeypatch, findings, code):
+    monkeypatch.setattr(doctor, "examine", lambda _: findings)
+    assert call("doctor").code == code
+    assert call("doctor", "--json").code == code
+
+
+def test_findings_are_listed_with_how_to_mend_them(monkeypatch):
+    monkeypatch.setattr(doctor, "examine", lambda _: [FINE, BROKEN])
+    assert call("doctor").out == (
+        "ok    Python  3.11\nfail  HDF5    broken\n              mend: reinstall it\n\n"
+        "1 ok, 0 warn, 1 fail\n"
+    )
+
+
+def test_programs_get_them_as_json(monkeypatch):
+    monkeypatch.setattr(doctor, "examine", lambda _: [POOR])
+    assert json.loads(call("doctor", "--json").out) == [
+        {"name": "browser", "state": "warn", "found": "none", "mend": "install one"}
+    ]
