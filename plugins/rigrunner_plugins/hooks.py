@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import CompensationRecord, DeviceRecord, hookimpl
+from rigrunner_plugins.compensations.breakaway_peak_settings import BreakawayPeakSettings
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
 from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
@@ -133,6 +134,12 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             settings=EnergySettings,
             factory=_energy,
         ),
+        CompensationRecord(
+            name="breakaway_peak",
+            help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
+            settings=BreakawayPeakSettings,
+            factory=_breakaway_peak,
+        ),
     ]
 
 
@@ -162,3 +169,11 @@ def _energy(settings: EnergySettings) -> CompensationMethod:
     from rigrunner_plugins.compensations.energy import Energy  # noqa: PLC0415  (numpy)
 
     return Energy(settings)
+
+
+def _breakaway_peak(settings: BreakawayPeakSettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.breakaway_peak import (  # noqa: PLC0415  (numpy)
+        BreakawayPeak,
+    )
+
+    return BreakawayPeak(settings)

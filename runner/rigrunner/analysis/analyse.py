@@ -12,6 +12,7 @@ from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.sources import of_this_run, sources
+from rigrunner.analysis.starts import prepare_starts
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
 from rigrunner.api.results import FittedTorque, Result
@@ -119,6 +120,8 @@ class _Analysis:
         if not found:
             raise DataError(f"run {run.run_id} has no recordings to analyse")
         rule = self._outlier_rule()
+        if self.spec.starts is not None:
+            return prepare_starts(found, run, self.spec.starts, self.spec, rule)
         return tuple(prepare_point(each, run, self.spec, rule) for each in found)
 
     def _outlier_rule(self) -> OutlierRule:

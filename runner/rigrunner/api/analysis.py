@@ -195,6 +195,15 @@ class SwingPoint(PeakPoint):
     """The same, of what is common to all recordings of the rig."""
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StartPoint(PeakPoint):
+    """Starts from rest at one speed: what stands for cycles here are starts.
+
+    Each peak is the greatest torque in a start's first travel. `set_frequency_hz` and
+    `frequency_hz` are turns per second.
+    """
+
+
 @dataclass(frozen=True)
 class Component:
     """One contribution to a standard uncertainty, in N·m."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
-from rigrunner.api.settings import Duration, ListOf, Settings
+from rigrunner.api.settings import Angle, Duration, ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
 LATEST = "latest"
@@ -15,6 +15,7 @@ THIS_RUN = "this run"
 LABEL = "as"
 """The key that names one use of a plugin, so that it can be used twice."""
 _DAY_S = 86400.0
+_DEGREE = 0.017453292519943295
 
 
 class PluginRef(Settings):
@@ -115,10 +116,21 @@ class NoLoadSpec(Settings):
         return self.from_ == THIS_RUN
 
 
+class StartsSpec(Settings):
+    """Every recording is a start from rest, and its first travel is looked at."""
+
+    window: Annotated[Angle, Field(gt=0)] = 5 * _DEGREE
+    """The first travel, in which the greatest torque is looked for."""
+    smoothing: Annotated[Duration, Field(gt=0, le=0.1)] = 0.005
+    """Of the running mean whose greatest value counts: noise would make a single sample high."""
+
+
 class AnalysisSpec(Settings):
     """The analysis section; a procedure without one records and computes nothing."""
 
     no_load: NoLoadSpec | None = None
+    starts: StartsSpec | None = None
+    """The recordings are starts from rest in place of swings; `{}` for the defaults."""
     despike: Despike | None = None
     outliers: OutlierRuleRef | None = None
     fits: ListOf[FitRef] = ()

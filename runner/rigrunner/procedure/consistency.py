@@ -41,7 +41,7 @@ def _compensation(procedure: Procedure) -> Iterator[Complaint]:
     if names and not spec.primary:
         hint = f"say which one counts: {allowed}"
         yield ("analysis", "primary"), "the key 'primary' is missing", hint
-    if names and spec.no_load is None:
+    if names and spec.no_load is None and spec.starts is None:
         hint = "compensations need it: 'no_load: {from: latest, procedure: ID}'"
         yield ("analysis", "no_load"), "the key 'no_load' is missing", hint
 
