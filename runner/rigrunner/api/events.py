@@ -66,6 +66,10 @@ class Prompt(Event):
     step: str
     text: str
     choices: tuple[str, ...] = ()
+    expected: str = ""
+    """What is allowed as an answer, in words; empty where anything is."""
+    picture: str = ""
+    """The path of a picture to show; empty for none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +81,14 @@ class Answer(Event):
     by: str
     into: str = ""
     """The name of the run's input that the answer becomes, if it does."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Note(Event):
+    """A remark for those who read the record: of the procedure, or on a marginal value."""
+
+    step: str
+    text: str
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.cli.output import message, prompt
+from rigrunner.procedure.answers import AnswerError
 
 if TYPE_CHECKING:
     from rigrunner.cli.progress import ProgressSink
     from rigrunner.cli.stopping import SignalStop
+    from rigrunner.plan.actions import Ask, Confirm
 
 _YES, _NO = ("y", "yes"), ("n", "no")
 
@@ -24,21 +26,31 @@ class TerminalAnswers:
         self._stop = stop
         self._progress = progress
 
-    def confirm(self, step: str, text: str, default: bool | None) -> bool:  # noqa: ARG002, FBT001  (the engine's signature)
+    def confirm(self, step: str, question: Confirm) -> bool:  # noqa: ARG002  (the engine's signature)
         """Ask until the answer is yes or no; nothing is taken for granted."""
+        _show(question.picture)
         while True:
-            answer = self._answer(f"{text} [yes/no] ").lower()
+            answer = self._answer(f"{question.text} [yes/no] ").lower()
             if answer in (*_YES, *_NO):
                 return answer in _YES
             message("Please answer yes or no.")
 
-    def ask(self, step: str, text: str, default: str | None) -> str:  # noqa: ARG002  (the engine's signature)
-        """Ask until there is an answer; the unattended one is not this person's to give."""
+    def ask(self, step: str, question: Ask) -> str:  # noqa: ARG002  (the engine's signature)
+        """Ask until there is an answer that can be taken.
+
+        The unattended one is not this person's to give.
+        """
+        _show(question.picture)
+        allowed = f" [{question.expected.words}]" if question.expected.words else ""
         while True:
-            answer = self._answer(f"{text}: ")
-            if answer:
-                return answer
-            message("Please give an answer.")
+            answer = self._answer(f"{question.text}{allowed}: ")
+            if not answer:
+                message("Please give an answer.")
+                continue
+            try:
+                return question.expected.accept(answer)
+            except AnswerError as error:
+                message(f"Please answer again: {error}.")
 
     def _answer(self, question: str) -> str:
         with self._progress.paused(), self._stop.while_asking():
@@ -50,3 +62,8 @@ class TerminalAnswers:
                 hint="--unattended takes the procedure's own answers",
             )
         return line.strip()
+
+
+def _show(picture: str) -> None:
+    if picture:
+        message(f"See the picture {picture}")

@@ -34,6 +34,13 @@ lab_option = click.option(
 set_option = click.option(
     "--set", "given", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
 )
+answers_option = click.option(
+    "--answers",
+    "answers_file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Take inputs from a YAML file; --set goes first.",
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 

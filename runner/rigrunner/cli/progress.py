@@ -10,6 +10,7 @@ from rigrunner.api.events import (
     Alarm,
     Event,
     Intervention,
+    Note,
     Outcome,
     RunEnded,
     RunStarted,
@@ -101,7 +102,7 @@ class BarProgress:
                 self._end(event)
             case StepStarted():
                 self._advance(event.monotonic_s, event.text)
-            case Alarm() | Intervention():
+            case Alarm() | Intervention() | Note():
                 _tell(event)
             case _:
                 self._advance(event.monotonic_s)
@@ -136,6 +137,8 @@ def clock_text(seconds: float) -> str:
 
 def _tell(event: Event) -> None:
     match event:
+        case Note():
+            message(f"note: {event.text}")
         case Alarm():
             message(f"alarm: {event.source}: {event.text}")
         case Intervention():

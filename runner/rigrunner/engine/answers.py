@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import UsageError
+
+if TYPE_CHECKING:
+    from rigrunner.plan.actions import Ask, Confirm
 
 
 class AnswerSource(Protocol):
@@ -15,12 +18,12 @@ class AnswerSource(Protocol):
         """Who answers, for the record: 'operator', 'unattended answer of the procedure'."""
         ...
 
-    def confirm(self, step: str, text: str, default: bool | None) -> bool:  # noqa: FBT001  (an answer is data, not a switch)
-        """Return whether it is so; `default` is the procedure's unattended answer."""
+    def confirm(self, step: str, question: Confirm) -> bool:
+        """Return whether it is so; `step` names the place of the question in the procedure."""
         ...
 
-    def ask(self, step: str, text: str, default: str | None) -> str:
-        """Return the answer; `default` is the procedure's unattended answer."""
+    def ask(self, step: str, question: Ask) -> str:
+        """Return the answer, one that `question.expected` accepts."""
         ...
 
 
@@ -29,17 +32,17 @@ class UnattendedAnswers:
 
     by = "unattended answer of the procedure"
 
-    def confirm(self, step: str, text: str, default: bool | None) -> bool:  # noqa: FBT001  (the Protocol's)
+    def confirm(self, step: str, question: Confirm) -> bool:
         """Return the unattended answer."""
-        if default is None:
-            raise _nobody(step, text)
-        return default
+        if question.unattended is None:
+            raise _nobody(step, question.text)
+        return question.unattended
 
-    def ask(self, step: str, text: str, default: str | None) -> str:
+    def ask(self, step: str, question: Ask) -> str:
         """Return the unattended answer."""
-        if default is None:
-            raise _nobody(step, text)
-        return default
+        if question.unattended is None:
+            raise _nobody(step, question.text)
+        return question.unattended
 
 
 def _nobody(step: str, text: str) -> UsageError:

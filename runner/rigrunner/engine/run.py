@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DeviceError, RigrunnerError
 from rigrunner.api.events import (
     Alarm,
     Event,
     Intervention,
+    Note,
     Outcome,
     RunEnded,
     RunStarted,
@@ -18,9 +19,11 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.bus import Emitter
-from rigrunner.engine.steps import Measured, Session, action_name, perform
-from rigrunner.engine.streams import check_stop
-from rigrunner.plan.actions import Measure, Phase, Record
+from rigrunner.engine.attempt import Attempt
+from rigrunner.engine.limits import judge
+from rigrunner.engine.session import Session, check_stop
+from rigrunner.engine.steps import Measured, perform
+from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,6 +44,8 @@ class RunSummary:
     error: BaseException | None
     """The first error; what is no RigrunnerError or KeyboardInterrupt is a bug to be shown."""
     safe: bool
+    passed_over: tuple[str, ...] = ()
+    """The failures after which the run went on because the procedure says so."""
 
 
 def run_plan(  # noqa: PLR0917  (the seven things that a run is made of)
@@ -60,7 +65,7 @@ def run_plan(  # noqa: PLR0917  (the seven things that a run is made of)
     run = _Run(plan, Session(rig, Emitter(bus, clock), answers, stop))
     reports: tuple[SafetyReport, ...] = ()
     try:
-        run.attempt(partial(run.setup_and_main, run_id))
+        run.attempt(partial(run.forward, run_id))
         run.teardown()
     except BaseException as error:  # noqa: BLE001  (an interrupt that fell between two steps)
         run.note("run", error)
@@ -77,20 +82,37 @@ class _Run:
         self._session = session
         self._emit = session.emit
         self._noted: list[BaseException] = []
+        self._passed_over: list[str] = []
+        self._begun = -1
 
-    def setup_and_main(self, run_id: str) -> None:
+    def forward(self, run_id: str) -> None:
+        """Do all steps up to the teardown, those of called procedures included."""
         steps, seconds = self._plan.steps, self._plan.estimated_s
         self._emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
         for index, step in enumerate(steps):
-            if step.phase is not Phase.TEARDOWN:
-                check_stop(self._session.stop)
-                self._step(index, step, self._session)
+            if self._noted or (step.phase is Phase.TEARDOWN and not step.calls):
+                return
+            if step.phase is Phase.TEARDOWN:
+                self._tear_down(index, step)
+                continue
+            check_stop(self._session.stop)
+            self._begun = index
+            self._step(index, step, self._session)
 
     def teardown(self) -> None:
-        undisturbed = replace(self._session, emit=self._tell, stop=_Never())
+        """Do what is left of the teardowns: of the calls that the run is in, and its own."""
+        begun = self._begun
+        within = self._plan.steps[begun].calls if begun >= 0 else ()
         for index, step in enumerate(self._plan.steps):
-            if step.phase is Phase.TEARDOWN:
-                self.attempt(partial(self._step, index, step, undisturbed))
+            entered = step.calls == within[: len(step.calls)]
+            if index > begun and step.phase is Phase.TEARDOWN and entered:
+                self._tear_down(index, step)
+
+    def _tear_down(self, index: int, step: PlannedStep) -> None:
+        """Do one step of a teardown; nothing keeps the next one from its turn."""
+        self._begun = index
+        undisturbed = replace(self._session, emit=self._tell, stop=_Never())
+        self.attempt(partial(self._step, index, step, undisturbed))
 
     def attempt(self, work: Callable[[], None]) -> None:
         try:
@@ -121,29 +143,48 @@ class _Run:
         }
         outcome, reason = self._outcome()
         self._tell(RunEnded, outcome=outcome, reason=reason, read_back=read_back)
-        return RunSummary(*self._outcome(), self._first(), not unsafe)
+        passed_over = tuple(self._passed_over)
+        return RunSummary(*self._outcome(), self._first(), not unsafe, passed_over)
 
     def _step(self, index: int, step: PlannedStep, session: Session) -> None:
-        action, name = step.action, action_name(step.action)
-        recording = action.name if isinstance(action, Record) else ""
-        measurement = action.name if isinstance(action, Measure) else ""
-        known: dict[str, Any] = {
-            "step": step.path,
-            "index": index,
-            "action": name,
-            "recording": recording,
-        }
-        setpoints = action.setpoints if isinstance(action, (Record, Measure)) else {}
-        units = action.units if isinstance(action, (Record, Measure)) else {}
-        session.emit(StepStarted, **known, text=step.text, setpoints=setpoints, units=units)
-        known |= {"measurement": measurement, "setpoints": setpoints if measurement else {}}
+        """Do one step, and again after a failure for as long as its terms allow."""
+        for number in range(1, step.terms.tries + 1):
+            if self._try(Attempt(index, step, number), session):
+                return
+
+    def _try(self, attempt: Attempt, session: Session) -> bool:
+        """Return whether the step is over; raise what ends the run."""
+        step, found = attempt.step, Measured()
+        trial = session.within(step.terms.timeout_s)
+        session.emit(StepStarted, **attempt.started)
         try:
-            measured = perform(step.path, action, session)
+            found = perform(step.path, attempt.action, trial)
+            trial.check_time()
+            remarks = judge(step.terms.limits, found.values)
         except BaseException as error:
-            self.note(step.path, error)
-            self._tell(StepEnded, **known, ok=False)
+            again, passed_over = self._failed(attempt, error)
+            self._tell(StepEnded, **attempt.ended, ok=False, **_values(found))
+            if again or passed_over:
+                return not again
             raise
-        session.emit(StepEnded, **known, ok=True, **_fields(measured))
+        for text in remarks:
+            session.emit(Note, step=step.path, text=text)
+        session.emit(StepEnded, **attempt.ended, ok=True, **_values(found), truth=found.truth)
+        return True
+
+    def _failed(self, attempt: Attempt, error: BaseException) -> tuple[bool, bool]:
+        """Put a failure on record; return whether it is tried again, and whether passed over."""
+        path, words = attempt.step.path, _words(error)
+        again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
+        if again:
+            tries = attempt.step.terms.tries
+            self._tell(Alarm, source=path, text=f"{words}; try {attempt.number} of {tries}")
+        elif passed_over:
+            self._passed_over.append(f"{path}: {words}")
+            self._tell(Alarm, source=path, text=f"{words}; the run goes on")
+        else:
+            self.note(path, error)
+        return again, passed_over
 
     def _tell(self, kind: type[Event], **fields: object) -> None:
         """Emit what must not raise: a sink that fails now is an error beside the first."""
@@ -159,6 +200,8 @@ class _Run:
 
     def _outcome(self) -> tuple[Outcome, str]:
         error = self._first()
+        if error is None and self._passed_over:
+            return Outcome.COMPLETED, f"passed over: {'; '.join(self._passed_over)}"
         if error is None:
             return Outcome.COMPLETED, ""
         aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
@@ -175,8 +218,8 @@ class _Never:
         return False
 
 
-def _fields(measured: Measured) -> dict[str, object]:
-    return {"values": measured.values, "units": measured.units, "truth": measured.truth}
+def _values(found: Measured) -> dict[str, object]:
+    return {"values": found.values, "units": found.units}
 
 
 def _words(error: BaseException) -> str:

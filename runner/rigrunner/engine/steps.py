@@ -3,44 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import ceil
 from statistics import fmean
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError
-from rigrunner.api.events import Answer, Prompt, Samples
-from rigrunner.engine.streams import check_stop, checked_stream
-from rigrunner.plan.actions import Ask, Confirm, Measure, Record, SetDrive, Settle, Zero
+from rigrunner.api.events import Answer, Note, Prompt, Samples
+from rigrunner.engine.streams import checked_stream
+from rigrunner.plan import actions
+from rigrunner.plan.actions import Ask, Confirm, Measure, Ramp, Record, SetDrive, Settle, Wait, Zero
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.devices import StopToken
-    from rigrunner.api.events import Event
-    from rigrunner.engine.answers import AnswerSource
+    from rigrunner.engine.session import Session
     from rigrunner.plan.actions import Action
-    from rigrunner.rig import Rig
 
 _NAP_S = 0.1
 """How long a wait goes on before the stop token is looked at again."""
-
-
-class Emit(Protocol):
-    """Puts an event on the bus."""
-
-    def __call__(self, kind: type[Event], **fields: Any) -> None:
-        """Stamp and hand out an event of that kind."""
-        ...
-
-
-@dataclass(frozen=True)
-class Session:
-    """What steps work with."""
-
-    rig: Rig
-    emit: Emit
-    answers: AnswerSource
-    stop: StopToken
+_MOST_RAMP_STEPS = 1000
 
 
 @dataclass(frozen=True)
@@ -57,39 +39,54 @@ def action_name(action: Action) -> str:
     return "set" if isinstance(action, SetDrive) else type(action).__name__.lower()
 
 
-def perform(path: str, action: Action, session: Session) -> Measured:  # noqa: PLR0911  (one for each kind)
+def perform(path: str, action: Action, session: Session) -> Measured:
     """Do one action of the plan; `path` names the step in questions and errors."""
     match action:
-        case Confirm():
-            return _confirm(path, action, session)
-        case Ask():
-            return _ask(path, action, session)
         case Zero():
             return _zero(action, session)
         case SetDrive():
             return _set(action, session)
-        case Settle():
-            return _settle(action, session)
+        case Ramp():
+            return _ramp(action, session)
         case Record():
             return _record(action, session)
         case Measure():
             return _measure(action, session)
+        case _:
+            _perform_without_finding(path, action, session)
+            return Measured()
 
 
-def _confirm(path: str, action: Confirm, session: Session) -> Measured:
-    session.emit(Prompt, step=path, text=action.text, choices=("yes", "no"))
-    agreed = session.answers.confirm(path, action.text, action.unattended)
+def _perform_without_finding(
+    path: str, action: Confirm | Ask | actions.Note | Settle | Wait, session: Session
+) -> None:
+    match action:
+        case Confirm():
+            _confirm(path, action, session)
+        case Ask():
+            _ask(path, action, session)
+        case actions.Note(text=text):
+            session.emit(Note, step=path, text=text)
+        case Settle() | Wait():
+            for _ in _naps(action.duration_s, session):
+                pass
+
+
+def _confirm(path: str, action: Confirm, session: Session) -> None:
+    known = {"step": path, "text": action.text, "picture": action.picture}
+    session.emit(Prompt, **known, choices=("yes", "no"))
+    agreed = session.answers.confirm(path, action)
     session.emit(Answer, step=path, text="yes" if agreed else "no", by=session.answers.by)
     if not agreed:
         raise AbortedError(f"{path}: '{action.text}' was answered with no")
-    return Measured()
 
 
-def _ask(path: str, action: Ask, session: Session) -> Measured:
-    session.emit(Prompt, step=path, text=action.text)
-    answer = session.answers.ask(path, action.text, action.unattended)
+def _ask(path: str, action: Ask, session: Session) -> None:
+    expected = action.expected
+    known = {"step": path, "text": action.text, "picture": action.picture}
+    session.emit(Prompt, **known, choices=expected.choices, expected=expected.words)
+    answer = expected.accept(session.answers.ask(path, action))
     session.emit(Answer, step=path, text=answer, by=session.answers.by, into=action.into)
-    return Measured()
 
 
 def _zero(action: Zero, session: Session) -> Measured:
@@ -106,14 +103,25 @@ def _zero(action: Zero, session: Session) -> Measured:
 
 def _set(action: SetDrive, session: Session) -> Measured:
     name = f"{action.role}.{action.drive}"
-    actual = session.rig.set(action.role, action.drive, action.value)
+    actual = session.rig.set(action.role, action.drive, action.value, session.timeout_s)
     return Measured({name: actual}, {name: action.unit})
 
 
-def _settle(action: Settle, session: Session) -> Measured:
-    for _ in _naps(action.duration_s, session):
-        pass
-    return Measured()
+def _ramp(action: Ramp, session: Session) -> Measured:
+    """Set the drive again and again, so that it stays on the line from start to end."""
+    actual = session.rig.set(action.role, action.drive, action.start, session.timeout_s)
+    clock = session.rig.clock
+    began_s = clock.monotonic_s()
+    steps = min(max(ceil(action.duration_s / _NAP_S), 1), _MOST_RAMP_STEPS)
+    for step in range(1, steps + 1):
+        share = step / steps
+        value = action.start + share * (action.end - action.start)
+        actual = session.rig.set(action.role, action.drive, value, session.timeout_s)
+        session.check()
+        for _ in _naps(began_s + share * action.duration_s - clock.monotonic_s(), session):
+            pass
+    name = f"{action.role}.{action.drive}"
+    return Measured({name: actual}, {name: action.unit})
 
 
 def _measure(action: Measure, session: Session) -> Measured:
@@ -144,7 +152,7 @@ def _stream_means(
     """Return the mean of each channel over a time, by 'role.channel'."""
     totals: dict[str, float] = {}
     count = 0
-    for block in checked_stream(session.rig, role, channels, duration_s, session.stop):
+    for block in checked_stream(session, role, channels, duration_s):
         count += block.samples
         for name, values in block.channels.items():
             totals[name] = totals.get(name, 0.0) + float(values.sum())
@@ -158,15 +166,13 @@ def _naps(duration_s: float, session: Session) -> Iterator[None]:
     clock = session.rig.clock
     until_s = clock.monotonic_s() + duration_s
     while (left_s := until_s - clock.monotonic_s()) > 0:
-        check_stop(session.stop)
+        session.check()
         yield
         clock.sleep(min(left_s, _NAP_S))
 
 
 def _record(action: Record, session: Session) -> Measured:
     conditions, units = session.rig.conditions(action.role, action.channels)
-    for block in checked_stream(
-        session.rig, action.role, action.channels, action.duration_s, session.stop
-    ):
+    for block in checked_stream(session, action.role, action.channels, action.duration_s):
         session.emit(Samples, recording=action.name, block=block)
     return Measured(conditions, {**action.units, **units}, session.rig.truth(action.role))

@@ -8,45 +8,40 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.data import Block
-from rigrunner.api.errors import AbortedError, DeviceLostError, DeviceRejectedError
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from rigrunner.api.devices import StopToken
-    from rigrunner.rig import Rig
+    from rigrunner.engine.session import Session
 
 _POSSIBLE_ROUNDING = 1
 """A duration that is no whole number of samples may be rounded down."""
 
 
 def checked_stream(
-    rig: Rig, role: str, channels: Sequence[str], duration_s: float, stop: StopToken
+    session: Session, role: str, channels: Sequence[str], duration_s: float
 ) -> Generator[Block]:
     """Yield the blocks of a device with channels named 'role.channel'.
 
-    Raises AbortedError once the token is set, and a DeviceError that names the role for a gap, for
-    samples that are missing or not finite, and for fewer of them than the duration needs.
+    Raises AbortedError once the run is asked to stop, and a DeviceError once the step's time is
+    over; one that names the role for a gap, for samples that are missing or not finite, and for
+    fewer of them than the duration needs.
     """
+    rig = session.rig
     rate_hz, received = rig.sample_rate_hz(role), 0
-    with closing(rig.stream(role, channels, duration_s, stop)) as blocks:
+    with closing(rig.stream(role, channels, duration_s, session.stop)) as blocks:
         for block in blocks:
             _check(role, block, channels, rate_hz, received)
             received += block.samples
             yield _with_role(role, block, channels)
-            check_stop(stop)
-    check_stop(stop)
+            session.check()
+    session.check()
     if received < rate_hz * duration_s - _POSSIBLE_ROUNDING:
         raise DeviceLostError(
             f"{role}: the stream ended after {received} samples,"
             f" {rate_hz * duration_s:.0f} were promised ({duration_s:g} s at {rate_hz:g} Hz)"
         )
-
-
-def check_stop(stop: StopToken) -> None:
-    """Raise AbortedError once the run is asked to stop."""
-    if stop.is_set():
-        raise AbortedError("stopped on request")
 
 
 def _check(role: str, block: Block, channels: Sequence[str], rate_hz: float, received: int) -> None:

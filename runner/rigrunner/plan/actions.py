@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from rigrunner.procedure.answers import Expected
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from rigrunner.api.quantity import Quantity
 
 
 class Phase(StrEnum):
@@ -24,6 +28,8 @@ class Confirm:
 
     text: str
     unattended: bool | None
+    picture: str = ""
+    """The path of a picture to show; empty for none."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +39,21 @@ class Ask:
     text: str
     into: str
     unattended: str | None
+    picture: str = ""
+    """The path of a picture to show; empty for none."""
+    expected: Expected = field(default_factory=Expected)
+
+
+@dataclass(frozen=True)
+class Note:
+    """A remark is put on record."""
+
+    text: str
 
 
 @dataclass(frozen=True)
 class Zero:
-    """A channel is read at rest; beyond `within` (SI unit of the channel) the run stops."""
+    """A channel is read at rest; beyond `within` (SI unit of the channel) the step has failed."""
 
     role: str
     channel: str
@@ -54,6 +70,25 @@ class SetDrive:
     drive: str
     value: float
     unit: str
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """One drive is brought to a start and led to an end, in its SI unit, over a time."""
+
+    role: str
+    drive: str
+    start: float
+    end: float
+    unit: str
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Time passes, whatever the rig does."""
+
+    duration_s: float
 
 
 @dataclass(frozen=True)
@@ -99,7 +134,32 @@ class Measure:
     """Of the stream that is averaged; None: the channels are read, again and again."""
 
 
-Action = Confirm | Ask | Zero | SetDrive | Settle | Record | Measure
+Action = Confirm | Ask | Note | Zero | SetDrive | Ramp | Wait | Settle | Record | Measure
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What one value of a step may be."""
+
+    member: str
+    """The channel, 'role.name'."""
+    minimum: Quantity | None = None
+    maximum: Quantity | None = None
+    marginal: float = 0.0
+    """How near to a limit a value is put on record, in the SI unit of the channel."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """When a step counts as done, and what follows if it is not."""
+
+    timeout_s: float | None = None
+    """How long it may take."""
+    tries: int = 1
+    """How often it is tried, all in all."""
+    goes_on: bool = False
+    """Whether the run goes on after the last failure."""
+    limits: tuple[Limit, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -113,6 +173,10 @@ class PlannedStep:
     text: str
     """What it does, in words with units, for terminals and reports."""
     estimated_s: float
+    terms: Terms = field(default_factory=Terms)
+    calls: tuple[str, ...] = ()
+    """The calls that it is part of, the outermost first: each a path. A called procedure's teardown
+    is run where it stands, and also if the run fails within that call."""
 
 
 @dataclass(frozen=True)

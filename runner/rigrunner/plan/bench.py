@@ -33,12 +33,16 @@ class Bench:
         self._devices = devices
         self._problems = problems
 
-    def channel(self, member: str, path: Path) -> ChannelInfo | None:
-        """Return the channel, or None after adding the problem."""
-        device = self._device(member, path, key=False)
+    def of(self, procedure: LoadedProcedure) -> Bench:
+        """Return the same bench as another procedure sees it."""
+        return Bench(procedure, self._devices, self._problems)
+
+    def channel(self, member: str, path: Path, *, key: bool = False) -> ChannelInfo | None:
+        """Return the channel, or None after adding the problem; `key`: it is named by a key."""
+        device = self._device(member, path, key=key)
         if device is None:
             return None
-        return self._find(device.channels, "channel", member, path, key=False)
+        return self._find(device.channels, "channel", member, path, key=key)
 
     def drive(self, member: str, path: Path, *, key: bool) -> DriveInfo | None:
         """Return the drive, or None after adding the problem; `key`: it is named by a key."""
@@ -74,6 +78,16 @@ class Bench:
             message = f"the device in the role '{role}' gives no single values"
             hint = "give a duration to average" if isinstance(device, Streaming) else ""
             self._problems.add(self._document, path, message, hint)
+
+    def conditions(self, role: str, streamed: Sequence[str]) -> list[str]:
+        """Return all channels, 'role.name', that are read beside what a role's device streams."""
+        return [
+            f"{name}.{channel.name}"
+            for name, device in self._devices.items()
+            if isinstance(device, Readable)
+            for channel in device.channels
+            if name != role or channel.name not in streamed
+        ]
 
     def streams(self, role: str) -> bool:
         """Say whether a role's device records."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.yamlfile.names import split_member
@@ -15,24 +16,45 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
 
 
+@dataclass(eq=False)
+class _Standing:
+    """Where the drives stand, whichever procedure brought them there."""
+
+    values: dict[str, float] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    uncertain: bool = False
+
+
 class DriveStates:
     """The drives that have been set, and to what; what does not fit is added to the problems."""
 
-    def __init__(self, bench: Bench, document: Document, problems: Problems) -> None:
+    def __init__(
+        self,
+        bench: Bench,
+        document: Document,
+        problems: Problems,
+        standing: _Standing | None = None,
+    ) -> None:
         self._bench = bench
         self._document = document
         self._problems = problems
-        self._values: dict[str, float] = {}
-        self._units: dict[str, str] = {}
-        self._uncertain = False
+        self._standing = standing or _Standing()
+
+    def of(self, bench: Bench, document: Document) -> DriveStates:
+        """Return the same drives as a called procedure moves them."""
+        return DriveStates(bench, document, self._problems, self._standing)
 
     def values(self) -> dict[str, float]:
         """Return what each drive was set to, in SI units."""
-        return dict(self._values)
+        return dict(self._standing.values)
 
     def units(self) -> dict[str, str]:
         """Return the unit of each drive that was set."""
-        return dict(self._units)
+        return dict(self._standing.units)
+
+    def standing(self, member: str, drive: DriveInfo) -> float:
+        """Return where a drive stands: where it was set, or else at its safe value."""
+        return self._standing.values.get(member, drive.safe_value)
 
     def resolve(
         self, member: str, quantity: Quantity, named_at: Path, valued_at: Path, *, key: bool
@@ -40,7 +62,9 @@ class DriveStates:
         """Return the drive if it can be set to that; else add the problem and return None."""
         drive = self._bench.drive(member, named_at, key=key)
         if drive is None or not self._bench.fits(quantity, drive.unit, member, valued_at):
-            self._uncertain = True  # what follows from this drive would be complaints about nothing
+            self._standing.uncertain = (
+                True  # what follows from this drive would be complaints about nothing
+            )
             return None
         if not drive.minimum <= quantity.si <= drive.maximum:
             limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
@@ -51,24 +75,24 @@ class DriveStates:
 
     def move(self, member: str, drive: DriveInfo, value: float) -> float:
         """Set the drive and return how many seconds it takes; it starts from its safe value."""
-        distance = abs(value - self._values.get(member, drive.safe_value))
-        self._values[member], self._units[member] = value, drive.unit
+        distance = abs(value - self.standing(member, drive))
+        self._standing.values[member], self._standing.units[member] = value, drive.unit
         return distance / drive.rate_per_s if drive.rate_per_s else 0.0
 
     def known_cycle_frequency_hz(self, role: str) -> float | None:
         """Return the frequency at which the role's device moves, if one is set."""
         drive = self._cycle_drive(role)
-        return self._values.get(drive) if drive else None
+        return self._standing.values.get(drive) if drive else None
 
     def cycle_frequency_hz(self, role: str | None, path: Path) -> float | None:
         """Return the frequency that cycles are counted by, or None after adding the problem."""
         drive = self._cycle_drive(role)
-        if self._uncertain:
+        if self._standing.uncertain:
             return None
         if drive is None:
             self._problems.add(self._document, path, *self._no_drive())
             return None
-        value = self._values.get(drive, 0.0)
+        value = self._standing.values.get(drive, 0.0)
         if value <= 0:
             message = f"cycles need a frequency, but {drive} is not set above 0 Hz here"
             self._problems.add(self._document, path, message, f"set {drive} before, or give a time")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.plan.actions import Plan
 from rigrunner.plan.bench import Bench, check_roles
-from rigrunner.plan.builder import Builder
+from rigrunner.plan.builder import build
 from rigrunner.plan.needs import check_analysis, check_motion, check_register
 from rigrunner.plan.problems import Problems
 
@@ -30,15 +30,14 @@ def make_plan(
     """
     problems = Problems()
     check_roles(procedure, station, problems)
-    builder = Builder(procedure, Bench(procedure, devices, problems), problems)
-    builder.build()
-    check_analysis(procedure, builder.recordings, problems, wanted=builder.wanted)
-    check_register(procedure, station, builder.recordings, problems)
+    draft = build(procedure, Bench(procedure, devices, problems), problems)
+    check_analysis(procedure, draft, problems)
+    check_register(station, draft, problems)
     problems.stop_if_any()
     # Only now: a mistake above that leaves a frequency unset would be told twice.
-    check_motion(procedure, builder.recordings, problems)
+    check_motion(procedure, draft, problems)
     problems.stop_if_any()
-    return Plan(tuple(builder.steps))
+    return Plan(tuple(draft.steps))
 
 
 def plan_text(plan: Plan) -> str:

@@ -5,60 +5,45 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import unit
+from rigrunner.plan.actions import Measure
 from rigrunner.plan.problems import suggestion
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rigrunner.plan.actions import Record
+    from rigrunner.plan.draft import Draft, Recorded
     from rigrunner.plan.problems import Problems
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
-    from rigrunner.yamlfile.document import Path
 
 
-def check_analysis(
-    procedure: LoadedProcedure,
-    recordings: Sequence[tuple[Record, Path]],
-    problems: Problems,
-    *,
-    wanted: int,
-) -> None:
-    """Add a problem for all that would keep the analysis from using the recordings.
-
-    `wanted` is how many the procedure asks for; those with problems are not in `recordings`.
-    """
+def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:
+    """Add a problem for all that would keep the analysis from using what is recorded."""
     if not _analyses(procedure):
         return
-    if not wanted:
+    measures = any(isinstance(step.action, Measure) for step in draft.steps)
+    if not draft.wanted and not measures:
         message = "there is no recording to analyse"
         problems.add(procedure.document, ("analysis",), message, "add a record step", key=True)
-    for record, path in recordings:
-        _check_channels(procedure, record, path, problems)
+    for recorded in draft.recordings:
+        _check_channels(recorded, problems)
 
 
-def check_motion(
-    procedure: LoadedProcedure, recordings: Sequence[tuple[Record, Path]], problems: Problems
-) -> None:
+def check_motion(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:
     """Add a problem for every recording without the cyclic motion that the analysis needs."""
-    if not _analyses(procedure):
+    if not _analyses(procedure) or procedure.model.analysis.starts is not None:
         return
-    for record, path in recordings:
-        if not record.cycle_frequency_hz:
+    for recorded in draft.recordings:
+        if not recorded.record.cycle_frequency_hz:
             message = "the analysis needs a cycle frequency, and none is set here"
-            problems.add(procedure.document, path, message, "set the drive before", key=True)
+            hint = "set the drive before"
+            problems.add(recorded.document, recorded.path, message, hint, key=True)
 
 
-def check_register(
-    procedure: LoadedProcedure,
-    station: LoadedStation,
-    recordings: Sequence[tuple[Record, Path]],
-    problems: Problems,
-) -> None:
+def check_register(station: LoadedStation, draft: Draft, problems: Problems) -> None:
     """Add a problem for every recorded torque that the instrument register does not know."""
-    for record, path in recordings:
-        for name in channels_of(record, "torque"):
-            _check_instrument(procedure, station, f"{record.role}.{name}", path, problems)
+    for recorded in draft.recordings:
+        for name in channels_of(recorded.record, "torque"):
+            _check_instrument(station, f"{recorded.record.role}.{name}", recorded, problems)
 
 
 def channels_of(record: Record, dimension: str) -> list[str]:
@@ -75,22 +60,20 @@ def _analyses(procedure: LoadedProcedure) -> bool:
     return bool(spec.fits or spec.compensations or spec.no_load)
 
 
-def _check_channels(
-    procedure: LoadedProcedure, record: Record, path: Path, problems: Problems
-) -> None:
+def _check_channels(recorded: Recorded, problems: Problems) -> None:
     for dimension in ("torque", "angle"):
-        found = channels_of(record, dimension)
+        found = channels_of(recorded.record, dimension)
         if len(found) != 1:
             got = " and ".join(found) or "none"
             message = f"the analysis needs one channel of {dimension} in each recording, got {got}"
-            problems.add(procedure.document, (*path, "channels"), message)
+            problems.add(recorded.document, (*recorded.path, "channels"), message)
 
 
 def _check_instrument(
-    procedure: LoadedProcedure, station: LoadedStation, member: str, path: Path, problems: Problems
+    station: LoadedStation, member: str, asked: Recorded, problems: Problems
 ) -> None:
     register = station.instruments
-    recorded = f"it is recorded at {procedure.document.where(path)}"
+    recorded = f"it is recorded at {asked.document.where(asked.path)}"
     if member not in register:
         message = f"there is no instrument for the channel {member}"
         hint = f"{suggestion(member, register, 'registered')}; {recorded}"

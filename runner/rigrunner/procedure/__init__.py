@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from rigrunner.procedure.analysis_spec import AnalysisSpec, Despike, NoLoadSpec, PluginRef
-from rigrunner.procedure.loading import LoadedProcedure, load_procedure, parse_procedure
-from rigrunner.procedure.model import Acceptance, Input, Limit, Measurand, Procedure
+from rigrunner.procedure.calls import load_procedure
+from rigrunner.procedure.loading import LoadedProcedure, parse_procedure
+from rigrunner.procedure.model import Acceptance, Limit, Measurand, Procedure
+from rigrunner.procedure.questions import Input
 
 __all__ = [
     "Acceptance",

@@ -6,7 +6,8 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import Problem
-from rigrunner.procedure.steps import AskStep, SweepStep
+from rigrunner.procedure.steps import AskStep
+from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 
     from rigrunner.procedure.analysis_spec import PluginRef
     from rigrunner.procedure.model import Procedure
-    from rigrunner.procedure.steps import Step
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
 
@@ -72,15 +72,7 @@ def _repeated(plugins: Sequence[PluginRef]) -> list[int]:
 
 
 def _answers(procedure: Procedure) -> Iterator[Complaint]:
-    for section in ("setup", "main", "teardown"):
-        for path, step in _steps(getattr(procedure, section), (section,)):
-            if isinstance(step, AskStep) and step.ask.into in procedure.inputs:
-                message = f"the input '{step.ask.into}' is asked at the start already"
-                yield (*path, "ask", "into"), message, "choose another name, or drop the input"
-
-
-def _steps(steps: Sequence[Step], path: Path) -> Iterator[tuple[Path, Step]]:
-    for index, step in enumerate(steps):
-        yield (*path, index), step
-        if isinstance(step, SweepStep):
-            yield from _steps(step.sweep.steps, (*path, index, "sweep", "steps"))
+    for path, step in steps_of(procedure):
+        if isinstance(step, AskStep) and step.ask.into in procedure.inputs:
+            message = f"the input '{step.ask.into}' is asked at the start already"
+            yield (*path, "ask", "into"), message, "choose another name, or drop the input"

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure.consistency import inconsistencies
 from rigrunner.procedure.model import Procedure
-from rigrunner.procedure.references import resolve
+from rigrunner.procedure.references import resolve, with_given
 from rigrunner.yamlfile import parse, validate
-from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Iterator, Mapping
 
+    from rigrunner.procedure.questions import Input
+    from rigrunner.procedure.references import Given
     from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path as DocumentPath
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,19 +32,35 @@ class LoadedProcedure:
     digest: str
     """SHA-256 of the text in UTF-8, hexadecimal."""
     text: str
+    called: Mapping[DocumentPath, LoadedProcedure] = field(default_factory=dict)
+    """The procedures that it calls, by the place of the step, such as ('main', 0)."""
+
+    @property
+    def folder(self) -> Path:
+        """Where the files are that it names."""
+        return Path(self.document.name).parent
+
+    @property
+    def inputs(self) -> dict[str, Input]:
+        """All that is asked at the start: by what it calls, and by itself, which comes first."""
+        asked = dict(self.model.inputs)
+        for each in self.all_called():
+            asked = {**each.model.inputs, **asked}
+        return asked
+
+    def all_called(self) -> Iterator[LoadedProcedure]:
+        """Yield the procedures that it calls, and that these call."""
+        for each in self.called.values():
+            yield each
+            yield from each.all_called()
 
 
-def load_procedure(path: Path) -> LoadedProcedure:
-    """Return the procedure in that file; raise InvalidFileError with all that is wrong in it."""
-    return parse_procedure(read_text(path), str(path))
-
-
-def parse_procedure(text: str, name: str) -> LoadedProcedure:
+def parse_procedure(text: str, name: str, given: Given | None = None) -> LoadedProcedure:
     """Return the procedure in a text; `name` stands for the file in messages.
 
-    Raises InvalidFileError with all that is wrong.
+    What it calls is not looked up. Raises InvalidFileError with all that is wrong.
     """
-    document = resolve(parse(text, name))
+    document = resolve(with_given(parse(text, name), given or {}))
     model = validate(Procedure, document)
     problems = inconsistencies(model, document)
     if problems:

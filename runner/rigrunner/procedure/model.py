@@ -9,7 +9,8 @@ from pydantic import AfterValidator, Field, model_validator
 from rigrunner.api.quantity import QuantityError, unit, units_of
 from rigrunner.api.settings import ListOf, Settings, Torque
 from rigrunner.procedure.analysis_spec import AnalysisSpec
-from rigrunner.procedure.steps import Step
+from rigrunner.procedure.questions import Input
+from rigrunner.procedure.steps import Parameter, Step
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
 
@@ -30,15 +31,6 @@ class Measurand(Settings):
     """In words, such as 'starting torque'."""
     unit: Annotated[str, AfterValidator(_torque_unit)] = "N·m"
     """The unit of torque in the report."""
-
-
-class Input(Settings):
-    """What is asked at the start; `unattended` is the answer where nobody is there."""
-
-    ask: Text
-    """The question to a person."""
-    unattended: str | None = None
-    """The answer with `--unattended`; without one the run cannot start."""
 
 
 class Limit(Settings):
@@ -66,10 +58,6 @@ class Acceptance(Settings):
     limit: Limit
     rule: Literal["simple", "guard_band_u"] = "simple"
     """With `simple` the value alone decides; with `guard_band_u`, nearer than U is conditional."""
-
-
-Scalar = str | bool | int | float
-Parameter = Scalar | list[Scalar]
 
 
 class Procedure(Settings):

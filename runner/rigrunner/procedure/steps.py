@@ -3,88 +3,18 @@
 from __future__ import annotations
 
 import difflib
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from rigrunner.api.settings import AnyQuantity, Duration, ListOf, Settings, YesNo
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.procedure.doings import Measure, Ramp, Record, Set, Settle, Wait, Zero
+from rigrunner.procedure.questions import Ask, Confirm, Note
+from rigrunner.procedure.refusals import refused
 from rigrunner.yamlfile.names import Member, Name, Text
 
-Cycles = Annotated[int, Field(ge=1, le=1_000_000)]
-PositiveDuration = Annotated[Duration, Field(gt=0)]
-
-
-class Confirm(Settings):
-    """A person confirms that something is so; 'no' stops the run."""
-
-    text: Text
-    """What is to be confirmed."""
-    unattended: YesNo | None = None
-    """The answer with `--unattended`; without one the step cannot be done then."""
-
-
-class Ask(Settings):
-    """A person is asked for a value, which becomes the input named by `into`."""
-
-    text: Text
-    """The question."""
-    into: Name
-    """The input that the answer becomes."""
-    unattended: str | None = None
-    """The answer with `--unattended`; without one the step cannot be done then."""
-
-
-class Zero(Settings):
-    """A channel is read at rest and taken as zero; beyond `within` the run stops."""
-
-    channel: Member
-    """Role and channel, such as tester.torque."""
-    within: AnyQuantity
-    """How far from zero it may be."""
-    duration: PositiveDuration = 1.0
-    """How long it is read."""
-
-
-class Settle(Settings):
-    """Time passes until the motion is steady: cycles of it, or a time."""
-
-    cycles: Cycles | None = None
-    """How many cycles of the motion."""
-    time: PositiveDuration | None = None
-    """How long."""
-
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
-        _require_one(self, "cycles", "time")
-        return self
-
-
-class Record(Settings):
-    """Channels of one device are recorded: over whole cycles, or for a time."""
-
-    channels: Annotated[ListOf[Member], Field(min_length=1)]
-    """Roles and channels, such as [tester.angle, tester.torque]."""
-    cycles: Cycles | None = None
-    """How many whole cycles of the motion."""
-    duration: PositiveDuration | None = None
-    """How long."""
-
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
-        _require_one(self, "cycles", "duration")
-        return self
-
-
-class Measure(Settings):
-    """Channels are read once, or averaged over a time; the values are a row of a table."""
-
-    channels: Annotated[ListOf[Member], Field(min_length=1)]
-    """Roles and channels, such as [tester.load, tester.temperature]."""
-    name: Name = "measured"
-    """Of the table of which the values are a row."""
-    duration: PositiveDuration | None = None
-    """How long to average, over channels of one device; without it they are read once."""
+Scalar = str | bool | int | float
+Parameter = Scalar | list[Scalar]
 
 
 class Sweep(Settings):
@@ -96,6 +26,24 @@ class Sweep(Settings):
     """The set-points, in the order in which they are gone through."""
     steps: Annotated[ListOf[Step], Field(min_length=1)]
     """What is done at each."""
+
+
+class Repeat(Settings):
+    """Steps are done several times."""
+
+    times: Annotated[int, Field(ge=1, le=100_000)]
+    """How often."""
+    steps: Annotated[ListOf[Step], Field(min_length=1)]
+    """What is done each time."""
+
+
+class Call(Settings):
+    """The steps of another procedure are done: its setup, main and teardown."""
+
+    procedure: Text
+    """The file, beside this one or in a folder below."""
+    with_: Annotated[dict[Name, Parameter], Field(alias="with", default_factory=dict)]
+    """Values for its parameters, in the place of its own."""
 
 
 class ConfirmStep(Settings):
@@ -110,6 +58,12 @@ class AskStep(Settings):
     ask: Ask
 
 
+class NoteStep(Settings):
+    """`note: {text: ...}`."""
+
+    note: Note
+
+
 class ZeroStep(Settings):
     """`zero: {channel: role.name, within: 0.05 N·m}`."""
 
@@ -119,7 +73,19 @@ class ZeroStep(Settings):
 class SetStep(Settings):
     """`set: {role.drive: 1000 N}`; several drives are set in the order in which they stand."""
 
-    set: Annotated[dict[Member, AnyQuantity], Field(min_length=1)]
+    set: Set
+
+
+class RampStep(Settings):
+    """`ramp: {drive: role.drive, to: 1000 N, rate: 100 N/s}` or `time: 10 s`."""
+
+    ramp: Ramp
+
+
+class WaitStep(Settings):
+    """`wait: {time: 5 min}`."""
+
+    wait: Wait
 
 
 class SettleStep(Settings):
@@ -134,6 +100,12 @@ class SweepStep(Settings):
     sweep: Sweep
 
 
+class RepeatStep(Settings):
+    """`repeat: {times: 3, steps: [...]}`."""
+
+    repeat: Repeat
+
+
 class RecordStep(Settings):
     """`record: {channels: [role.name], cycles: 30}` or `duration: 10 s`."""
 
@@ -146,7 +118,16 @@ class MeasureStep(Settings):
     measure: Measure
 
 
-STEPS = ("confirm", "ask", "zero", "set", "settle", "sweep", "record", "measure")
+class CallStep(Settings):
+    """`call: {procedure: file.yaml, with: {name: value}}`."""
+
+    call: Call
+
+
+STEPS = (
+    *("confirm", "ask", "note", "zero", "set", "ramp", "wait", "settle"),
+    *("sweep", "repeat", "record", "measure", "call"),
+)
 
 
 def _kind(value: object) -> str | None:
@@ -161,15 +142,15 @@ def _one_known_key(value: Any) -> Any:
         return value
     known = f"allowed is one of: {', '.join(STEPS)}"
     if not isinstance(value, dict):
-        raise _refused(f"a step is a mapping with one key, such as 'settle: ...'; {known}")
+        raise refused(f"a step is a mapping with one key, such as 'settle: ...'; {known}")
     keys = [str(key) for key in value]
     if len(keys) != 1:
         got = " and ".join(f"'{key}'" for key in keys[:5]) or "none"
         hint = "begin each step with its own '-'" if keys else ""
-        raise _refused(f"a step has one key, got {got}; {known}", hint)
+        raise refused(f"a step has one key, got {got}; {known}", hint)
     if keys[0] not in STEPS:
         near = difflib.get_close_matches(keys[0], STEPS, n=1)
-        raise _refused(
+        raise refused(
             f"unknown step '{keys[0][:40]}'; {known}", f"did you mean '{near[0]}'?" if near else ""
         )
     return value
@@ -178,27 +159,20 @@ def _one_known_key(value: Any) -> Any:
 Step = Annotated[
     Annotated[ConfirmStep, Tag("confirm")]
     | Annotated[AskStep, Tag("ask")]
+    | Annotated[NoteStep, Tag("note")]
     | Annotated[ZeroStep, Tag("zero")]
     | Annotated[SetStep, Tag("set")]
+    | Annotated[RampStep, Tag("ramp")]
+    | Annotated[WaitStep, Tag("wait")]
     | Annotated[SettleStep, Tag("settle")]
     | Annotated[SweepStep, Tag("sweep")]
+    | Annotated[RepeatStep, Tag("repeat")]
     | Annotated[RecordStep, Tag("record")]
-    | Annotated[MeasureStep, Tag("measure")],
+    | Annotated[MeasureStep, Tag("measure")]
+    | Annotated[CallStep, Tag("call")],
     Discriminator(_kind),
     BeforeValidator(_one_known_key),
 ]
 
-
-def _require_one(model: Settings, first: str, second: str) -> None:
-    given = [name for name in (first, second) if getattr(model, name) is not None]
-    if len(given) != 1:
-        got = "both" if given else "neither"
-        raise _refused(f"got {got}, allowed is one of: {first}, {second}")
-
-
-def _refused(message: str, hint: str = "") -> PydanticCustomError:
-    return PydanticCustomError("step", "{message}", {"message": message, "hint": hint})
-
-
-Sweep.model_rebuild()
-SweepStep.model_rebuild()
+for _model in (Sweep, SweepStep, Repeat, RepeatStep):
+    _model.model_rebuild()

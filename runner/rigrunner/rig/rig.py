@@ -90,10 +90,11 @@ class Rig:
             self.__exit__(type(error), error, None)
             raise
 
-    def set(self, role: str, drive: str, value: float) -> float:
+    def set(self, role: str, drive: str, value: float, timeout_s: float | None = None) -> float:
         """Set a drive within its limits and return the read-back; raise a DeviceError.
 
-        The read-back must agree within the drive's tolerance.
+        The read-back must agree within the drive's tolerance. It is waited for as long as the drive
+        needs and `Patience` adds, or for `timeout_s`.
         """
         info = self._drive(role, drive)
         if not info.minimum <= value <= info.maximum:
@@ -102,8 +103,8 @@ class Rig:
                 hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
             )
         device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
-        timeout_s = self._patience.answer_s + travel_s(info)
-        self._call(role, f"set {drive}", lambda: device.set(drive, value), timeout_s)
+        limit_s = self._patience.answer_s + travel_s(info) if timeout_s is None else timeout_s
+        self._call(role, f"set {drive}", lambda: device.set(drive, value), limit_s)
         actual = self._call(role, f"read back {drive}", lambda: device.read_back(drive))
         if not agrees(info, actual, value):
             raise DeviceRejectedError(

@@ -25,6 +25,7 @@ _KINDS: Mapping[str, type[events.Event]] = {
         events.StepStarted,
         events.Prompt,
         events.Answer,
+        events.Note,
         events.Alarm,
         events.Intervention,
         events.StepEnded,

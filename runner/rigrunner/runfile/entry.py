@@ -51,6 +51,7 @@ _HEADER_TEXTS = (
     "station_id",
 )
 _VERBATIM = ("procedure_text", "station_text", "plan_text")
+CALLED = "called"
 _END_TEXTS = ("ended_utc", "outcome", "reason")
 
 
@@ -65,6 +66,7 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     texts = new_group(entry, "texts", "NXcollection")
     for name in _VERBATIM:
         write_verbatim(texts, name, getattr(header, name))
+    write_texts(texts, CALLED, header.called_texts)
     write_texts(entry, "inputs", header.inputs)
     write_texts(entry, "provenance", header.provenance)
     write_values(entry, "zeros", *journal.zeros())
@@ -116,6 +118,7 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
         header=RunHeader(
             **texts,
             **verbatim,
+            called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
             inputs=read_texts(entry["inputs"]),
             provenance=read_texts(entry["provenance"]),
         ),

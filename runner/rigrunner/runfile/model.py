@@ -29,6 +29,8 @@ class RunHeader:
     procedure_text: str
     station_text: str
     plan_text: str = ""
+    called_texts: Mapping[str, str] = field(default_factory=dict)
+    """The procedures that were called, by file."""
     inputs: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
     """Versions of program, packages and plugins, identities of devices: name to text."""

@@ -5,31 +5,86 @@ from __future__ import annotations
 import difflib
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import UsageError
+from rigrunner.api.errors import InvalidFileError, Problem, UsageError
+from rigrunner.plan.questions import question_of
+from rigrunner.procedure.answers import AnswerError
+from rigrunner.yamlfile import read
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
 
     from rigrunner.engine import AnswerSource
-    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.procedure import Input, LoadedProcedure
+    from rigrunner.yamlfile import Document
 
 
 def answer_inputs(
     procedure: LoadedProcedure, given: Mapping[str, str], answers: AnswerSource
 ) -> dict[str, str]:
-    """Return a value for every input of a procedure; raise UsageError for one it does not have."""
-    asked = procedure.model.inputs
-    for name in given:
+    """Return a value for every input of a procedure and of what it calls.
+
+    Raises UsageError for a given value that is not asked for, or not as it was asked for.
+    """
+    asked = procedure.inputs
+    taken = {name: _accepted(procedure, name, given[name]) for name in given}
+    return {name: taken.get(name) or _asked(name, asked[name], answers) for name in asked}
+
+
+def read_answers(path: Path, procedure: LoadedProcedure) -> dict[str, str]:
+    """Return the answers of a file, a mapping of inputs to texts.
+
+    Raises InvalidFileError with all that is wrong in it.
+    """
+    document = read(path)
+    problems = list(_problems(document, procedure.inputs))
+    if problems:
+        raise InvalidFileError(problems)
+    return dict(document.data)
+
+
+def _asked(name: str, wanted: Input, answers: AnswerSource) -> str:
+    return wanted.expected.accept(answers.ask(f"inputs.{name}", question_of(name, wanted)))
+
+
+def _accepted(procedure: LoadedProcedure, name: str, answer: str) -> str:
+    asked = procedure.inputs
+    if name not in asked:
+        message = f"{procedure.model.id} has no input '{name}'"
+        raise UsageError(message, hint=_near(name, asked))
+    try:
+        return asked[name].expected.accept(answer)
+    except AnswerError as error:
+        raise UsageError(f"the input '{name}': {error.message}", hint=error.hint) from error
+
+
+def _problems(document: Document, asked: Mapping[str, Input]) -> Iterator[Problem]:
+    if not isinstance(document.data, dict):
+        message, hint = "allowed is a mapping of inputs to answers", "such as 'specimen: SN-17'"
+        yield Problem(message, document.where(()), hint=hint)
+        return
+    for name, answer in document.data.items():
         if name not in asked:
-            near = difflib.get_close_matches(name, asked, n=1)
-            listing = f"it asks for: {', '.join(asked) or 'nothing'}"
-            raise UsageError(
-                f"{procedure.model.id} has no input '{name}'",
-                hint=f"did you mean '{near[0]}'?" if near else listing,
-            )
-    return {
-        name: given[name]
-        if name in given
-        else answers.ask(f"inputs.{name}", wanted.ask, wanted.unattended)
-        for name, wanted in asked.items()
-    }
+            where = document.where((name,), key=True)
+            yield Problem("there is no such input", where, name, _near(name, asked))
+            continue
+        for message, hint in _objections(asked[name], answer):
+            yield Problem(message, document.where((name,)), name, hint)
+
+
+def _objections(wanted: Input, answer: object) -> Iterator[tuple[str, str]]:
+    if not isinstance(answer, str):
+        shown = "nothing" if answer is None else str(answer)
+        in_unit = f"write it as '{shown} {wanted.unit}'" if wanted.unit else ""
+        yield f"got {shown[:60]}, allowed is a text", in_unit or f"put it in quotes: '{shown[:60]}'"
+        return
+    try:
+        wanted.expected.accept(answer)
+    except AnswerError as error:
+        yield error.message, error.hint
+
+
+def _near(name: str, asked: Iterable[str]) -> str:
+    names = list(asked)
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"did you mean '{near[0]}'?" if near else f"it asks for: {', '.join(names) or 'nothing'}"

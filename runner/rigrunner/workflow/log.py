@@ -9,6 +9,7 @@ from rigrunner.api.events import (
     Answer,
     Event,
     Intervention,
+    Note,
     Prompt,
     RunEnded,
     RunStarted,
@@ -59,6 +60,8 @@ def event_text(event: Event) -> str:  # noqa: PLR0911  (one line for each kind o
             return f"{event.step}: asked: {event.text}"
         case Answer():
             return f"{event.step}: answered '{event.text}' ({event.by})"
+        case Note():
+            return f"{event.step}: note: {event.text}"
         case Alarm():
             return f"ALARM {event.source}: {event.text}"
         case Intervention():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
@@ -25,12 +26,12 @@ from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.api.results import Result
     from rigrunner.engine import AnswerSource, RunSummary
+    from rigrunner.procedure import LoadedProcedure
     from rigrunner.workflow.prepare import Planned
 
 RESULT_FILE = "result.json"
@@ -47,6 +48,8 @@ class FinishedRun:
     """The first error of the run, or else that of its analysis."""
     result: Result | None = None
     report: Path | None = None
+    passed_over: tuple[str, ...] = ()
+    """The failures after which the run went on because the procedure says so."""
 
     @property
     def exit_code(self) -> ExitCode:
@@ -59,7 +62,8 @@ class FinishedRun:
             return self.error.exit_code
         if self.error is not None:
             return ExitCode.BUG
-        return verdict_code(self.result)
+        code = verdict_code(self.result)
+        return ExitCode.UNDECIDED if code is ExitCode.PASS and self.passed_over else code
 
 
 def verdict_code(result: Result | None) -> ExitCode:
@@ -119,10 +123,19 @@ def _new_folder(
         procedure_text=procedure.text,
         station_text=station.text,
         plan_text=plan_text(planned.plan),
+        called_texts=_called_texts(procedure),
         inputs=inputs,
         provenance=software(planned.registry) | identities(identified),
     )
     return RunWriter(folder, header)
+
+
+def _called_texts(procedure: LoadedProcedure) -> dict[str, str]:
+    """Return the text of each called procedure by its path from the folder of the caller."""
+    return {
+        Path(each.document.name).relative_to(procedure.folder).as_posix(): each.text
+        for each in procedure.all_called()
+    }
 
 
 def _finish(
@@ -153,6 +166,7 @@ def _finish(
         error=next(iter(errors), None),
         result=result,
         report=report,
+        passed_over=summary.passed_over,
     )
 
 

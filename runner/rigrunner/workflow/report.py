@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
-from rigrunner.api.events import Alarm, Answer, Event, Intervention, Prompt, RunEnded
+from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Prompt, RunEnded
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
 from rigrunner.runfile import read, read_truth
@@ -80,7 +80,7 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
             question = event.text
         elif isinstance(event, Answer):
             yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
-        elif isinstance(event, (Alarm, Intervention)):
+        elif isinstance(event, (Alarm, Intervention, Note)):
             yield _line(event, type(event).__name__.lower(), event_text(event))
         elif isinstance(event, RunEnded):
             yield _line(event, "end", event_text(event))

@@ -31,10 +31,15 @@ class Document:
     marks: Mapping[Path, Marks]
     origins: Mapping[Path, Path] = field(default_factory=dict)
     """Where values come from that were put in from elsewhere in the document."""
+    given: Mapping[Path, tuple[Document, Path]] = field(default_factory=dict)
+    """Where values come from that were put in from another document."""
 
     def where(self, path: Path, *, key: bool = False) -> Location:
         """Return the place of the value, or of its key; the nearest parent's if it is not there."""
         for length in range(len(path), -1, -1):
+            if path[:length] in self.given:
+                other, at = self.given[path[:length]]
+                return other.where(at + path[length:], key=key)
             marks = self.marks.get(path[:length])
             if marks is not None:
                 return Location(self.name, *(marks.key if key else marks.value))

@@ -11,6 +11,10 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.cli.answers import TerminalAnswers
 from rigrunner.cli.progress import LineProgress
 from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.plan.actions import Ask, Confirm
+
+GUARDS = Confirm("Guards closed?", unattended=True)
+SERIAL = Ask("Serial number", "specimen", "DEMO-0001")
 
 
 @contextmanager
@@ -23,12 +27,12 @@ def person(monkeypatch, typed):
 @pytest.mark.parametrize(("typed", "answer"), [("yes\n", True), ("Y\n", True), ("no\n", False)])
 def test_a_confirmation_is_yes_or_no(monkeypatch, typed, answer):
     with person(monkeypatch, typed) as answers:
-        assert answers.confirm("setup[0]", "Guards closed?", default=True) is answer
+        assert answers.confirm("setup[0]", GUARDS) is answer
 
 
 def test_return_alone_confirms_nothing(monkeypatch, capsys):
     with person(monkeypatch, "\nperhaps\nno\n") as answers:
-        assert answers.confirm("setup[0]", "Guards closed?", default=True) is False
+        assert answers.confirm("setup[0]", GUARDS) is False
     captured = capsys.readouterr()
     assert captured.err.count("Please answer yes or no.") == 2
     assert captured.out == ""
@@ -36,13 +40,13 @@ def test_return_alone_confirms_nothing(monkeypatch, capsys):
 
 def test_the_unattended_answer_is_not_put_into_a_persons_mouth(monkeypatch, capsys):
     with person(monkeypatch, "\nSN-17\n") as answers:
-        assert answers.ask("inputs", "Serial number", default="DEMO-0001") == "SN-17"
+        assert answers.ask("inputs", SERIAL) == "SN-17"
     assert "DEMO" not in capsys.readouterr().err
 
 
 def test_the_end_of_the_input_stops_the_run_and_names_the_way_out(monkeypatch):
     with person(monkeypatch, "") as answers, pytest.raises(AbortedError, match="--unattended"):
-        answers.confirm("setup[0]", "Guards closed?", default=True)
+        answers.confirm("setup[0]", GUARDS)
 
 
 class SignalInsteadOfAnAnswer:
@@ -54,4 +58,4 @@ class SignalInsteadOfAnAnswer:
 def test_a_signal_while_asking_stops_the_run(monkeypatch):
     stopped = pytest.raises(AbortedError, match="SIGTERM")
     with person(monkeypatch, SignalInsteadOfAnAnswer()) as answers, stopped:
-        answers.confirm("setup[0]", "Guards closed?", default=True)
+        answers.confirm("setup[0]", GUARDS)

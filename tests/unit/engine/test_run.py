@@ -306,8 +306,8 @@ def test_operator_answers_are_taken():
     class Operator(UnattendedAnswers):
         by = "operator"
 
-        def ask(self, step: str, text: str, default: str | None) -> str:
-            return f"{step} {text} {default}"
+        def ask(self, step: str, question: Ask) -> str:
+            return f"{step} {question.text} {question.unattended}"
 
     listener = Listener()
     run(FakeTester(), critical=[listener], answers=Operator())

@@ -43,10 +43,10 @@ def test_a_procedure_is_what_its_file_says():
     assert isinstance(confirm, ConfirmStep)
     assert confirm.confirm.unattended is True
     assert isinstance(targets, SetStep)
-    assert [str(value) for value in targets.set.values()] == ["0 N", "0 Hz"]
+    assert [str(value) for value in targets.set.drives.values()] == ["0 N", "0 Hz"]
     assert zero.zero.duration == 1.0
     load, sweep = model.main
-    assert load.set["tester.load"].si == 1000.0
+    assert load.set.drives["tester.load"].si == 1000.0
     assert isinstance(sweep, SweepStep)
     assert [value.si for value in sweep.sweep.over] == [2.0, 10.0]
     settle, record = sweep.sweep.steps

@@ -7,7 +7,10 @@ import pytest
 from helpers_language import PROCEDURE, edited, only_problem, place_of, problems_of
 from rigrunner.procedure import parse_procedure
 
-STEPS = "allowed is one of: confirm, ask, zero, set, settle, sweep, record"
+STEPS = (
+    "allowed is one of: confirm, ask, note, zero, set, ramp, wait, settle, sweep, repeat, record,"
+    " measure, call"
+)
 KEYS = "known keys: "
 
 # old part, new part, where the finger points, field, message, hint
@@ -129,8 +132,8 @@ CASES = [
      "'tester.' is not of the form role.name", ""),
     ("from: latest", "form: latest", "form", "analysis.no_load.form", "unknown key 'form'",
      "did you mean 'from'? known keys: from, procedure, max_age, same"),
-    ("procedure: TEST-0, ", "", "no_load", "analysis.no_load.procedure",
-     "the key 'procedure' is missing", ""),
+    ("procedure: TEST-0, ", "", "{from: latest", "analysis.no_load",
+     "the key 'procedure' is missing, or 'from: this run'", ""),
     ("max_age: 30 d", "max_age: 30", "30, same", "analysis.no_load.max_age",
      "30 is not a number with a unit", "write it as '30 s'"),
     ("max_age: 30 d", "max_age: 30 N", "30 N", "analysis.no_load.max_age",

@@ -10,6 +10,7 @@ from rigrunner.cli.answers import TerminalAnswers
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.finishing import tell_finished
 from rigrunner.cli.options import (
+    answers_option,
     json_option,
     named_values,
     procedure_argument,
@@ -21,7 +22,7 @@ from rigrunner.cli.planning import planned_run
 from rigrunner.cli.progress import shown_progress
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.engine import UnattendedAnswers
-from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.inputs import answer_inputs, read_answers
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import no_load_for
 from rigrunner.workflow.record import execute
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 @station_option
 @runs_option
 @set_option
+@answers_option
 @click.option(
     "--no-load",
     metavar="RUN",
@@ -53,6 +55,7 @@ def command(
     given: tuple[str, ...],
     no_load: str | None,
     *,
+    answers_file: Path | None,
     unattended: bool,
     realtime: bool,
     as_json: bool,
@@ -61,15 +64,16 @@ def command(
 
     PROCEDURE is a file, or the name of a shipped procedure.
     """
-    inputs = named_values(given)
+    named = named_values(given)
     planned = planned_run(find_procedure(procedure), find_station(station), realtime=realtime)
+    filed = read_answers(answers_file, planned.procedure) if answers_file else {}
     chosen = no_load_for(planned, runs, no_load)
     with stop_on_signals() as stop, shown_progress() as progress:
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
         finished = execute(
             planned,
             runs=runs,
-            inputs=answer_inputs(planned.procedure, inputs, answers),
+            inputs=answer_inputs(planned.procedure, {**filed, **named}, answers),
             no_load=chosen,
             answers=answers,
             stop=stop,

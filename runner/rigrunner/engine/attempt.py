@@ -1,0 +1,70 @@
+"""One try of a step: what its events say of it, and what its failure means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, DeviceError
+from rigrunner.engine.steps import action_name
+from rigrunner.plan.actions import Measure, Record
+
+if TYPE_CHECKING:
+    from rigrunner.plan.actions import Action, PlannedStep
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """The so-manieth try, from 1, of a step at its place in the plan."""
+
+    index: int
+    step: PlannedStep
+    number: int
+
+    @property
+    def action(self) -> Action:
+        """What is done; each try makes a recording of its own."""
+        action = self.step.action
+        if isinstance(action, Record) and self.number > 1:
+            return replace(action, name=f"{action.name}_try{self.number}")
+        return action
+
+    @property
+    def started(self) -> dict[str, Any]:
+        """The fields of its StepStarted."""
+        action = self.action
+        known = {**self._identity, "text": self.step.text}
+        if isinstance(action, (Record, Measure)):
+            known |= {"setpoints": action.setpoints, "units": action.units}
+        return known
+
+    @property
+    def ended(self) -> dict[str, Any]:
+        """The fields of its StepEnded that do not depend on how it went."""
+        action = self.action
+        if isinstance(action, Measure):
+            return {**self._identity, "measurement": action.name, "setpoints": action.setpoints}
+        return self._identity
+
+    def is_tried_again(self, error: BaseException) -> bool:
+        """Say whether another try follows upon an error."""
+        return _is_failure(error) and self.number < self.step.terms.tries
+
+    def is_passed_over(self, error: BaseException) -> bool:
+        """Say whether the run goes on in spite of an error."""
+        return _is_failure(error) and self.step.terms.goes_on
+
+    @property
+    def _identity(self) -> dict[str, Any]:
+        action = self.action
+        return {
+            "step": self.step.path,
+            "index": self.index,
+            "action": action_name(action),
+            "recording": action.name if isinstance(action, Record) else "",
+        }
+
+
+def _is_failure(error: BaseException) -> bool:
+    """Say whether a step failed, and not the run: a person, a sink or a bug ends that."""
+    return isinstance(error, (DeviceError, DataError))

@@ -1,0 +1,50 @@
+"""Whether the values that a step found are what they may be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.quantity import Quantity, Unit
+    from rigrunner.plan.actions import Limit
+
+
+def judge(limits: Sequence[Limit], values: Mapping[str, float]) -> list[str]:
+    """Return which values are marginal, in words; raise DataError with those beyond limits.
+
+    `values` are in SI units, by 'role.channel'.
+    """
+    beyond = [text for limit in limits if (text := _beyond(limit, values[limit.member]))]
+    if beyond:
+        raise DataError("; ".join(beyond))
+    return [text for limit in limits if (text := _marginal(limit, values[limit.member]))]
+
+
+def _beyond(limit: Limit, value: float) -> str:
+    for wanted, bound, sign in _bounds(limit):
+        if sign * (value - bound.si) > 0:
+            return f"{_shown(limit, value, bound.unit)}, allowed is {bound} or {wanted}"
+    return ""
+
+
+def _marginal(limit: Limit, value: float) -> str:
+    for wanted, bound, sign in _bounds(limit):
+        if sign * (value - bound.si) > -limit.marginal:
+            return f"{_shown(limit, value, bound.unit)}, marginal: allowed is {bound} or {wanted}"
+    return ""
+
+
+def _bounds(limit: Limit) -> Iterator[tuple[str, Quantity, int]]:
+    if limit.minimum is not None:
+        yield "more", limit.minimum, -1
+    if limit.maximum is not None:
+        yield "less", limit.maximum, 1
+
+
+def _shown(limit: Limit, value: float, unit: Unit) -> str:
+    number = (value - unit.offset) / unit.factor
+    return f"{limit.member} is {number:.4g} {unit.symbol}"

@@ -1,0 +1,86 @@
+"""A plan in the making: what is written down, and from which place of which file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from rigrunner.plan.actions import PlannedStep, Terms
+
+if TYPE_CHECKING:
+    from rigrunner.plan.actions import Action, Phase, Record
+    from rigrunner.plan.bench import Bench
+    from rigrunner.plan.drives import DriveStates
+    from rigrunner.plan.problems import Problems
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
+
+
+@dataclass(frozen=True)
+class Place:
+    """A step in its file, and in the run, where steps within others come several times."""
+
+    phase: Phase
+    path: Path
+    label: str
+    calls: tuple[str, ...] = ()
+
+    def inside(self, *parts: str) -> Place:
+        """Return the place of a part of the step."""
+        return replace(self, path=self.path + parts, label=".".join((self.label, *parts)))
+
+    def step(self, index: int) -> Place:
+        """Return the place of a step in the list that stands here."""
+        return replace(self, path=(*self.path, index), label=f"{self.label}[{index}]")
+
+    def time(self, index: int) -> Place:
+        """Return the place of steps done for the so-manieth time; in the file it is the same."""
+        return replace(self, label=f"{self.label}[{index}]")
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording with the place that asks for it."""
+
+    record: Record
+    document: Document
+    path: Path
+
+
+@dataclass(eq=False)
+class Draft:
+    """What is written down of a plan so far."""
+
+    wanted: int
+    """How many recordings are asked for; those with problems never come to be."""
+    steps: list[PlannedStep] = field(default_factory=list)
+    recordings: list[Recorded] = field(default_factory=list)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What it takes to plan the steps of one procedure file."""
+
+    document: Document
+    bench: Bench
+    drives: DriveStates
+    problems: Problems
+    draft: Draft
+
+    def complain(self, path: Path, message: str, hint: str = "", *, key: bool = False) -> None:
+        """Add a problem with the value (or key) at a path of this file."""
+        self.problems.add(self.document, path, message, hint, key=key)
+
+    def emit(
+        self,
+        place: Place,
+        action: Action,
+        text: str,
+        seconds: float = 0.0,
+        terms: Terms | None = None,
+    ) -> None:
+        """Write down one step."""
+        step = PlannedStep(
+            place.label, place.phase, action, text, seconds, terms or Terms(), place.calls
+        )
+        self.draft.steps.append(step)

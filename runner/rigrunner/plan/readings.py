@@ -1,0 +1,138 @@
+"""The steps that find something: zero, record, measure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.plan.actions import Measure, Record, Zero
+from rigrunner.plan.draft import Recorded
+from rigrunner.plan.terms import judged_terms
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.plan.draft import Place, Scene
+    from rigrunner.procedure import doings
+
+_LEAST_DIGITS = 3
+
+
+def plan_zero(zero: doings.Zero, place: Place, scene: Scene) -> None:
+    """Write down that a channel is read at rest."""
+    at, within = (*place.path, "channel"), (*place.path, "within")
+    role, name = split_member(zero.channel)
+    channel = scene.bench.channel(zero.channel, at)
+    if channel is None or scene.bench.sample_rate_hz(role, at) is None:
+        return
+    if not scene.bench.fits(zero.within, channel.unit, zero.channel, within):
+        return
+    if zero.within.si <= 0:
+        scene.complain(within, f"got '{zero.within}', allowed is more than 0")
+    scene.drives.require_rest(role, place.path)
+    action = Zero(role, name, channel.unit, zero.within.si, zero.duration)
+    terms = judged_terms(zero, place, zero.duration, [zero.channel], scene)
+    text = f"Zero {zero.channel}, within {zero.within}"
+    scene.emit(place, action, text, zero.duration, terms)
+
+
+def plan_measure(measure: doings.Measure, place: Place, scene: Scene) -> None:
+    """Write down that single values are read, or averaged."""
+    units = _units(measure.channels, place, scene)
+    if not units:
+        return
+    seconds = measure.duration or 0.0
+    rate_hz = _averaging_rate_hz(measure, place, scene) if seconds else None
+    if rate_hz is None:
+        for role in {split_member(member)[0] for member in units}:
+            scene.bench.must_be_readable(role, place.path)
+    action = Measure(
+        name=measure.name,
+        channels=measure.channels,
+        duration_s=seconds,
+        setpoints=scene.drives.values(),
+        units=scene.drives.units() | units,
+        sample_rate_hz=rate_hz,
+    )
+    how = f"mean over {seconds:.3g} s" if seconds else "once"
+    terms = judged_terms(measure, place, seconds, measure.channels, scene)
+    text = f"Measure {', '.join(measure.channels)}, {how}"
+    scene.emit(place, action, text, seconds, terms)
+
+
+def plan_record(record: doings.Record, place: Place, scene: Scene) -> None:
+    """Write down that channels of one device are recorded."""
+    role, units = _one_role(record, place, scene)
+    if not units:
+        return
+    duration_s, span = _span(record, role, place, scene)
+    frequency_hz = scene.drives.known_cycle_frequency_hz(role)
+    draft = scene.draft
+    digits = max(_LEAST_DIGITS, len(str(draft.wanted)))
+    number = f"{len(draft.recordings) + 1:0{digits}d}"
+    action = Record(
+        name=number if frequency_hz is None else f"{number}_{frequency_hz:.6g}Hz",
+        role=role,
+        channels=tuple(split_member(member)[1] for member in record.channels),
+        duration_s=duration_s,
+        setpoints=scene.drives.values(),
+        units=scene.drives.units() | units,
+        cycle_frequency_hz=frequency_hz,
+        sample_rate_hz=scene.bench.sample_rate_hz(role, place.path),
+    )
+    draft.recordings.append(Recorded(action, scene.document, place.path))
+    conditions = scene.bench.conditions(role, action.channels)
+    terms = judged_terms(record, place, duration_s, conditions, scene)
+    text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
+    scene.emit(place, action, text, duration_s, terms)
+
+
+def _averaging_rate_hz(measure: doings.Measure, place: Place, scene: Scene) -> float | None:
+    """Return the rate of the stream that is averaged; None where there is none."""
+    first, *others = sorted({split_member(member)[0] for member in measure.channels})
+    if others:
+        message = f"channels of two devices in one average: {first}, {', '.join(others)}"
+        hint = "a measure step for each device, or no duration"
+        scene.complain((*place.path, "channels"), message, hint)
+    if not scene.bench.streams(first):
+        return None
+    return scene.bench.sample_rate_hz(first, place.path)
+
+
+def _one_role(record: doings.Record, place: Place, scene: Scene) -> tuple[str, dict[str, str]]:
+    """Return the role and each channel's unit; no units where there is a problem with them."""
+    units = _units(record.channels, place, scene)
+    roles = sorted({split_member(member)[0] for member in record.channels})
+    if len(roles) > 1:
+        message = f"channels of two devices in one recording: {', '.join(roles)}"
+        hint = "one clock, one device, one record"
+        scene.complain((*place.path, "channels"), message, hint)
+        return roles[0], {}
+    return roles[0], units
+
+
+def _units(channels: Sequence[str], place: Place, scene: Scene) -> dict[str, str]:
+    """Return each channel's unit; none at all where there is a problem with one."""
+    path = (*place.path, "channels")
+    found = {
+        member: scene.bench.channel(member, (*path, index)) for index, member in enumerate(channels)
+    }
+    if len(found) < len(channels):
+        scene.complain(path, "a channel stands twice", "name it once")
+        return {}
+    units = {member: info.unit for member, info in found.items() if info}
+    return units if len(units) == len(found) else {}
+
+
+def _span(record: doings.Record, role: str, place: Place, scene: Scene) -> tuple[float, str]:
+    """Return how long to record: a cycle more than asked for, so that as many are whole.
+
+    Zero, which no plan is made of, where a problem keeps it from being known.
+    """
+    if record.duration is not None:
+        return record.duration, "for a time"
+    frequency_hz = scene.drives.cycle_frequency_hz(role, (*place.path, "cycles"))
+    if not frequency_hz or record.cycles is None:
+        return 0.0, ""
+    duration_s = (record.cycles + 1) / frequency_hz
+    return duration_s, f"{record.cycles} cycles at {frequency_hz:.6g} Hz"

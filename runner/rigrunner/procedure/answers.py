@@ -1,0 +1,71 @@
+"""What counts as an answer: any words, one of some choices, or a number with a unit."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.quantity import Quantity, parse_quantity, unit
+
+_BARE_NUMBER = re.compile(r"[+\N{MINUS SIGN}-]?[0-9]*\.?[0-9]+")
+_LONGEST = 60
+
+
+class AnswerError(RigrunnerError, ValueError):
+    """An answer that is none to the question that was asked."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What is allowed as the answer to a question; without choices and unit, any words."""
+
+    choices: tuple[str, ...] = ()
+    unit: str = ""
+    minimum: Quantity | None = None
+    maximum: Quantity | None = None
+
+    @property
+    def words(self) -> str:
+        """What is allowed, for the person who is asked; empty where anything is."""
+        if self.choices:
+            return " / ".join(self.choices)
+        limits = [f"{self.minimum} or more"] if self.minimum is not None else []
+        limits += [f"{self.maximum} or less"] if self.maximum is not None else []
+        return ", ".join([f"in {self.unit}", *limits]) if self.unit else ""
+
+    def accept(self, answer: str) -> str:
+        """Return the answer as it is put on record; raise AnswerError saying what is allowed.
+
+        A number without a unit is in the unit of the question, which the person sees.
+        """
+        text = answer.strip()
+        if self.choices:
+            return self._choice(text)
+        return self._quantity(text) if self.unit else text
+
+    def _choice(self, text: str) -> str:
+        for choice in self.choices:
+            if choice.casefold() == text.casefold():
+                return choice
+        near = difflib.get_close_matches(text[:_LONGEST], self.choices, n=1)
+        message = f"got '{text[:_LONGEST]}', allowed is one of: {', '.join(self.choices)}"
+        raise AnswerError(message, hint=f"did you mean '{near[0]}'?" if near else "")
+
+    def _quantity(self, text: str) -> str:
+        given = f"{text} {self.unit}" if _BARE_NUMBER.fullmatch(text) else text
+        try:
+            quantity = parse_quantity(given, unit(self.unit).dimension)
+        except RigrunnerError as error:
+            raise AnswerError(error.message, hint=error.hint) from error
+        low = self.minimum is not None and quantity.si < self.minimum.si
+        high = self.maximum is not None and quantity.si > self.maximum.si
+        if low or high:
+            raise AnswerError(f"got '{quantity}', allowed is {self._range()}")
+        return str(quantity)
+
+    def _range(self) -> str:
+        if self.minimum is None:
+            return f"{self.maximum} or less"
+        return f"{self.minimum} to {self.maximum}" if self.maximum else f"{self.minimum} or more"

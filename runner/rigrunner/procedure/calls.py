@@ -1,0 +1,108 @@
+"""What a procedure names beside itself: procedures that it calls, pictures that it shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.procedure.files import FileBesideError, file_beside, picture_beside
+from rigrunner.procedure.loading import parse_procedure
+from rigrunner.procedure.steps import AskStep, CallStep, ConfirmStep
+from rigrunner.procedure.walk import steps_of
+from rigrunner.yamlfile.document import dotted
+from rigrunner.yamlfile.reader import read_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.procedure.loading import LoadedProcedure
+    from rigrunner.procedure.references import Given
+    from rigrunner.yamlfile.document import Path as DocumentPath
+
+MAX_CALLS = 200
+
+
+def load_procedure(path: Path) -> LoadedProcedure:
+    """Return the procedure in that file with those that it calls.
+
+    Raises InvalidFileError with all that is wrong, in any of the files.
+    """
+    return _Loader().load(path, {}, ())
+
+
+@dataclass(eq=False)
+class _Loader:
+    """Loads a procedure and what it calls; counts the calls."""
+
+    calls: int = 0
+
+    def load(self, path: Path, given: Given, callers: tuple[Path, ...]) -> LoadedProcedure:
+        """Return a procedure that was called by others, the outermost first."""
+        loaded = parse_procedure(read_text(path), str(path), given)
+        problems: dict[Problem, None] = {}
+        called: dict[DocumentPath, LoadedProcedure] = {}
+        for at, step in steps_of(loaded.model):
+            try:
+                _check_picture(step, at, loaded)
+                if isinstance(step, CallStep):
+                    called[at] = self._called(step, at, loaded, (*callers, path))
+            except InvalidFileError as error:
+                problems.update(dict.fromkeys(error.problems))
+        if problems:
+            raise InvalidFileError(problems)
+        return replace(loaded, called=called)
+
+    def _called(
+        self, step: CallStep, at: DocumentPath, caller: LoadedProcedure, callers: tuple[Path, ...]
+    ) -> LoadedProcedure:
+        named_at = (*at, "call", "procedure")
+        path = _beside(step.call.procedure, named_at, caller)
+        chain = [each.resolve() for each in callers]
+        if path.resolve() in chain:
+            way = " calls ".join(each.name for each in (*callers, path))
+            raise _refused(caller, named_at, f"a procedure cannot call itself: {way}")
+        self.calls += 1
+        if self.calls > MAX_CALLS:
+            raise _refused(caller, named_at, f"more than {MAX_CALLS} calls, all in all")
+        given = {name: (caller.document, (*at, "call", "with", name)) for name in step.call.with_}
+        called = self.load(path, given, callers)
+        _check_roles(called, caller, named_at)
+        return called
+
+
+def _check_roles(called: LoadedProcedure, caller: LoadedProcedure, at: DocumentPath) -> None:
+    for role, wanted in called.model.uses.items():
+        if caller.model.uses.get(role) != wanted:
+            hint = f"add it here: 'uses: {{{role}: {wanted}}}'"
+            message = f"it uses a {wanted} in the role '{role}', which this procedure does not"
+            raise _refused(caller, at, message, hint)
+
+
+def _check_picture(step: object, at: DocumentPath, loaded: LoadedProcedure) -> None:
+    for key, name in _pictures(step):
+        try:
+            picture_beside(loaded.folder, name)
+        except FileBesideError as error:
+            raise _refused(loaded, (*at, key, "picture"), error.message, error.hint) from error
+
+
+def _pictures(step: object) -> Iterator[tuple[str, str]]:
+    if isinstance(step, ConfirmStep) and step.confirm.picture:
+        yield "confirm", step.confirm.picture
+    if isinstance(step, AskStep) and step.ask.picture:
+        yield "ask", step.ask.picture
+
+
+def _beside(name: str, at: DocumentPath, caller: LoadedProcedure) -> Path:
+    try:
+        return file_beside(caller.folder, name)
+    except FileBesideError as error:
+        raise _refused(caller, at, error.message, error.hint) from error
+
+
+def _refused(
+    loaded: LoadedProcedure, at: DocumentPath, message: str, hint: str = ""
+) -> InvalidFileError:
+    return InvalidFileError([Problem(message, loaded.document.where(at), dotted(at), hint)])

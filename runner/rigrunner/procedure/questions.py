@@ -1,0 +1,113 @@
+"""What a person is asked or told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rigrunner.api.quantity import Quantity, unit
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
+from rigrunner.procedure.answers import AnswerError, Expected
+from rigrunner.yamlfile.names import Name, Text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_MOST_CHOICES = 100
+
+UnitSymbol = Annotated[str, AfterValidator(lambda symbol: unit(symbol).symbol)]
+Picture = Annotated[
+    Text | None, Field(description="A picture to show: a file beside the procedure.")
+]
+
+
+class Question(Settings):
+    """What may be answered, and what is answered where nobody is there."""
+
+    unattended: str | None = None
+    """The answer with `--unattended`; without one the question cannot be left unasked."""
+    choices: Annotated[ListOf[Text], Field(max_length=_MOST_CHOICES)] = ()
+    """The answers to choose from; without any, every answer is taken."""
+    unit: UnitSymbol | None = None
+    """The answer is a number in this unit, or in another one of its kind."""
+    min: AnyQuantity | None = None
+    """The lowest number that is taken."""
+    max: AnyQuantity | None = None
+    """The highest number that is taken."""
+
+    @property
+    def expected(self) -> Expected:
+        """What is allowed as an answer."""
+        return Expected(self.choices, self.unit or "", self.min, self.max)
+
+    @model_validator(mode="after")
+    def _can_be_answered(self) -> Self:
+        for message in self._objections():
+            raise ValueError(message)
+        return self
+
+    def _objections(self) -> Iterator[str]:
+        if self.choices and self.unit:
+            yield "got both, allowed is one of: choices, unit"
+        if len(self.choices) == 1:
+            yield f"'{self.choices[0]}' alone is no choice; give another, or none"
+        if len({choice.casefold() for choice in self.choices}) < len(self.choices):
+            yield "a choice stands twice"
+        yield from self._objections_to_limits()
+        if self.unattended is not None:
+            yield from _refusal(self.expected, self.unattended)
+
+    def _objections_to_limits(self) -> Iterator[str]:
+        for limit in (self.min, self.max):
+            if limit is not None and self.unit is None:
+                yield f"the limit '{limit}' needs a unit: 'unit: {limit.unit.symbol}'"
+            elif limit is not None and self.unit and limit.dimension != unit(self.unit).dimension:
+                yield f"the limit '{limit}' is a {limit.dimension}, but the unit is {self.unit}"
+        if _crossed(self.min, self.max):
+            yield f"min ({self.min}) must be below max ({self.max})"
+
+
+class Input(Question):
+    """What is asked at the start; `unattended` is the answer where nobody is there."""
+
+    ask: Text
+    """The question to a person."""
+
+
+class Ask(Question):
+    """A person is asked for a value, which becomes the input named by `into`."""
+
+    text: Text
+    """The question."""
+    into: Name
+    """The input that the answer becomes."""
+    picture: Picture = None
+
+
+class Confirm(Settings):
+    """A person confirms that something is so; 'no' stops the run."""
+
+    text: Text
+    """What is to be confirmed."""
+    picture: Picture = None
+    unattended: YesNo | None = None
+    """The answer with `--unattended`; without one the step cannot be done then."""
+
+
+class Note(Settings):
+    """A remark is put on record, for those who read the report."""
+
+    text: Text
+    """The remark."""
+
+
+def _crossed(low: Quantity | None, high: Quantity | None) -> bool:
+    return low is not None and high is not None and low.si >= high.si
+
+
+def _refusal(expected: Expected, answer: str) -> Iterator[str]:
+    try:
+        expected.accept(answer)
+    except AnswerError as error:
+        yield f"the unattended answer: {error.message}"
