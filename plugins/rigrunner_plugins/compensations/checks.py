@@ -2,60 +2,81 @@
 
 from __future__ import annotations
 
+from math import nextafter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Check
+from rigrunner.api.checks import Limit, skipped
 from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, SwingPoint
+    from rigrunner.api.analysis import Check, CompensatedPoint, SwingPoint
     from rigrunner.api.data import Array
 
-ASYMMETRY = 0.05
-GOOD_CYCLES = 10
-SAMPLES_PER_CYCLE = 280
-MISFIT = 2.0
 SLOPE_SIGNIFICANCE = 0.99
 SLOPE_EFFECT = 0.02
 """Of the mean torque, at the highest frequency: less does not matter, however significant."""
 
+SYMMETRY = Limit(
+    name="symmetry of the strokes",
+    good="each stroke within 5 % of the mean of both",
+    advice="look for a bent mandrel, a load off centre, or a clamp that yields to one side",
+    unit="%",
+    upper=5.0,
+)
+POSITIVE = Limit(
+    name="torque above zero",
+    good="all torques are positive",
+    advice="was the no-load run really unloaded?",
+    unit="N·m",
+    lower=nextafter(0.0, 1.0),
+)
+DRIVE_LINE = Limit(
+    name="drive line",
+    good="inertia, resonance and friction explain the no-load torque within its scatter",
+    advice="look for play in the guide or the coupling, and for a filter not as registered",
+    unit="1",
+    upper=1.0,
+)
+DELAY = Limit(
+    name="delay of the torque",
+    good="the torque lags behind the angle by less than 0.15 ms, less the registered filter",
+    advice="is low_pass in the register right, and are both channels sampled at the same time?",
+    unit="ms",
+    upper=0.15,
+)
+COUPLING = Limit(
+    name="coupling",
+    good="the resonance is at least 90 % of the station's natural_frequency",
+    advice="tighten coupling and clamps; if the rig was rebuilt, correct the station",
+    unit="%",
+    lower=90.0,
+)
+SAMPLING = Limit(
+    name="sampling of the resonance",
+    good="at least 25 samples per period of the resonance",
+    advice="sample faster",
+    unit="1",
+    lower=25.0,
+)
+INERTIA = Limit(
+    name="inertia of both runs",
+    good="no part of the torque grows with frequency squared",
+    advice="same mandrel, fixture and coupling in both runs?",
+    unit="1",
+    upper=1.0,
+)
+LIMITS = (SYMMETRY, POSITIVE, DRIVE_LINE, DELAY, COUPLING, SAMPLING, INERTIA)
+
 
 def symmetry(points: Sequence[CompensatedPoint], asymmetry: Sequence[float]) -> Check:
     """Check how far each stroke is from the mean of both, as a part of it."""
-    bad = [
-        f"{point.frequency_hz:.4g} Hz: {value:+.1%}"
+    return SYMMETRY.check(
+        (100 * abs(value), f"{point.frequency_hz:.4g} Hz: {value:+.1%}")
         for point, value in zip(points, asymmetry, strict=True)
-        if abs(value) > ASYMMETRY
-    ]
-    return _check(
-        "symmetry of the strokes",
-        bad,
-        f"each stroke within {ASYMMETRY:.0%} of the mean of both",
-        "look for a bent mandrel, a load off centre, or a clamp that yields to one side",
-    )
-
-
-def enough_cycles(points: Iterable[SwingPoint]) -> Check:
-    """Check the number of cycles that entered the mean."""
-    bad = [f"{p.recording}: {p.kept.sum()}" for p in points if p.kept.sum() < GOOD_CYCLES]
-    return _check(
-        "cycles", bad, f"at least {GOOD_CYCLES} cycles in every mean", "record more cycles"
-    )
-
-
-def fast_enough(points: Iterable[SwingPoint]) -> Check:
-    """Check that the samples lie close enough to follow the friction at a reversal."""
-    samples = [(p.recording, p.sample_rate_hz / p.frequency_hz.value) for p in points]
-    bad = [f"{name}: {count:.0f}" for name, count in samples if count < SAMPLES_PER_CYCLE]
-    return _check(
-        "samples per cycle",
-        bad,
-        f"at least {SAMPLES_PER_CYCLE} samples in every cycle",
-        "sample faster, or leave out the highest frequencies",
     )
 
 
@@ -65,25 +86,38 @@ def positive(points: Sequence[CompensatedPoint], running_nm: Sequence[float]) ->
     `running_nm` is each point's mean torque under way: a swapped pair of runs has a peak above zero
     too, but gives energy back.
     """
-    bad = [
-        f"{point.frequency_hz:.4g} Hz: {min(point.torque.value, running):.3f} N·m"
-        for point, running in zip(points, running_nm, strict=True)
-        if min(point.torque.value, running) <= 0
-    ]
-    return _check(
-        "torque above zero", bad, "all torques are positive", "was the no-load run really unloaded?"
+    least = [min(p.torque.value, running) for p, running in zip(points, running_nm, strict=True)]
+    return POSITIVE.check(
+        (value, f"{point.frequency_hz:.4g} Hz: {value:.3f} N·m")
+        for point, value in zip(points, least, strict=True)
     )
 
 
 def understood(misfit: float) -> Check:
     """Check that the drive line's equations explain the no-load sweep."""
-    text = f"the no-load torque differs from inertia, resonance and friction by {misfit:.1f} times"
-    return Check(
-        "drive line",
-        ok=misfit <= MISFIT,
-        text=f"{text} its scatter ({MISFIT:g} allowed)",
-        advice="" if misfit <= MISFIT else "look for a loose coupling, or play in the guide",
-    )
+    words = f"the no-load torque differs from inertia, resonance and friction by {misfit:.1f} times"
+    return DRIVE_LINE.check([(misfit, f"{words} its scatter")])
+
+
+def simultaneous(delay_s: float) -> Check:
+    """Check that torque and angle belong to the same instant, in s."""
+    delay_ms = 1000 * abs(delay_s)
+    return DELAY.check([(delay_ms, f"{delay_ms:.2f} ms between torque and angle")])
+
+
+def tight(natural_hz: float, reference_hz: float | None) -> Check:
+    """Check that the resonance has not come down from that of the rig in order, in Hz."""
+    if reference_hz is None:
+        return skipped(COUPLING.name, "the station's rig states no natural_frequency")
+    percent = 100 * natural_hz / reference_hz
+    words = f"resonance at {natural_hz:.0f} Hz, {percent:.0f} % of the {reference_hz:g} Hz in order"
+    return COUPLING.check([(percent, words)])
+
+
+def follows_resonance(points: Iterable[SwingPoint], natural_hz: float) -> Check:
+    """Check that the samples lie close enough to show the drive line's resonance."""
+    rates = {point.recording: point.sample_rate_hz / natural_hz for point in points}
+    return SAMPLING.check((rate, f"{name}: {rate:.1f}") for name, rate in rates.items())
 
 
 def same_inertia(points: Sequence[CompensatedPoint], u_nm: Array) -> Check:
@@ -92,16 +126,15 @@ def same_inertia(points: Sequence[CompensatedPoint], u_nm: Array) -> Check:
     `u_nm` are the points' uncertainties without what they have in common, shape (n,).
     """
     squares = np.array([point.frequency_hz**2 for point in points])
-    name, good = "inertia of both runs", "no part of the torque grows with frequency squared"
     if len(points) < 3 or np.ptp(squares) == 0:  # noqa: PLR2004  (a line leaves no residual)
-        return Check(name, ok=True, text="too few frequencies to tell")
-    slope, u = _slope(squares, np.array([point.torque.value for point in points]), u_nm)
+        return skipped(INERTIA.name, "too few frequencies to tell")
+    torques = np.array([point.torque.value for point in points])
+    slope, u = _slope(squares, torques, u_nm)
     effect = slope * squares.max()
-    limit = coverage_factor(len(points) - 2, SLOPE_SIGNIFICANCE) * u
-    mean = float(np.mean([point.torque.value for point in points]))
-    significant = abs(slope) > limit and abs(effect) > SLOPE_EFFECT * abs(mean)
-    bad = [f"{effect:+.3f} N·m of it at the highest frequency"] if significant else []
-    return _check(name, bad, good, "same mandrel, fixture and coupling in both runs?")
+    chance = coverage_factor(len(points) - 2, SLOPE_SIGNIFICANCE) * u * squares.max()
+    allowed = max(chance, SLOPE_EFFECT * abs(float(torques.mean())))
+    words = f"{effect:+.3f} N·m of it at the highest frequency, {allowed:.3f} N·m may be chance"
+    return INERTIA.check([(abs(effect) / allowed, words)])
 
 
 def _slope(x: Array, y: Array, u: Array) -> tuple[float, float]:
@@ -113,7 +146,3 @@ def _slope(x: Array, y: Array, u: Array) -> tuple[float, float]:
     residual = y - y_mean - slope * (x - x_mean)
     variance = np.sum(weight * residual**2) / (len(x) - 2)
     return float(slope), float(np.sqrt(max(variance, 1.0) / spread))
-
-
-def _check(name: str, bad: Sequence[str], good: str, advice: str) -> Check:
-    return Check(name, not bad, "; ".join(bad) or good, advice if bad else "")

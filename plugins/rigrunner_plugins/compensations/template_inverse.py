@@ -156,6 +156,7 @@ def _checks(
         checks.understood(rig.misfit),
         checks.symmetry(points, [each.asymmetry for each in diagnosed]),
         checks.same_inertia(points, np.array(own)),
-        checks.enough_cycles(recordings),
-        checks.fast_enough(recordings),
+        checks.simultaneous(rig.line.delay_s),
+        checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
+        checks.follows_resonance(recordings, rig.line.natural_hz),
     )

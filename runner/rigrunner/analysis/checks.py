@@ -2,65 +2,136 @@
 
 from __future__ import annotations
 
-from math import asin, degrees, sin
+from math import asin, degrees, sin, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.api.analysis import Check, MotionSource, SwingPoint
+from rigrunner.api.checks import Limit, skipped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.data import Array, Recording, RunData
-    from rigrunner.api.instruments import TorqueInstrument
 
-FREQUENCY_TOLERANCE = 0.005
-STROKE_TOLERANCE = 0.02
-FULL_SCALE_SHARE = 0.95
 EQUAL_AT_RAIL = 3
-SPIKES_PER_CYCLE = 1.0
-ZERO_DRIFT_NM = 0.02
-FEW_CYCLES = 10
-PLAUSIBLE_FRICTION = (0.01, 0.3)
+ENTERED_FREQUENCY = Limit(
+    name="entered frequency",
+    good="the angle agrees with the entered frequency within 0.5 %",
+    advice="the results use the frequency of the angle; correct the entry or the drive",
+    unit="%",
+    upper=0.5,
+)
+STROKE = Limit(
+    name="stroke",
+    good="the swing is that of the rig's eccentric within 2 %",
+    advice="check eccentric, guide wheel and the angle channel's scale",
+    unit="%",
+    upper=2.0,
+)
+STEADY = Limit(
+    name="steady speed",
+    good="the frequency of the cycles scatters by at most 0.05 %",
+    advice="look for slip in the drive and a worn or loose encoder",
+    unit="%",
+    upper=0.05,
+)
+CLIPPING = Limit(
+    name="clipping",
+    good=f"nowhere {EQUAL_AT_RAIL} or more equal samples at the extreme",
+    advice="a clipped peak is lost: use a larger range",
+    unit="1",
+    upper=EQUAL_AT_RAIL - 1,
+)
+RANGE = Limit(
+    name="range",
+    good="no torque beyond 95 % of the sensor's full scale",
+    advice="use a sensor or a range with more to spare",
+    unit="%",
+    upper=95.0,
+)
+SPIKES = Limit(
+    name="spikes",
+    good="at most one sample per cycle was replaced as a spike",
+    advice="look for electrical disturbance; the spike filter may be cutting real torque",
+    unit="1",
+    upper=1.0,
+)
+CYCLES = Limit(
+    name="cycles",
+    good="at least 10 cycles kept in every mean",
+    advice="record 30 cycles: the mean of few is uncertain",
+    unit="1",
+    lower=10.0,
+)
+SAMPLES = Limit(
+    name="samples per cycle",
+    good="at least 280 samples in every cycle",
+    advice="sample faster, or leave out the highest frequencies",
+    unit="1",
+    lower=280.0,
+)
+ZERO = Limit(
+    name="zero",
+    good="the torque was zeroed before the run",
+    advice="zero the channel in the procedure's setup; its offset is in the result",
+    unit="1",
+    upper=0.0,
+)
+ZERO_DRIFT = Limit(
+    name="zero drift",
+    good="zero readings of both runs agree within 0.02 N·m",
+    advice="let the amplifier warm up, and repeat the no-load run",
+    unit="N·m",
+    upper=0.02,
+)
+FRICTION = Limit(
+    name="friction coefficient",
+    good="μ = T/(F·r) is between 0.01 and 0.3 at every set-point",
+    advice="check load, swing radius and the no-load run",
+    unit="1",
+    lower=0.01,
+    upper=0.3,
+)
+POSITIVE = Limit(
+    name="positive torque",
+    good="the compensated torque is positive at every set-point",
+    advice="friction cannot drive: the no-load run or the method does not fit this run",
+    unit="N·m",
+    lower=np.nextafter(0.0, 1.0),
+)
+LIMITS = (
+    ENTERED_FREQUENCY,
+    STROKE,
+    STEADY,
+    CLIPPING,
+    RANGE,
+    SPIKES,
+    CYCLES,
+    SAMPLES,
+    ZERO,
+    ZERO_DRIFT,
+    FRICTION,
+    POSITIVE,
+)
 
 
 def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") -> Iterator[Check]:
     """Yield the checks of one run and its prepared points, their names with that prefix."""
-    yield _listed(
-        f"{prefix}entered frequency",
-        "the angle agrees with the entered frequency within 0.5 %",
-        (_wrong_frequency(point) for point in points),
-        "the results use the frequency of the angle; correct the entry or the drive",
-    )
-    yield _listed(
-        f"{prefix}stroke",
-        f"the swing is that of the rig's eccentric, ±{degrees(asin(run.rig.eccentric_ratio)):.3f}°,"
-        " within 2 %",
-        (_wrong_stroke(point, run.rig.eccentric_ratio) for point in points),
-        "check eccentric, guide wheel and the angle channel's scale",
-    )
-    yield _listed(
-        f"{prefix}range",
-        "no sample is clipped or near the sensor's full scale",
-        (_clipped(recording, run) for recording in run.recordings),
-        "a clipped peak is lost: use a larger range",
-    )
-    yield _listed(
-        f"{prefix}spikes",
-        "at most one sample per cycle was replaced as a spike",
-        (_spiky(point) for point in points),
-        "look for electrical disturbance; the spike filter may be cutting real torque",
-    )
-    yield _listed(
-        f"{prefix}cycles",
-        f"each set-point has at least {FEW_CYCLES} cycles",
-        (_few_cycles(point) for point in points),
-        "record 30 cycles: the mean of few is uncertain",
-    )
-    yield _zeroed(run, prefix)
+    swings = [point for point in points if isinstance(point, SwingPoint)]
+    yield ENTERED_FREQUENCY.check(map(_wrong_frequency, points), prefix)
+    angles = [point for point in swings if point.motion is MotionSource.ANGLE]
+    yield STROKE.check((_wrong_stroke(each, run.rig.eccentric_ratio) for each in angles), prefix)
+    yield STEADY.check(map(_unsteady, swings), prefix)
+    yield CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
+    yield RANGE.check((_used(each, run) for each in run.recordings), prefix)
+    yield SPIKES.check(map(_spiky, points), prefix)
+    yield CYCLES.check(map(_cycles, points), prefix)
+    yield SAMPLES.check(map(_samples, swings), prefix)
+    yield ZERO.check(_not_zeroed(run), prefix)
 
 
 def zero_drift_check(run: RunData, no_load: RunData) -> Check:
@@ -70,14 +141,8 @@ def zero_drift_check(run: RunData, no_load: RunData) -> Check:
         for channel, zero in run.zeros.items()
         if channel in no_load.zeros
     }
-    return _listed(
-        "zero drift",
-        f"zero readings of both runs agree within {ZERO_DRIFT_NM} N·m",
-        (
-            f"{channel} {drift:+.4f} N·m" if abs(drift) > ZERO_DRIFT_NM else None
-            for channel, drift in drifts.items()
-        ),
-        "let the amplifier warm up, and repeat the no-load run",
+    return ZERO_DRIFT.check(
+        (abs(drift), f"{channel} {drift:+.4f} N·m") for channel, drift in drifts.items()
     )
 
 
@@ -85,61 +150,49 @@ def friction_check(
     torques_nm: Mapping[float, float], load_n: float, swing_radius_m: float
 ) -> Check:
     """Check mu = T / (F r) of the compensated torque at each frequency in Hz."""
-    low, high = PLAUSIBLE_FRICTION
+    if load_n <= 0:
+        return skipped(FRICTION.name, "the run has no load")
     friction = {f: torque / (load_n * swing_radius_m) for f, torque in torques_nm.items()}
-    return _listed(
-        "friction coefficient",
-        f"μ = T/(F·r) is between {low} and {high} at every set-point",
-        (f"{f:g} Hz μ = {mu:.4f}" if not low <= mu <= high else None for f, mu in friction.items()),
-        "check load, swing radius and the no-load run",
-    )
+    return FRICTION.check((mu, f"{f:g} Hz μ = {mu:.4f}") for f, mu in friction.items())
 
 
 def positive_check(torques_nm: Mapping[float, float]) -> Check:
     """Check that no compensated torque is zero or negative."""
-    return _listed(
-        "positive torque",
-        "the compensated torque is positive at every set-point",
-        (f"{f:g} Hz {torque:.4f} N·m" if torque <= 0 else None for f, torque in torques_nm.items()),
-        "friction cannot drive: the no-load run or the method does not fit this run",
+    return POSITIVE.check(
+        (torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in torques_nm.items()
     )
 
 
-def _wrong_frequency(point: PeakPoint) -> str | None:
+def _wrong_frequency(point: PeakPoint) -> tuple[float, str]:
     measured, entered = point.frequency_hz.value, point.set_frequency_hz
-    if abs(measured - entered) <= FREQUENCY_TOLERANCE * abs(entered):
-        return None
-    return f"{point.recording} entered {entered:g} Hz, angle says {measured:.4g} Hz"
+    percent = 100 * abs(measured - entered) / abs(entered)
+    return percent, f"{point.recording} entered {entered:g} Hz, angle says {measured:.4g} Hz"
 
 
-def _wrong_stroke(point: PeakPoint, ratio: float) -> str | None:
-    if not isinstance(point, SwingPoint) or point.motion is not MotionSource.ANGLE:
-        return None
+def _wrong_stroke(point: SwingPoint, ratio: float) -> tuple[float, str]:
     measured = sin(_amplitude(point.angle_rad))
-    if abs(measured / ratio - 1) <= STROKE_TOLERANCE:
-        return None
-    return f"{point.recording} swings ±{degrees(asin(measured)):.3f}°"
+    words = (
+        f"{point.recording} swings ±{degrees(asin(measured)):.3f}°"
+        f" in place of ±{degrees(asin(ratio)):.3f}°"
+    )
+    return 100 * abs(measured / ratio - 1), words
 
 
 def _amplitude(angle_rad: Array) -> float:
     return float(angle_rad.max() - angle_rad.min()) / 2
 
 
-def _clipped(recording: Recording, run: RunData) -> str | None:
-    channel = torque_channel(recording, run.instruments)
-    torque = recording.channels[channel]
-    if _equal_at_extreme(torque):
-        return f"{recording.name} has {EQUAL_AT_RAIL} or more equal samples at its extreme"
-    instrument = run.instruments.get(channel)
-    if instrument is not None and _beyond(torque, instrument):
-        return f"{recording.name} exceeds 95 % of {instrument.full_scale:g} N·m"
-    return None
+def _unsteady(point: SwingPoint) -> tuple[float, str]:
+    """Return the standard deviation of one cycle's frequency, from that of the mean, in percent."""
+    scatter = point.frequency_hz.u * sqrt(point.frequency_hz.dof + 1)
+    percent = 100 * scatter / point.frequency_hz.value
+    return percent, f"{point.recording} scatters by {percent:.2f} %"
 
 
-def _equal_at_extreme(torque: Array) -> bool:
-    return any(
-        _longest_run(torque == extreme) >= EQUAL_AT_RAIL for extreme in (torque.max(), torque.min())
-    )
+def _clipped(recording: Recording, run: RunData) -> tuple[float, str]:
+    torque = recording.channels[torque_channel(recording, run.instruments)]
+    equal = max(_longest_run(torque == extreme) for extreme in (torque.max(), torque.min()))
+    return equal, f"{recording.name} has {equal} equal samples at its extreme"
 
 
 def _longest_run(flags: Array) -> int:
@@ -147,33 +200,39 @@ def _longest_run(flags: Array) -> int:
     return int((np.flatnonzero(edges < 0) - np.flatnonzero(edges > 0)).max())
 
 
-def _beyond(torque: Array, instrument: TorqueInstrument) -> bool:
-    """Return whether two neighbours are beyond on the same side: a single spike is not."""
-    limit = FULL_SCALE_SHARE * instrument.full_scale
-    beyond = (torque > limit).astype(int) - (torque < -limit).astype(int)
-    return bool(np.any(beyond[1:] * beyond[:-1] > 0))
+def _used(recording: Recording, run: RunData) -> tuple[float, str]:
+    """Return how much of full scale is used, by two neighbours: a single spike does not count."""
+    channel = torque_channel(recording, run.instruments)
+    instrument = run.instruments.get(channel)
+    if instrument is None:
+        return 0.0, ""
+    peak = _peak_of_pairs(recording.channels[channel])
+    percent = 100 * peak / instrument.full_scale
+    return percent, f"{recording.name} reaches {percent:.0f} % of {instrument.full_scale:g} N·m"
 
 
-def _spiky(point: PeakPoint) -> str | None:
-    if point.spikes <= SPIKES_PER_CYCLE * point.cycles:
-        return None
-    return f"{point.recording} {point.spikes} samples in {point.cycles} cycles"
+def _peak_of_pairs(torque: Array) -> float:
+    if len(torque) < 2:  # noqa: PLR2004  (a pair)
+        return 0.0
+    upper, lower = np.minimum(torque[1:], torque[:-1]), np.maximum(torque[1:], torque[:-1])
+    return float(max(upper.max(), -lower.min()))
 
 
-def _few_cycles(point: PeakPoint) -> str | None:
-    return None if point.cycles >= FEW_CYCLES else f"{point.recording} {point.cycles} cycles"
+def _spiky(point: PeakPoint) -> tuple[float, str]:
+    words = f"{point.recording} {point.spikes} samples in {point.cycles} cycles"
+    return point.spikes / point.cycles, words
 
 
-def _zeroed(run: RunData, prefix: str) -> Check:
+def _cycles(point: PeakPoint) -> tuple[float, str]:
+    kept = point.kept if isinstance(point, SwingPoint) else point.peak_kept
+    return int(kept.sum()), f"{point.recording} {kept.sum()} of {point.cycles} cycles"
+
+
+def _samples(point: SwingPoint) -> tuple[float, str]:
+    count = point.sample_rate_hz / point.frequency_hz.value
+    return count, f"{point.recording} {count:.0f}"
+
+
+def _not_zeroed(run: RunData) -> Iterable[tuple[float, str]]:
     channels = sorted({torque_channel(each, run.instruments) for each in run.recordings})
-    return _listed(
-        f"{prefix}zero",
-        "the torque was zeroed before the run",
-        (None if channel in run.zeros else channel for channel in channels),
-        "zero the channel in the procedure's setup; its offset is in the result",
-    )
-
-
-def _listed(name: str, good: str, found: Iterable[str | None], advice: str) -> Check:
-    bad = [text for text in found if text is not None]
-    return Check(name, ok=not bad, text="; ".join(bad) or good, advice=advice if bad else "")
+    return ((float(channel not in run.zeros), channel) for channel in channels)

@@ -105,7 +105,15 @@ def _decision(decision: Decision) -> Json:
 
 def _checks(checks: Iterable[Check]) -> list[Json]:
     return [
-        {"name": each.name, "ok": each.ok, "text": each.text, "advice": each.advice}
+        {
+            "name": each.name,
+            "ok": each.ok,
+            "text": each.text,
+            "advice": each.advice,
+            "value": None if each.value is None else number(each.value),
+            "threshold": None if each.threshold is None else number(each.threshold),
+            "unit": each.unit or None,
+        }
         for each in checks
     ]
 

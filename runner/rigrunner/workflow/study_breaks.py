@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.workflow.study_rigs import Bench
+    from rigrunner.workflow.study_rigs import Bench, BenchSettings
 
 REFUSED = "(refused)"
 """Stands for the analysis' refusal, where that is the answer to a break."""
@@ -39,6 +39,13 @@ def _both(bench: Bench, name: str, value: Value | str) -> Bench:
     return replace(
         bench, no_load={**bench.no_load, name: value}, loaded={**bench.loaded, name: value}
     )
+
+
+def _scaled(settings: BenchSettings, name: str, factor: float) -> BenchSettings:
+    value = settings[name]
+    if isinstance(value, str):
+        raise TypeError(f"{name} is no quantity")
+    return {**settings, name: value.times(factor)}
 
 
 def _signed(rng: Generator, low: float, high: float) -> float:
@@ -92,17 +99,14 @@ def _one_sided(bench: Bench, rng: Generator) -> Bench:
 def _inertia(bench: Bench, rng: Generator) -> Bench:
     """Spring and damper stay, so that resonance and damping ratio go with 1/sqrt(J)."""
     change = 1 + _signed(rng, 0.005, 0.03)
-    inertia, natural, damping = (name[bench.simulator] for name in (INERTIA, NATURAL, DAMPING))
-    loaded = dict(bench.loaded)
-    loaded[inertia] = bench.loaded[inertia].times(change)
-    loaded[natural] = bench.loaded[natural].times(change**-0.5)
-    loaded[damping] = bench.loaded[damping].times(change**-0.5)
-    return replace(bench, loaded=loaded)
+    loaded = _scaled(bench.loaded, INERTIA[bench.simulator], change)
+    loaded = _scaled(loaded, NATURAL[bench.simulator], change**-0.5)
+    return replace(bench, loaded=_scaled(loaded, DAMPING[bench.simulator], change**-0.5))
 
 
 def _loose(bench: Bench, rng: Generator) -> Bench:
-    natural = NATURAL[bench.simulator]
-    return _both(bench, natural, bench.no_load[natural].times(rng.uniform(0.6, 0.85)))
+    slack = _scaled(bench.no_load, NATURAL[bench.simulator], rng.uniform(0.6, 0.85))
+    return replace(bench, no_load=slack, loaded=slack)
 
 
 def _low_pass(bench: Bench, rng: Generator) -> Bench:
@@ -110,8 +114,9 @@ def _low_pass(bench: Bench, rng: Generator) -> Bench:
 
 
 def _support(bench: Bench, rng: Generator) -> Bench:
-    support = bench.loaded["support.friction"].times(1 + rng.uniform(0.02, 0.1))
-    return replace(bench, loaded={**bench.loaded, "support.friction": support})
+    return replace(
+        bench, loaded=_scaled(bench.loaded, "support.friction", 1 + rng.uniform(0.02, 0.1))
+    )
 
 
 def _preloaded(bench: Bench, rng: Generator) -> Bench:
@@ -123,11 +128,11 @@ def _jitter(bench: Bench, rng: Generator) -> Bench:
 
 
 def _delay(bench: Bench, rng: Generator) -> Bench:
-    return _both(bench, "sensors.torque_delay", Value(rng.uniform(20, 200), "µs"))
+    return _both(bench, "sensors.torque_delay", Value(rng.uniform(0.2, 1), "ms"))
 
 
 def _delay_under_load(bench: Bench, rng: Generator) -> Bench:
-    delay = Value(rng.uniform(50, 300), "µs")
+    delay = Value(rng.uniform(0.05, 0.3), "ms")
     return replace(bench, loaded={**bench.loaded, "sensors.torque_delay": delay})
 
 
@@ -159,7 +164,7 @@ BREAKS = (
         name="clipping",
         extent="converter ends at 2 to 4 N·m",
         apply=_clipping,
-        seen_by="range",
+        seen_by="clipping",
         before_compensation=True,
     ),
     Break(
@@ -207,7 +212,7 @@ BREAKS = (
         name="load in the wrong run",
         extent="1000 N in the no-load run, none in the loaded run",
         apply=_swapped,
-        seen_by="positive torque",
+        seen_by="torque above zero",
     ),
     Break(
         name="asymmetric offset",
@@ -231,7 +236,7 @@ BREAKS = (
         name="low-pass filter not as registered",
         extent="150 to 400 Hz in place of 1 kHz",
         apply=_low_pass,
-        seen_by="drive line",
+        seen_by="delay of the torque",
     ),
     Break(
         name="support friction grows with load",
@@ -249,31 +254,32 @@ BREAKS = (
         name="speed jitter",
         extent="0.05 to 0.3 % from turn to turn",
         apply=_jitter,
-        unseen="no check",
+        seen_by="steady speed",
+        before_compensation=True,
     ),
     Break(
         name="torque behind angle",
-        extent="20 to 200 µs in both runs",
+        extent="0.2 to 1 ms in both runs",
         apply=_delay,
-        unseen="no check",
+        seen_by="delay of the torque",
     ),
     Break(
         name="torque behind angle under load",
-        extent="50 to 300 µs in the loaded run only",
+        extent="0.05 to 0.3 ms in the loaded run only",
         apply=_delay_under_load,
-        unseen="no check",
+        unseen="the delay is learned without load, where the torque is known; under load it is not",
     ),
     Break(
         name="encoder noise",
         extent="0.003 to 0.03° per sample",
         apply=_encoder,
-        unseen="no check",
+        unseen="harmless: frequency and phase are those of whole cycles",
     ),
     Break(
         name="Stribeck law",
         extent="weakening within 0.3 to 1 rad/s",
         apply=_stribeck,
-        unseen="no fault of the rig",
+        unseen="no fault: another law of friction, which no method here presumes",
         simulators=("swing_tester_sim",),
     ),
 )

@@ -17,9 +17,11 @@ from rigrunner.station import load_station
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.study_breaks import BREAKS, REFUSED
 from rigrunner.workflow.study_recording import record_bench
-from rigrunner.workflow.study_rigs import healthy
+from rigrunner.workflow.study_rigs import POPULATIONS, healthy
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner.api.results import Result
     from rigrunner.procedure import AnalysisSpec, Measurand
     from rigrunner.registry import Registry
@@ -72,6 +74,16 @@ class _Tools:
             measurand=self.measurand,
             lookup=self.registry,
         )
+
+
+def cases(healthy_rigs: int, broken_rigs: int, study_seed: int) -> Iterator[Case]:
+    """Yield healthy rigs of each simulator, and rigs of each break, half of them on each."""
+    for simulator in POPULATIONS:
+        yield from (Case(simulator, "", study_seed, number) for number in range(healthy_rigs))
+    for fault in BREAKS:
+        for number in range(broken_rigs):
+            simulator = fault.simulators[number % len(fault.simulators)]
+            yield Case(simulator, fault.name, study_seed, number)
 
 
 def examine(case: Case) -> Finding:

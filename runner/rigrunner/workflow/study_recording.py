@@ -15,16 +15,14 @@ from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.workflow.study_rigs import FREQUENCIES_HZ, LOAD_N, nested
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import RigDescription, TorqueInstrument
     from rigrunner.registry import Registry
     from rigrunner.station import Station
-    from rigrunner.workflow.study_rigs import Bench, Value
+    from rigrunner.workflow.study_rigs import Bench, BenchSettings
 
 SETTLE_CYCLES = 5
-MARGIN_CYCLES = 0.5
+MARGIN_CYCLES = 1.0
 """Recorded beyond the cycles that are wanted, as the first one begins anywhere."""
 
 ZERO_S = 1.0
@@ -66,7 +64,7 @@ def record_bench(bench: Bench, registry: Registry, station: Station) -> Recorded
 
 
 def _device(
-    bench: Bench, settings: Mapping[str, Value | str], registry: Registry, clock: SimulatedClock
+    bench: Bench, settings: BenchSettings, registry: Registry, clock: SimulatedClock
 ) -> Any:
     context = DeviceContext("tester", clock, Path())
     device = registry.make("device", bench.simulator, nested(settings, bench.seed), context)

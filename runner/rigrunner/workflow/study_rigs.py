@@ -8,7 +8,7 @@ drift and linearity follow from the seed.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -47,8 +47,8 @@ MEASURING = (
 )
 POPULATIONS: Mapping[str, tuple[Range, ...]] = {
     "swing_tester_sim": (
-        Range("drive_line.inertia", 0.0015, 0.0022, "kg·m²"),
-        Range("drive_line.natural_frequency", 200.0, 700.0, "Hz"),
+        Range("drive_line.inertia", 0.0015, 0.0021, "kg·m²"),
+        Range("drive_line.natural_frequency", 250.0, 700.0, "Hz"),
         Range("drive_line.damping_ratio", 3.0, 8.0, "%"),
         Range("support.friction", 0.5, 1.0, "N·m"),
         Range("support.damping", 0.2, 0.4, "N·m·s/rad"),
@@ -60,8 +60,8 @@ POPULATIONS: Mapping[str, tuple[Range, ...]] = {
         *MEASURING,
     ),
     "swing_tester_ode": (
-        Range("shaft.inertia", 0.0015, 0.0022, "kg·m²"),
-        Range("shaft.natural_frequency", 200.0, 700.0, "Hz"),
+        Range("shaft.inertia", 0.0015, 0.0021, "kg·m²"),
+        Range("shaft.natural_frequency", 250.0, 700.0, "Hz"),
         Range("shaft.damping_ratio", 3.0, 8.0, "%"),
         Range("support.friction", 0.5, 1.0, "N·m"),
         Range("support.viscous", 0.2, 0.4, "N·m·s/rad"),
@@ -100,15 +100,20 @@ class Value:
         return Value(self.number * factor, self.unit)
 
 
+BenchSettings: TypeAlias = "Mapping[str, Value | str]"
+"""Settings of a simulator by their dotted names."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Bench:
     """Two runs on one rig, as they are done and as they are said to have been done."""
 
     simulator: str
     seed: int
-    no_load: Mapping[str, Value | str]
-    """Settings by dotted name while the no-load run is done."""
-    loaded: Mapping[str, Value | str]
+    no_load: BenchSettings
+    """The simulator while the no-load run is done."""
+    loaded: BenchSettings
+    """The same of the loaded run."""
     reference_hz: float
     """The natural frequency that the station states."""
     pause_s: float
@@ -139,7 +144,7 @@ def healthy(simulator: str, seed: int, rng: Generator) -> Bench:
     )
 
 
-def nested(settings: Mapping[str, Value | str], seed: int) -> dict[str, Any]:
+def nested(settings: BenchSettings, seed: int) -> dict[str, Any]:
     """Return settings by dotted names as the plugin is told them."""
     tree: dict[str, Any] = {"seed": seed}
     for dotted, value in settings.items():

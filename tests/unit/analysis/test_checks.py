@@ -13,6 +13,7 @@ from rigrunner.analysis.checks import (
     zero_drift_check,
 )
 from rigrunner.analysis.prepare import prepare_point
+from rigrunner.api.data import Estimate
 from rigrunner.signal.kinematics import swing_angle
 
 PEAKS = np.linspace(1.99, 2.01, 12)
@@ -34,8 +35,18 @@ def entered(rec, frequency_hz):
 
 
 def test_a_good_recording_passes_them_all():
-    found = checks(recording(PEAKS))
-    assert list(found) == ["entered frequency", "stroke", "range", "spikes", "cycles", "zero"]
+    found = checks(recording(PEAKS, 7.0))
+    assert list(found) == [
+        "entered frequency",
+        "stroke",
+        "steady speed",
+        "clipping",
+        "range",
+        "spikes",
+        "cycles",
+        "samples per cycle",
+        "zero",
+    ]
     assert all(check.ok and check.text and not check.advice for check in found.values())
 
 
@@ -67,13 +78,13 @@ def test_stroke_within_two_percent(scale, ok):
 
 def test_equal_samples_at_the_extreme_are_clipping():
     clipped = with_torque(recording(PEAKS), lambda torque: np.minimum(torque, 1.9))
-    check = checks(clipped)["range"]
+    check = checks(clipped)["clipping"]
     assert not check.ok
     assert "equal samples" in check.text
 
 
 def test_clipping_at_the_lower_rail_counts_too():
-    assert not checks(with_torque(recording(PEAKS), lambda t: np.maximum(t, -1.9)))["range"].ok
+    assert not checks(with_torque(recording(PEAKS), lambda t: np.maximum(t, -1.9)))["clipping"].ok
 
 
 def test_two_equal_samples_are_no_clipping():
@@ -82,14 +93,15 @@ def test_two_equal_samples_are_no_clipping():
         torque[top + 1] = torque[top]
         return torque
 
-    assert checks(with_torque(recording(PEAKS), two_equal))["range"].ok
+    assert checks(with_torque(recording(PEAKS), two_equal))["clipping"].ok
 
 
 def test_near_full_scale():
     assert checks(recording(PEAKS * 4.7))["range"].ok  # 9.45 of 10 N·m
     check = checks(recording(PEAKS * 4.78))["range"]  # 9.61
     assert not check.ok
-    assert "95 % of 10 N·m" in check.text
+    assert check.text == "10Hz reaches 96 % of 10 N·m"
+    assert (check.value, check.threshold, check.unit) == (pytest.approx(96.1, abs=0.05), 95.0, "%")
 
 
 def test_one_spike_beyond_full_scale_is_no_clipping():
@@ -98,6 +110,31 @@ def test_one_spike_beyond_full_scale_is_no_clipping():
         return torque
 
     assert checks(with_torque(recording(PEAKS), spike))["range"].ok
+
+
+@pytest.mark.parametrize(("jitter", "ok"), [(0.0, True), (4e-4, True), (7e-4, False)])
+def test_speed_that_scatters_from_turn_to_turn(jitter, ok):
+    """Twelve cycles, each by so much faster or slower than 10 Hz: s = jitter sqrt(12/11)."""
+    point = swing_point(PEAKS, 10.0)
+    scatter = jitter * 10.0 * np.sqrt(12 / 11)
+    point = replace(point, frequency_hz=Estimate(10.0, scatter / np.sqrt(12), 11.0, "Hz"))
+    found = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
+    assert found["steady speed"].ok is ok
+    assert found["steady speed"].value == pytest.approx(100 * jitter * np.sqrt(12 / 11))
+
+
+@pytest.mark.parametrize(("frequency_hz", "ok"), [(7.0, True), (7.2, False)])
+def test_samples_per_cycle(frequency_hz, ok):
+    """At 2 kHz, 280 samples are 7.14 Hz."""
+    check = checks(recording(PEAKS, frequency_hz))["samples per cycle"]
+    assert check.ok is ok
+    assert check.value == pytest.approx(2000 / frequency_hz, rel=1e-3)
+
+
+def test_a_run_without_load_has_no_friction_coefficient():
+    check = friction_check({10.0: 0.7}, 0.0, 0.0104)
+    assert check.ok
+    assert check.text == "not checked: the run has no load"
 
 
 @pytest.mark.parametrize(("spikes", "ok"), [(12, True), (13, False)])

@@ -3,7 +3,14 @@ import pytest
 
 from rigrunner.api.analysis import CompensatedPoint
 from rigrunner.api.data import Estimate
-from rigrunner_plugins.compensations.checks import positive, same_inertia, symmetry, understood
+from rigrunner_plugins.compensations.checks import (
+    positive,
+    same_inertia,
+    simultaneous,
+    symmetry,
+    tight,
+    understood,
+)
 
 FREQUENCIES = np.array([1, 5, 10, 15, 20, 25, 30, 35])
 
@@ -41,7 +48,7 @@ def test_significant_but_small_does_not_matter():
 def test_two_frequencies_tell_nothing():
     found = same_inertia(points([0.7] * 8)[:2], np.full(2, 0.01))
     assert found.ok
-    assert found.text == "too few frequencies to tell"
+    assert found.text == "not checked: too few frequencies to tell"
 
 
 def test_zero_torque_is_impossible():
@@ -56,6 +63,25 @@ def test_asymmetry_either_way(asymmetry, ok):
     assert symmetry(points([0.7] * 8), [asymmetry] + [0.0] * 7).ok is ok
 
 
-@pytest.mark.parametrize(("misfit", "ok"), [(0.8, True), (2.5, False)])
+@pytest.mark.parametrize(("misfit", "ok"), [(0.8, True), (1.2, False)])
 def test_a_sweep_that_the_equations_do_not_explain(misfit, ok):
     assert understood(misfit).ok is ok
+
+
+@pytest.mark.parametrize(("natural_hz", "ok"), [(380.0, True), (361.0, True), (359.0, False)])
+def test_a_resonance_that_came_down_means_a_loose_coupling(natural_hz, ok):
+    found = tight(natural_hz, 400.0)
+    assert found.ok is ok
+    assert found.value == pytest.approx(natural_hz / 4)
+    assert bool(found.advice) is not ok
+
+
+def test_without_a_resonance_in_the_station_the_coupling_is_not_judged():
+    found = tight(300.0, None)
+    assert found.ok
+    assert "natural_frequency" in found.text
+
+
+@pytest.mark.parametrize(("delay_s", "ok"), [(1e-4, True), (-1.6e-4, False), (2e-4, False)])
+def test_torque_and_angle_of_the_same_instant(delay_s, ok):
+    assert simultaneous(delay_s).ok is ok

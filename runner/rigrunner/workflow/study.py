@@ -1,0 +1,158 @@
+"""A study of the diagnostics: how often each cries wolf on healthy rigs, and misses broken ones."""
+
+from __future__ import annotations
+
+import signal
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from math import sqrt
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+from scipy.stats import beta
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.workflow.study_breaks import BREAKS, REFUSED
+from rigrunner.workflow.study_case import cases, examine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from rigrunner.api.devices import StopToken
+    from rigrunner.workflow.study_breaks import Break
+    from rigrunner.workflow.study_case import Case, Finding
+
+CONFIDENCE = 0.95
+CHUNK = 2
+"""Rigs that a process takes at a time."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """So many of so many."""
+
+    hits: int
+    of: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval of the rate (Clopper and Pearson, Biometrika 26, 1934)."""
+        half = (1 - CONFIDENCE) / 2
+        lower = beta.ppf(half, self.hits, self.of - self.hits + 1) if self.hits else 0.0
+        upper = beta.ppf(1 - half, self.hits + 1, self.of - self.hits) if self.hits < self.of else 1
+        return float(lower), float(upper)
+
+
+@dataclass(frozen=True)
+class Error:
+    """What the primary method's mean erred by in N·m, over some rigs."""
+
+    rms_nm: float
+    largest_nm: float
+
+
+@dataclass(frozen=True)
+class BreakRow:
+    """What became of the rigs with one break."""
+
+    fault: Break
+    missed: Share | None
+    """Neither flagged by the check that is to see it nor refused; None where no check can."""
+    others: Counter[str]
+    """How often other checks flagged something."""
+    error: Error | None
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study found."""
+
+    healthy: int
+    alarms: dict[str, dict[str, Share]]
+    """False alarms by check and simulator."""
+    error: dict[str, Error | None]
+    """On healthy rigs, by simulator."""
+    breaks: tuple[BreakRow, ...]
+
+
+def run_study(
+    *,
+    healthy_rigs: int,
+    broken_rigs: int,
+    seed: int,
+    jobs: int,
+    stop: StopToken,
+    progress: Callable[[int, int], None],
+) -> Study:
+    """Examine so many healthy rigs of each simulator and so many of each break.
+
+    The same seed gives the same study, whatever the number of processes. `progress` is told how
+    many rigs of how many are done. Raises AbortedError once the token is set.
+    """
+    wanted = list(cases(healthy_rigs, broken_rigs, seed))
+    found: list[Finding] = []
+    for finding in _examined(wanted, jobs):
+        found.append(finding)
+        progress(len(found), len(wanted))
+        if stop.is_set():
+            raise AbortedError(f"the study was stopped after {len(found)} of {len(wanted)} rigs")
+    return tally(found)
+
+
+def _examined(wanted: Sequence[Case], jobs: int) -> Iterator[Finding]:
+    if jobs == 1:
+        yield from map(examine, wanted)
+        return
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _leave_interrupts)
+    try:
+        yield from pool.map(examine, wanted, chunksize=CHUNK)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C goes to the process that began the study, which ends the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def tally(findings: Iterable[Finding]) -> Study:
+    """Return what the findings come to."""
+    everything = list(findings)
+    healthy = [each for each in everything if not each.case.fault]
+    simulators = sorted({each.case.simulator for each in healthy})
+    per_simulator = {name: [e for e in healthy if e.case.simulator == name] for name in simulators}
+    checks = sorted({name for each in healthy for name in each.made})
+    return Study(
+        healthy=len(healthy),
+        alarms={
+            check: {name: _share(rigs, check) for name, rigs in per_simulator.items()}
+            for check in checks
+        },
+        error={name: _error(rigs) for name, rigs in per_simulator.items()},
+        breaks=tuple(
+            _row(fault, rigs)
+            for fault in BREAKS
+            if (rigs := [each for each in everything if each.case.fault == fault.name])
+        ),
+    )
+
+
+def _share(rigs: Sequence[Finding], check: str) -> Share:
+    return Share(sum(check in each.failed for each in rigs), len(rigs))
+
+
+def _row(fault: Break, rigs: Sequence[Finding]) -> BreakRow:
+    missed = None
+    if fault.seen_by:
+        seen_by = {fault.seen_by, REFUSED}
+        missed = Share(sum(seen_by.isdisjoint(each.failed) for each in rigs), len(rigs))
+    others = Counter(name for each in rigs for name in each.failed if name != fault.seen_by)
+    return BreakRow(fault, missed, others, _error(rigs))
+
+
+def _error(rigs: Iterable[Finding]) -> Error | None:
+    errors = [each.error_nm for each in rigs if each.error_nm is not None]
+    if not errors:
+        return None
+    return Error(sqrt(sum(e**2 for e in errors) / len(errors)), max(map(abs, errors)))

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+from math import isnan, nan
+
+import pytest
+
+from rigrunner.api.checks import Limit, skipped
+
+BAND = Limit(name="band", good="all good", advice="do", unit="Hz", lower=1.0, upper=3.0)
+
+
+def judged(*values):
+    return BAND.check((value, f"is {value:g}") for value in values)
+
+
+@pytest.mark.parametrize(
+    ("value", "ok", "threshold"),
+    [(1.0, True, 1.0), (3.0, True, 3.0), (0.9, False, 1.0), (3.1, False, 3.0), (1.9, True, 1.0)],
+)
+def test_limits_are_included_and_the_nearer_one_is_named(value, ok, threshold):
+    check = judged(value)
+    assert (check.ok, check.value, check.threshold, check.unit) == (ok, value, threshold, "Hz")
+
+
+def test_the_worst_value_is_stated_and_every_bad_one_listed():
+    check = judged(2.0, 3.5, 0.0, 2.5)
+    assert check.text == "is 3.5; is 0"
+    assert (check.value, check.threshold, check.advice) == (0.0, 1.0, "do")
+
+
+def test_a_value_that_is_no_number_is_beyond():
+    check = judged(2.0, nan)
+    assert not check.ok
+    assert isnan(check.value)
+
+
+def test_nothing_found_is_good_without_a_value():
+    check = judged()
+    assert (check.ok, check.text, check.advice) == (True, "all good", "")
+    assert (check.value, check.threshold) == (None, None)
+
+
+def test_the_prefix_stands_before_the_name():
+    assert BAND.check([], "no-load run: ").name == "no-load run: band"
+
+
+def test_skipped_is_no_failure_but_says_so():
+    check = skipped("band", "nobody looked")
+    assert (check.name, check.ok, check.text) == ("band", True, "not checked: nobody looked")
