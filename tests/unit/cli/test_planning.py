@@ -3,10 +3,11 @@ from __future__ import annotations
 import pytest
 
 from rigrunner.api.hooks import DeviceRecord
-from rigrunner.cli.planning import clock_for
+from rigrunner.cli.planning import clock_for, lab_registry, planned_run
 from rigrunner.clock import SimulatedClock, WallClock
-from rigrunner.registry import Plugin, Provider, Registry
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.station import parse_station
+from rigrunner.workflow.labfolder import make_lab
 from rigrunner.workflow.locate import find_station
 
 STATION = find_station("simulated").read_text(encoding="utf-8")
@@ -39,3 +40,21 @@ REGISTRY = Registry(
 def test_only_a_wholly_simulated_station_runs_in_simulated_time(text, realtime, kind):
     station = parse_station(text, "test").model
     assert isinstance(clock_for(station, REGISTRY, realtime=realtime), kind)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lab")
+    make_lab(folder, load_registry())
+    return folder
+
+
+def test_a_drop_in_that_is_simulated_keeps_the_station_in_simulated_time(lab):
+    procedure, station = lab / "procedures" / "room_temperature.yaml", lab / "station.yaml"
+    assert isinstance(planned_run(procedure, station).clock, SimulatedClock)
+    assert isinstance(planned_run(procedure, station, realtime=True).clock, WallClock)
+
+
+def test_the_plugins_of_a_station_are_known_where_it_is_named(lab):
+    assert "room_thermometer" in lab_registry(str(lab / "station.yaml")).names("device")
+    assert "room_thermometer" not in lab_registry(None).names("device")

@@ -69,6 +69,15 @@ def test_where_one_file_is_there_nothing_is_written(tmp_path, name):
     assert files(tmp_path / "lab") == {name}
 
 
+def test_nothing_is_written_through_a_link_that_leads_nowhere(tmp_path):
+    lab, target = tmp_path / "lab", tmp_path / "elsewhere.md"
+    lab.mkdir()
+    (lab / "README.md").symlink_to(target)
+    with pytest.raises(UsageError, match=r"README\.md: File exists"):
+        make_lab(lab, load_registry())
+    assert not target.exists()
+
+
 def test_files_of_others_stay(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     assert make_lab(tmp_path, load_registry())
