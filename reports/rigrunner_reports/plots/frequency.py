@@ -48,7 +48,9 @@ def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint])
     )
     _bars(axes, points, result.primary, f"compensated ({result.primary})", line=PRIMARY)
     _limits(axes, result.decision)
-    axes.set(title="Raw and compensated", ylim=(0, None))
+    axes.set(title="Raw and compensated")
+    if axes.dataLim.y0 >= 0:
+        axes.set_ylim(bottom=0)
     _finish(axes)
     axes.legend(loc="upper left")
 

@@ -225,6 +225,7 @@ class _Analysis:
     def _settings(self) -> dict[str, object]:
         """Return the analysis as it was asked for, with the defaults of the plugins."""
         return {
+            **({} if self.spec.starts is None else {"starts": self.spec.starts.model_dump()}),
             "despike": None if self.spec.despike is None else self.spec.despike.model_dump(),
             "outliers": self._resolved("outlier_rule", self.spec.outliers),
             "fits": [self._resolved("fit", each) for each in self.spec.fits],

@@ -37,10 +37,10 @@ class Limits:
     def __str__(self) -> str:
         """Return the limits as a person writes them."""
         if isinf(self.lower):
-            return f"≤ {self.upper:.12g} {self.unit}"
+            return f"≤ {self.upper:.6g} {self.unit}"
         if isinf(self.upper):
-            return f"≥ {self.lower:.12g} {self.unit}"
-        return f"{self.lower:.12g} {self.unit} to {self.upper:.12g} {self.unit}"
+            return f"≥ {self.lower:.6g} {self.unit}"
+        return f"{self.lower:.6g} {self.unit} to {self.upper:.6g} {self.unit}"
 
     def margin(self, value: float) -> float:
         """Return how far inside the nearer limit the value is; negative outside."""
