@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import nextafter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.checks import Limit, skipped
+from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ POSITIVE = Limit(
     good="all torques are positive",
     advice="was the no-load run really unloaded?",
     unit="N·m",
-    lower=nextafter(0.0, 1.0),
+    lower=ABOVE_ZERO,
 )
 DRIVE_LINE = Limit(
     name="drive line",

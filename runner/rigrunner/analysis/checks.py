@@ -9,7 +9,7 @@ import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.api.analysis import Check, MotionSource, SwingPoint
-from rigrunner.api.checks import Limit, skipped
+from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -101,7 +101,7 @@ POSITIVE = Limit(
     good="the compensated torque is positive at every set-point",
     advice="friction cannot drive: the no-load run or the method does not fit this run",
     unit="N·m",
-    lower=np.nextafter(0.0, 1.0),
+    lower=ABOVE_ZERO,
 )
 LIMITS = (
     ENTERED_FREQUENCY,

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isnan
+from math import inf, isnan, nextafter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Check
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+
+ABOVE_ZERO = nextafter(0.0, 1.0)
+"""The least number that is more than 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +30,18 @@ class Limit:
     """In which value and limits are given: '1' for a bare number."""
     lower: float = -inf
     upper: float = inf
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words: 'at most 2 %', '0.01 to 0.3', 'above 0 N·m'."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        if self.lower == ABOVE_ZERO:
+            return f"above 0{unit}"
+        if self.upper == inf:
+            return f"at least {self.lower:g}{unit}"
+        if self.lower == -inf:
+            return f"at most {self.upper:g}{unit}"
+        return f"{self.lower:g} to {self.upper:g}{unit}"
 
     def check(self, found: Iterable[tuple[float, str]], prefix: str = "") -> Check:
         """Return the check of values, each with the words for it should it be beyond."""

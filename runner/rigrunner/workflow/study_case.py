@@ -53,7 +53,7 @@ class Finding:
     failed: tuple[str, ...]
     """The checks that flagged something."""
     made: tuple[str, ...]
-    """All that were made."""
+    """All that were made; those that were skipped are not among them."""
     error_nm: float | None = None
     """Of the primary method's mean, against the simulator's truth; None where there is none."""
 
@@ -128,6 +128,6 @@ def _finding(case: Case, result: Result, truth_nm: float) -> Finding:
     failed = {check.name.removeprefix(NO_LOAD_PREFIX) for check in checks if not check.ok}
     if any(each.not_applicable for each in result.compensations.values()):
         failed.add(REFUSED)
-    made = {check.name.removeprefix(NO_LOAD_PREFIX) for check in checks}
+    made = {c.name.removeprefix(NO_LOAD_PREFIX) for c in checks if c.value is not None}
     error = None if result.headline is None else result.headline.value - truth_nm
     return Finding(case, tuple(sorted(failed)), tuple(sorted(made)), error)

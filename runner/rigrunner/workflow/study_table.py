@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.workflow.study_rigs import POPULATIONS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.workflow.study import BreakRow, Error, Share, Study
 
 ALARM_HEADER = ("check", *POPULATIONS)
@@ -25,6 +27,23 @@ def alarm_rows(study: Study) -> list[list[str]]:
 def break_rows(study: Study) -> list[list[str]]:
     """Return the breaks, one row each, in the order of BREAK_HEADER."""
     return [_break_row(row) for row in study.breaks]
+
+
+def markdown(study: Study) -> str:
+    """Return both tables as a page of documentation has them, and the errors of healthy rigs."""
+    errors = ", ".join(f"`{name}` {error_text(each)}" for name, each in study.error.items())
+    return "\n\n".join(
+        [
+            _piped(ALARM_HEADER, alarm_rows(study)),
+            _piped(BREAK_HEADER, break_rows(study)),
+            f"Error on healthy rigs, rms and largest, in N·m: {errors}.",
+        ]
+    )
+
+
+def _piped(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def _break_row(row: BreakRow) -> list[str]:

@@ -4,7 +4,7 @@ from math import isnan, nan
 
 import pytest
 
-from rigrunner.api.checks import Limit, skipped
+from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 
 BAND = Limit(name="band", good="all good", advice="do", unit="Hz", lower=1.0, upper=3.0)
 
@@ -47,3 +47,22 @@ def test_the_prefix_stands_before_the_name():
 def test_skipped_is_no_failure_but_says_so():
     check = skipped("band", "nobody looked")
     assert (check.name, check.ok, check.text) == ("band", True, "not checked: nobody looked")
+
+
+@pytest.mark.parametrize(
+    ("limits", "unit", "words"),
+    [
+        ({"upper": 2.0}, "%", "at most 2 %"),
+        ({"lower": 10.0}, "1", "at least 10"),
+        ({"lower": 0.01, "upper": 0.3}, "1", "0.01 to 0.3"),
+        ({"lower": ABOVE_ZERO}, "N·m", "above 0 N·m"),
+    ],
+)
+def test_what_is_allowed_in_words(limits, unit, words):
+    assert Limit(name="x", good="", advice="", unit=unit, **limits).allowed == words
+
+
+@pytest.mark.parametrize(("value", "ok"), [(0.0, False), (-1.0, False), (1e-12, True)])
+def test_above_zero_leaves_zero_out(value, ok):
+    limit = Limit(name="x", good="", advice="", unit="N·m", lower=ABOVE_ZERO)
+    assert limit.check([(value, "bad")]).ok is ok

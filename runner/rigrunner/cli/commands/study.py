@@ -19,6 +19,7 @@ from rigrunner.workflow.study_table import (
     alarm_rows,
     break_rows,
     error_text,
+    markdown,
     study_document,
 )
 
@@ -51,6 +52,9 @@ LINES = 20
 @click.option(
     "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Names the rigs."
 )
+@click.option(
+    "--markdown", "as_markdown", is_flag=True, help="Print Markdown, as on the page of the checks."
+)
 @json_option
 def command(
     what: str,  # noqa: ARG001  (there is one study so far, and its name is checked)
@@ -59,6 +63,7 @@ def command(
     jobs: int,
     seed: int,
     *,
+    as_markdown: bool,
     as_json: bool,
 ) -> None:
     """Measure false alarms and misses of the checks on random simulated rigs.
@@ -77,7 +82,7 @@ def command(
     if as_json:
         result_json(study_document(study))
     else:
-        result(_tables(study))
+        result(markdown(study) if as_markdown else _tables(study))
 
 
 def _tables(study: Study) -> str:
