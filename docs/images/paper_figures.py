@@ -94,10 +94,11 @@ def no_load_over_frequency(result: Result) -> bytes:
     """Return the no-load peaks of the simulated rig, Table 2, Eq. (1), and what both leave over."""
     points = peak_points(result.no_load)
     fit = next(each for each in result.fits if each.name == "polynomial")
-    if fit.curve is None:
+    curve = fit.curve
+    if curve is None:
         raise SystemExit(f"the quadratic could not be fitted: {fit.problem}")
-    x = np.linspace(*fit.curve.valid_x, 120)
-    value, _ = fit.curve.predict(x)
+    x = np.linspace(*curve.valid_x, 120)
+    value, _ = curve.predict(x)
 
     def paint(figure: Figure) -> None:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1.2))
@@ -106,7 +107,7 @@ def no_load_over_frequency(result: Result) -> bytes:
         upper.plot(x, value, color=PRIMARY.color, label="quadratic fitted to it")
         upper.plot(*TABLE_2, label="the paper's Table 2", **PAPER)
         upper.plot(x, np.polyval(EQUATION_1, x), color=INK, linestyle="--", label="its Eq. (1)")
-        lower.plot(points.x, 1e3 * fit.curve.residuals, **style)
+        lower.plot(points.x, 1e3 * curve.residuals, **style)
         lower.plot(TABLE_2[0], 1e3 * (TABLE_2[1] - np.polyval(EQUATION_1, TABLE_2[0])), **PAPER)
         lower.axhline(0, color=INK, linewidth=0.6)
         upper.set(ylabel="no-load peak / N·m")
