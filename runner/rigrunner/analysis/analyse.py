@@ -209,7 +209,7 @@ class _Analysis:
     ) -> Iterator[Check]:
         if not loaded:
             return
-        yield from run_checks(self.run, loaded)
+        yield from run_checks(self.run, (*loaded, *no_load) if self._has_own_no_load else loaded)
         if self.no_load_run is not None:
             yield from run_checks(self.no_load_run, no_load, "no-load run: ")
             yield zero_drift_check(self.run, self.no_load_run)

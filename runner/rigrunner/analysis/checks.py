@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
+from rigrunner.analysis.motion_checks import SEEN, motion_check, seen_frequency_hz
 from rigrunner.api.analysis import Check, MotionSource, SwingPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 EQUAL_AT_RAIL = 3
 ENTERED_FREQUENCY = Limit(
     name="entered frequency",
-    good="the angle agrees with the entered frequency within 0.5 %",
-    advice="the results use the frequency of the angle; correct the entry or the drive",
+    good="what was measured agrees with the entered frequency within 0.5 %",
+    advice="correct the entry or the drive; where the motion was recorded, results use its own",
     unit="%",
     upper=0.5,
 )
@@ -122,14 +123,16 @@ LIMITS = (
 def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") -> Iterator[Check]:
     """Yield the checks of one run and its prepared points, their names with that prefix."""
     swings = [point for point in points if isinstance(point, SwingPoint)]
-    yield ENTERED_FREQUENCY.check(map(_wrong_frequency, points), prefix)
+    several = [point for point in points if point.cycles > 1]
+    yield motion_check(points, prefix)
+    yield ENTERED_FREQUENCY.check((_wrong_frequency(each, run) for each in several), prefix)
     angles = [point for point in swings if point.motion is MotionSource.ANGLE]
     yield STROKE.check((_wrong_stroke(each, run.rig.eccentric_ratio) for each in angles), prefix)
     yield STEADY.check(map(_unsteady, swings), prefix)
     yield CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
     yield RANGE.check((_used(each, run) for each in run.recordings), prefix)
     yield SPIKES.check(map(_spiky, points), prefix)
-    yield CYCLES.check(map(_cycles, points), prefix)
+    yield CYCLES.check(map(_cycles, several), prefix)
     yield SAMPLES.check(map(_samples, swings), prefix)
     yield ZERO.check(_not_zeroed(run), prefix)
 
@@ -163,10 +166,11 @@ def positive_check(torques_nm: Mapping[float, float]) -> Check:
     )
 
 
-def _wrong_frequency(point: PeakPoint) -> tuple[float, str]:
-    measured, entered = point.frequency_hz.value, point.set_frequency_hz
+def _wrong_frequency(point: PeakPoint, run: RunData) -> tuple[float, str]:
+    measured, entered = seen_frequency_hz(point, run), point.set_frequency_hz
     percent = 100 * abs(measured - entered) / abs(entered)
-    return percent, f"{point.recording} entered {entered:g} Hz, angle says {measured:.4g} Hz"
+    seen = f"{SEEN[point.motion]} {measured:.4g} Hz"
+    return percent, f"{point.recording} entered {entered:g} Hz, {seen}"
 
 
 def _wrong_stroke(point: SwingPoint, ratio: float) -> tuple[float, str]:

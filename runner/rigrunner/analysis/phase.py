@@ -18,6 +18,8 @@ from rigrunner.api.data import Estimate
 from rigrunner.signal.uncertainty import combine
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.api.analysis import (
         CompensatedPoint,
         Compensation,
@@ -32,6 +34,9 @@ NOTE = (
     "is known so is in the uncertainty."
 )
 COMMON, OWN = "place of the index or tacho", "time of the index pulse"
+Pattern = tuple[int, ...]
+ALIKE, OPPOSITE, NOT, ALTERNATING = (1,), (-1,), (0,), (1, -1)
+"""Which way the points of a run are shifted, over and over."""
 
 
 def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
@@ -63,23 +68,34 @@ class _Trial:
     def effects(self) -> dict[str, Array]:
         """Return what each kind of doubt moves the torques by, each of shape (points,).
 
-        A common error shifts both runs alike, and its sign matters; each recording's own error
-        shifts one of them.
+        A common error shifts both runs alike, and its sign matters. Each recording's own shifts it
+        against the other run, and against its neighbours.
         """
-        late, early = (self._moved_by(sign, sign, "phase_common_u_rad") for sign in (1, -1))
-        loaded, no_load = (self._moved_by(*which, "phase_u_rad") for which in ((1, 0), (0, 1)))
+        late, early = (
+            self._moved_by(sign, sign, "phase_common_u_rad") for sign in (ALIKE, OPPOSITE)
+        )
+        loaded = self._moved_by(ALTERNATING, NOT, "phase_u_rad")
+        no_load = self._moved_by(NOT, ALTERNATING, "phase_u_rad")
         return {
             COMMON: np.maximum(np.abs(late), np.abs(early)),
             OWN: np.hypot(loaded, no_load),
         }
 
-    def _moved_by(self, loaded: int, no_load: int, doubt: str) -> Array:
+    def _moved_by(self, loaded: Pattern, no_load: Pattern, doubt: str) -> Array:
         moved = replace(
             self.sweep,
-            loaded=tuple(_shifted(point, loaded, doubt) for point in self.sweep.loaded),
-            no_load=tuple(_shifted(point, no_load, doubt) for point in self.sweep.no_load),
+            loaded=_all_shifted(self.sweep.loaded, loaded, doubt),
+            no_load=_all_shifted(self.sweep.no_load, no_load, doubt),
         )
         return _torques(self.method(moved)) - self.torque_nm
+
+
+def _all_shifted(
+    points: Sequence[PeakPoint], pattern: Pattern, doubt: str
+) -> tuple[PeakPoint, ...]:
+    return tuple(
+        _shifted(point, pattern[i % len(pattern)], doubt) for i, point in enumerate(points)
+    )
 
 
 def _doubtful(point: PeakPoint) -> bool:

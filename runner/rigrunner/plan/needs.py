@@ -61,11 +61,15 @@ def _analyses(procedure: LoadedProcedure) -> bool:
 
 
 def _check_channels(recorded: Recorded, problems: Problems) -> None:
-    for dimension in ("torque", "angle"):
+    """Ask for one torque, and for no more than one angle: without any there are fallbacks."""
+    for dimension, least, wanted in (
+        ("torque", 1, "one channel"),
+        ("angle", 0, "at most one channel"),
+    ):
         found = channels_of(recorded.record, dimension)
-        if len(found) != 1:
+        if not least <= len(found) <= 1:
             got = " and ".join(found) or "none"
-            message = f"the analysis needs one channel of {dimension} in each recording, got {got}"
+            message = f"the analysis needs {wanted} of {dimension} in each recording, got {got}"
             problems.add(recorded.document, (*recorded.path, "channels"), message)
 
 

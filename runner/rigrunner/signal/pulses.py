@@ -20,6 +20,7 @@ UNEVEN = 0.25
 """Relative difference of a period from the usual one that only a lost or doubled pulse makes."""
 
 FOLDED = 64
+SEARCH, PADDING, HARMONICS, REFINEMENTS = 0.15, 8, 9, 3
 
 
 def pulse_edges(signal: Array) -> Array:
@@ -79,3 +80,30 @@ def starts_by_frequency(torque_nm: Array, rate_hz: float, frequency_hz: float) -
         )
     folded = resample(torque_nm, whole, FOLDED).mean(axis=0)
     return np.arange(period * np.argmin(folded) / FOLDED, len(torque_nm) - 1, period)
+
+
+def repetition_frequency(values: Array, rate_hz: float, near_hz: float) -> float:
+    """Return how often per second values of shape (n,) repeat, within 15 % of `near_hz`.
+
+    Found where the first harmonics together are strongest, then refined by how much the phase of
+    the first one turns from one half to the other. It tells a wrong entry from a right one; where
+    cycles begin it does not show. Some cycles are needed, and a first harmonic.
+    """
+    centred = values - values.mean()
+    found = _strongest(centred, rate_hz, near_hz)
+    for _ in range(REFINEMENTS):
+        half = round(int(len(values) / 2 * found / rate_hz) * rate_hz / found)
+        turning = np.exp(-2j * pi * found / rate_hz * np.arange(2 * half))
+        first, second = (centred[: 2 * half] * turning).reshape(2, half).sum(axis=1)
+        found += float(np.angle(second / first)) / (2 * pi) * rate_hz / half
+    return found
+
+
+def _strongest(centred: Array, rate_hz: float, near_hz: float) -> float:
+    bin_hz = rate_hz / (PADDING * len(centred))
+    power = np.abs(np.fft.rfft(centred, PADDING * len(centred))) ** 2
+    candidates = near_hz * np.arange(1 - SEARCH, 1 + SEARCH, bin_hz / near_hz)
+    harmonics = np.arange(1, HARMONICS + 1)[:, None]
+    bins = np.rint(harmonics * candidates / bin_hz).astype(int)
+    total = power[np.minimum(bins, len(power) - 1)].sum(axis=0)
+    return float(candidates[np.argmax(total)])

@@ -37,6 +37,7 @@ def entered(rec, frequency_hz):
 def test_a_good_recording_passes_them_all():
     found = checks(recording(PEAKS, 7.0))
     assert list(found) == [
+        "angle channel",
         "entered frequency",
         "stroke",
         "steady speed",

@@ -61,8 +61,6 @@ CASES = [
      "the device in the role 'tester' has no channel 'angel'", "did you mean 'angle'?"),
     ("tester.angle,", "tester.torque,", "[tester.torque", "main[1].sweep.steps[1].record.channels",
      "a channel stands twice", "name it once"),
-    ("tester.angle, ", "", "[tester.torque", "main[1].sweep.steps[1].record.channels",
-     "the analysis needs one channel of angle in each recording, got none", ""),
     (", tester.torque]", "]", "[tester.angle]", "main[1].sweep.steps[1].record.channels",
      "the analysis needs one channel of torque in each recording, got none", ""),
     ("tester: swing_tester", "tester: press", "press", "uses.tester",
