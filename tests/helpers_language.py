@@ -129,6 +129,15 @@ class Streamer(Unconnected):
         raise NotImplementedError
 
 
+class Reader(Unconnected):
+    """A device that gives single values."""
+
+    def read(self, channels):
+        raise NotImplementedError
+
+    set = read_back = read
+
+
 TESTER = Streamer(
     (
         ChannelInfo("angle", "rad", "swing angle"),

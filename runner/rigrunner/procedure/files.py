@@ -28,7 +28,8 @@ def file_beside(folder: Path, name: str) -> Path:
         inside = _looks_inside(name) and path.resolve().is_relative_to(folder.resolve())
         there = inside and path.is_file()
     except (OSError, RuntimeError) as error:  # a name that is too long, links in a circle
-        raise FileBesideError(f"'{name[:_LONGEST]}' cannot be looked up: {error}") from error
+        reason = getattr(error, "strerror", None) or "links lead in a circle"
+        raise FileBesideError(f"'{name[:_LONGEST]}' cannot be looked up: {reason}") from error
     if not inside:
         hint = "name a file beside this one, or in a folder below"
         raise FileBesideError(f"'{name[:_LONGEST]}' leads out of this file's folder", hint=hint)

@@ -72,3 +72,17 @@ def test_a_dollar_within_a_text_is_a_dollar():
     text = edited(PROCEDURE, ("Guards closed", "Pay 5 $load"))
 
     assert parse_procedure(text, "p.yaml").model.setup[0].confirm.text == "Pay 5 $load"
+
+
+def test_a_doubled_dollar_begins_a_text_that_is_no_reference():
+    text = edited(
+        PROCEDURE,
+        ("Guards closed", "$$load is the load"),
+        ("  load: 1000 N", "  load: 1000 N\n  price: $$5"),
+        ("text: Remarks", "text: $price"),
+    )
+    model = parse_procedure(text, "p.yaml").model
+
+    assert model.setup[0].confirm.text == "$load is the load"
+    assert model.parameters["price"] == "$5"
+    assert model.setup[1].ask.text == "$5"

@@ -1,0 +1,302 @@
+"""The plan of each kind of step: its action, its time, its terms; and what cannot be done."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_language import (
+    LOGGER,
+    PROCEDURE,
+    STATION,
+    TESTER,
+    THERMOMETER,
+    Reader,
+    edited,
+    only_problem,
+    place_of,
+)
+from rigrunner.api.devices import ChannelInfo, DriveInfo
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.plan import make_plan
+from rigrunner.plan.actions import (
+    Ask,
+    Confirm,
+    Limit,
+    Measure,
+    Note,
+    Phase,
+    Ramp,
+    Record,
+    SetDrive,
+    Settle,
+    Terms,
+    Wait,
+)
+from rigrunner.procedure import load_procedure, parse_procedure
+from rigrunner.procedure.answers import Expected
+from rigrunner.station import parse_station
+
+MARK = "settle: {cycles: 5}"
+AT = "main[1].sweep.steps[0]"
+ROOM = Reader(THERMOMETER.channels, ())
+DEVICES = {"tester": TESTER, "room": ROOM, "logger": LOGGER}
+ROLES = (
+    "uses: {tester: swing_tester}",
+    "uses: {tester: swing_tester, room: thermometer, logger: l}",
+)
+BENCH = edited(
+    STATION,
+    (
+        "instruments:\n",
+        """\
+  room: {type: thermometer, plugin: fake}
+  logger: {type: l, plugin: fake}
+instruments:
+""",
+    ),
+)
+
+
+def planned(step, devices=DEVICES):
+    text = edited(PROCEDURE, (MARK, step), ROLES)
+    plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), devices)
+    return [each for each in plan.steps if each.path.startswith("main[1].sweep[0].steps[0]")]
+
+
+def only(step, devices=DEVICES):
+    (found,) = planned(step, devices)
+    return found
+
+
+def test_a_ramp_at_a_rate_takes_the_time_of_its_way():
+    step = only("ramp: {drive: tester.load, from: 100 N, to: 0.6 kN, rate: 100 N/s}")
+
+    assert step.action == Ramp("tester", "load", 100.0, 600.0, "N", pytest.approx(5.0))
+    way_to_start_s = (1000 - 100) / 500
+    assert step.estimated_s == pytest.approx(way_to_start_s + 5.0)
+    assert step.text == "Ramp tester.load to 0.6 kN in 5 s"
+
+
+def test_a_ramp_over_a_time_starts_where_the_drive_stands():
+    step = only("ramp: {drive: tester.load, to: 0 N, time: 1 min}")
+
+    assert step.action == Ramp("tester", "load", 1000.0, 0.0, "N", 60.0)
+    assert step.estimated_s == 60.0
+
+
+def test_a_ramp_moves_the_setpoint_of_what_follows():
+    steps = make_plan(
+        parse_procedure(
+            edited(PROCEDURE, (MARK, "ramp: {drive: tester.load, to: 7 N, time: 9 s}")), "p.yaml"
+        ),
+        parse_station(STATION, "s.yaml"),
+        {"tester": TESTER},
+    ).steps
+    (record, _) = [step.action for step in steps if isinstance(step.action, Record)]
+
+    assert record.setpoints["tester.load"] == 7.0
+
+
+def test_wait_and_note():
+    assert only("wait: {time: 2 min, text: warm up}").action == Wait(120.0)
+    assert only("wait: {time: 2 min, text: warm up}").text == "Wait for 120 s: warm up"
+    assert only("note: {text: Grease seen}").action == Note("Grease seen")
+
+
+def test_a_question_with_choices_and_one_with_a_unit():
+    side = only("ask: {text: Side, into: side, choices: [left, right], unattended: LEFT}").action
+    assert side == Ask("Side", "side", "LEFT", expected=Expected(("left", "right")))
+    room = only("ask: {text: Room, into: room, unit: degC, min: 15 °C}").action
+    assert room.expected == Expected(unit="°C", minimum=parse_quantity("15 °C"))
+
+
+def test_single_values_of_several_devices():
+    step = only("measure: {channels: [room.room, tester2.x]}".replace(", tester2.x", ""))
+    assert step.action == Measure(
+        name="measured",
+        channels=("room.room",),
+        duration_s=0.0,
+        setpoints={"tester.load": 1000.0, "tester.frequency": 2.0},
+        units={"tester.load": "N", "tester.frequency": "Hz", "room.room": "K"},
+    )
+    assert step.text == "Measure room.room, once"
+
+
+def test_an_average_is_streamed_where_the_device_streams():
+    streamed = only("measure: {channels: [tester.torque], name: mean, duration: 2 s}")
+    assert (streamed.action.name, streamed.action.sample_rate_hz) == ("mean", 1000.0)
+    assert streamed.estimated_s == 2.0
+    read = only("measure: {channels: [room.room], duration: 2 s}")
+    assert read.action.sample_rate_hz is None
+    assert read.text == "Measure room.room, mean over 2 s"
+
+
+def test_repetitions_come_as_often_as_they_are_asked_for():
+    steps = planned("repeat: {times: 3, steps: [wait: {time: 1 s}, settle: {time: 2 s}]}")
+
+    assert [step.action for step in steps] == [Wait(1.0), Settle(2.0)] * 3
+    assert [step.path for step in steps][::2] == [
+        f"main[1].sweep[0].steps[0].repeat[{n}].steps[0].wait" for n in range(3)
+    ]
+
+
+def test_the_terms_of_a_step():
+    limits = "{room.room: {min: 20 °C, max: 26 °C, marginal: 0.5 K}}"
+    step = only(
+        f"measure: {{channels: [room.room], limits: {limits}, timeout: 3 s, retries: 2,"
+        " on_fail: continue}"
+    )
+    low, high = parse_quantity("20 °C"), parse_quantity("26 °C")
+
+    assert step.terms == Terms(3.0, 3, goes_on=True, limits=(Limit("room.room", low, high, 0.5),))
+    assert only("set: {tester.load: 1 N, retries: 1}").terms == Terms(None, 2)
+    assert only("set: {tester.load: 1 N}").terms == Terms()
+
+
+def test_conditions_of_a_recording_may_have_limits():
+    record = "record: {channels: [tester.angle, tester.torque], cycles: 5, limits: LIMITS}"
+    step = only(record.replace("LIMITS", "{room.room: {max: 26 °C}}"))
+    assert step.terms.limits == (Limit("room.room", None, parse_quantity("26 °C")),)
+
+
+# step, where the finger points, field below the step, message, hint
+CASES = [
+    ("ramp: {drive: tester.load, to: 5 kN, time: 9 s}", "5 kN", "ramp.to",
+     "got '5 kN', allowed is 0 to 3000 N", "these are the limits of tester.load"),
+    ("ramp: {drive: tester.load, from: 5 Hz, to: 5 N, time: 9 s}", "5 Hz", "ramp.from",
+     "got '5 Hz', a frequency; tester.load takes a force", "write it in N"),
+    ("ramp: {drive: tester.laod, to: 5 N, time: 9 s}", "tester.laod", "ramp.drive",
+     "the device in the role 'tester' has no drive 'laod'", "did you mean 'load'?"),
+    ("ramp: {drive: tester.load, to: 5 N, rate: 5 Hz/s}", "5 Hz/s", "ramp.rate",
+     "got '5 Hz/s', a frequency rate; tester.load takes a force rate", "write it in N/s"),
+    ("ramp: {drive: tester.load, to: 5 N, rate: 0 N/s}", "0 N/s", "ramp.rate",
+     "got '0 N/s', allowed is more than 0", ""),
+    ("ramp: {drive: tester.load, to: 0 N, rate: 900 N/s}", "900", "ramp.rate",
+     "tester.load moves by 500 N in a second at most", "it needs 2 s for this ramp"),
+    ("ramp: {drive: tester.load, to: 0 N, time: 1 s}", "1 s}", "ramp.time",
+     "tester.load moves by 500 N in a second at most", "it needs 2 s for this ramp"),
+    ("measure: {channels: [tester.torque]}", "{channels: [tester.torque]}", "measure",
+     "the device in the role 'tester' gives no single values", "give a duration to average"),
+    ("measure: {channels: [tester.torqe], duration: 1 s}", "tester.torqe", "measure.channels[0]",
+     "the device in the role 'tester' has no channel 'torqe'", "did you mean 'torque'?"),
+    ("measure: {channels: [room.room, room.room]}", "[room.room, r", "measure.channels",
+     "a channel stands twice", "name it once"),
+    ("measure: {channels: [tester.torque, logger.torque], duration: 1 s}", "[tester.torque, l",
+     "measure.channels", "channels of two devices in one average: logger, tester",
+     "a measure step for each device, or no duration"),
+    ("measure: {channels: [room.room], limits: {room.rom: {max: 5 K}}}", "room.rom: {",
+     "measure.limits.room.rom", "the device in the role 'room' has no channel 'rom'",
+     "did you mean 'room'?"),
+    ("measure: {channels: [room.room], limits: {tester.load: {max: 5 N}}}", "tester.load: {max",
+     "measure.limits.tester.load", "the step finds no value of tester.load",
+     "it finds: room.room"),
+    ("measure: {channels: [room.room], limits: {room.room: {max: 5 N}}}", "5 N}}",
+     "measure.limits.room.room.max", "got '5 N', a force; room.room takes a temperature",
+     "write it in K"),
+    ("measure: {channels: [room.room], duration: 5 s, timeout: 2 s}", "2 s}", "measure.timeout",
+     "got 2 s, but the step takes 5 s", ""),
+    ("set: {tester.load: 0 N, timeout: 1 s}", "1 s}", "set.timeout",
+     "got 1 s, but the step takes 2 s", ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case[0][:50])
+def test_what_cannot_be_done(case):
+    step, finger, field, message, hint = case
+    text = edited(PROCEDURE, (MARK, step), ROLES)
+    problem = only_problem(planned, step)
+
+    assert problem.message == message
+    assert problem.field == f"{AT}.{field}"
+    assert hint in problem.hint
+    within = text[text.index(step) :]
+    assert str(problem.location) == f"p.yaml:{place_of(text, within[within.index(finger) :])}"
+
+
+def test_a_drive_without_a_unit_for_its_rate():
+    valve = Reader((ChannelInfo("u", "V", ""),), (DriveInfo("u", "V", "", 0.0, 10.0),))
+    step = "ramp: {drive: room.u, to: 5 V, rate: 5 N/s}"
+    problem = only_problem(planned, step, DEVICES | {"room": valve})
+
+    assert (problem.message, problem.hint) == (
+        "there is no unit for the rate of a voltage",
+        "give a time",
+    )
+
+
+INNER = """\
+rigrunner: procedure/1
+id: INNER
+revision: "A"
+title: Inner
+measurand: {symbol: T, name: torque}
+uses: {tester: swing_tester}
+parameters: {load: 10 N}
+setup: [confirm: {text: Ready, picture: ready.png}]
+main:
+  - set: {tester.load: $load}
+  - record: {channels: [tester.angle, tester.torque], cycles: 4}
+teardown: [set: {tester.load: 1 N}]
+"""
+
+
+def called(tmp_path, changes=(), inner=INNER):
+    (tmp_path / "inner.yaml").write_text(inner, encoding="utf-8")
+    (tmp_path / "ready.png").write_bytes(b"\x89PNG")
+    (tmp_path / "p.yaml").write_text(edited(PROCEDURE, *changes), encoding="utf-8")
+    procedure = load_procedure(tmp_path / "p.yaml")
+    return make_plan(procedure, parse_station(STATION, "s.yaml"), {"tester": TESTER}).steps
+
+
+def test_a_called_procedure_is_done_where_it_stands(tmp_path):
+    call = (MARK, "call: {procedure: inner.yaml, with: {load: 20 N}}")
+    steps = [step for step in called(tmp_path, [call]) if step.calls]
+    first, second = "main[1].sweep[0].steps[0].call", "main[1].sweep[1].steps[0].call"
+
+    assert [step.calls for step in steps] == [(first,)] * 4 + [(second,)] * 4
+    assert [step.path for step in steps[:4]] == [
+        f"{first}.setup[0].confirm",
+        f"{first}.main[0].set.tester.load",
+        f"{first}.main[1].record",
+        f"{first}.teardown[0].set.tester.load",
+    ]
+    assert [step.phase for step in steps[:4]] == [Phase.MAIN] * 3 + [Phase.TEARDOWN]
+    assert steps[0].action == Confirm("Ready", None, str(tmp_path / "ready.png"))
+    assert steps[1].action == SetDrive("tester", "load", 20.0, "N")
+    assert steps[2].action.name == "001_2Hz"
+    assert steps[2].action.setpoints == {"tester.load": 20.0, "tester.frequency": 2.0}
+
+
+def test_what_follows_a_call_knows_what_it_set(tmp_path):
+    steps = called(tmp_path, [(MARK, "call: {procedure: inner.yaml}")])
+    (own, _) = [s.action for s in steps if isinstance(s.action, Record) and not s.calls]
+
+    assert own.name == "002_2Hz"
+    assert own.setpoints["tester.load"] == 1.0
+
+
+def test_a_call_in_a_teardown_is_teardown_all_through(tmp_path):
+    change = ("teardown:\n", "teardown:\n  - call: {procedure: inner.yaml}\n")
+    steps = called(tmp_path, [change, ("tester.frequency: 0 Hz}\nan", "tester.load: 0 N}\nan")])
+    inside = [step for step in steps if step.path.startswith("teardown[0].call")]
+
+    assert len(inside) == 4
+    assert {(step.phase, step.calls) for step in inside} == {(Phase.TEARDOWN, ())}
+
+
+def test_a_problem_within_a_call_is_told_in_its_own_file(tmp_path):
+    inner = edited(INNER, ("tester.angle", "tester.angel"))
+    call = (MARK, "call: {procedure: inner.yaml}")
+    problem = only_problem(called, tmp_path, [call], inner)
+
+    assert str(problem.location) == f"{tmp_path / 'inner.yaml'}:{place_of(inner, 'tester.angel')}"
+    assert problem.field == "main[1].record.channels[0]"
+
+
+def test_endless_repetitions_of_calls_are_refused_before_they_are_written_out(tmp_path):
+    times = "repeat: {times: 20000, steps: [call: {procedure: inner.yaml}]}"
+    problem = only_problem(called, tmp_path, [(MARK, times)])
+
+    each_time, others = 4, 1 + 1
+    actions = 5 + 1 + 2 * (20_000 * each_time + others) + 1
+    assert problem.message == f"the procedure has {actions:,} actions, more than 100,000"
