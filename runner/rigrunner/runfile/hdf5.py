@@ -15,6 +15,7 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.durable import publish, temporary, writing
+from rigrunner.runfile.patient_file import PatientFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -28,8 +29,15 @@ _LONGEST_ATTRIBUTE = 32_000
 def new_file(path: Path, *, read_only: bool = False) -> Iterator[h5py.File]:
     """Give an HDF5 file that appears under its name whole and durable, or not at all."""
     with writing(path):
-        with h5py.File(temporary(path), "w", libver=("earliest", "v110")) as file:
-            yield file
+        with PatientFile(temporary(path)) as patient:
+            try:
+                with h5py.File(patient, "w", libver=("earliest", "v110")) as file:
+                    yield file
+            except Exception:
+                if patient.error is None:
+                    raise  # else what was read back was not what had been written
+            if patient.error is not None:
+                raise patient.error
         publish(path, read_only=read_only)
 
 

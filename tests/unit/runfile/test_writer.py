@@ -1,6 +1,7 @@
 from __future__ import annotations
 
-import gc
+import subprocess
+import sys
 
 import pytest
 
@@ -85,17 +86,38 @@ def test_full_disk_ends_an_engine_run_in_order(tmp_path):
     assert read(tmp_path / "run").info.outcome == "error"
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_sealing_on_a_full_disk_is_told_and_can_be_done_again(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
     with disk_full_beyond(20_000), pytest.raises(DataError, match="cannot write"):
         seal(tmp_path / "run")
-    gc.collect()  # HDF5 complains once more when it lets go of the file: here, not in a later test
     before = read(tmp_path / "run")
     assert len(before.recordings) == 2
     seal(tmp_path / "run")
     assert read(tmp_path / "run").digest == before.digest
+
+
+@pytest.mark.parametrize("size", [0, 500, 3_000, 20_000, 60_000])
+def test_a_full_disk_while_sealing_does_not_bring_the_process_down(tmp_path, size):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        run(FakeTester(), critical=[writer])
+    program = f"""
+import pathlib, resource, sys
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import seal
+resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, resource.RLIM_INFINITY))
+try:
+    seal(pathlib.Path(sys.argv[1]))
+except DataError as error:
+    sys.exit(error.exit_code)
+"""
+    ended = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path / "run")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (5, "")
 
 
 def test_interrupt_while_a_recording_is_folded_loses_nothing(tmp_path, monkeypatch):
