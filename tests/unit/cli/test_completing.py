@@ -51,7 +51,7 @@ def test_shipped_procedures_and_files_here_are_offered(command):
 @pytest.mark.parametrize("command", ["run x", "check x", "plan x", "plugins", "schema station"])
 @pytest.mark.usefixtures("folder")
 def test_shipped_stations_are_offered(command):
-    assert offered(*command.split(), "--station", "simu") == ["simulated"]
+    assert "simulated" in offered(*command.split(), "--station", "simu")
 
 
 @pytest.mark.parametrize("command", ["run", "show"])

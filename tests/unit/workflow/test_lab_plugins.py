@@ -1,7 +1,8 @@
 import pytest
 
+from helpers_cli import call
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.runfile import read
 
 MEDIAN_RULE = """
@@ -34,6 +35,16 @@ def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path)
     assert finished.error is None
     assert all(not point.peak_kept[0] for point in finished.result.loaded)
     assert "rule.py sha256:" in read(finished.folder).header.provenance["plugin providers"]
+    assert_analysed_again_with_the_station_alone(finished.folder, station, tmp_path / "again.html")
+
+
+def assert_analysed_again_with_the_station_alone(folder, station, report):
+    for words in (["analyse", folder], ["report", folder, "--out", report]):
+        without = call(*words)
+        assert without.code == ExitCode.INVALID
+        assert "there is no outlier rule 'first_one'" in without.err
+        assert call(*words, "--station", station).code == ExitCode.PASS
+    assert report.is_file()
 
 
 def test_a_missing_plugin_folder_is_a_problem_of_the_station(tmp_path):

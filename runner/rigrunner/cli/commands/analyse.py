@@ -11,10 +11,10 @@ import click
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.completing import stored_runs
-from rigrunner.cli.options import json_option, run_argument, runs_option
+from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.planning import lab_registry
 from rigrunner.cli.summary import identity, summary
-from rigrunner.registry import load_registry
 from rigrunner.workflow.locate import find_run
 from rigrunner.workflow.record import verdict_code
 from rigrunner.workflow.stored import analyse_run
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 @click.command(name="analyse")
 @run_argument
 @runs_option
+@lab_option
 @click.option(
     "--no-load",
     metavar="RUN",
@@ -41,14 +42,20 @@ if TYPE_CHECKING:
 )
 @json_option
 def command(
-    run: str, runs: Path, no_load: str | None, out: Path | None, *, as_json: bool
+    run: str,
+    runs: Path,
+    station: str | None,
+    no_load: str | None,
+    out: Path | None,
+    *,
+    as_json: bool,
 ) -> ExitCode:
     """Analyse a stored run again.
 
     The run's own files stay as they are.
     """
     other = None if no_load is None else find_run(no_load, runs)
-    found = analyse_run(find_run(run, runs), load_registry(), other)
+    found = analyse_run(find_run(run, runs), lab_registry(station), other)
     content = document(found)
     if out is not None:
         _write_new(out, content)

@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 
 from rigrunner.api.errors import UsageError
-from rigrunner.cli.options import run_argument, runs_option
+from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
-from rigrunner.registry import load_registry
+from rigrunner.cli.planning import lab_registry
 from rigrunner.workflow.locate import find_run
 from rigrunner.workflow.report import write_report
 
@@ -17,18 +17,19 @@ from rigrunner.workflow.report import write_report
 @click.command(name="report")
 @run_argument
 @runs_option
+@lab_option
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     help="Where to write it; left out, into the run folder.",
 )
-def command(run: str, runs: Path, out: Path | None) -> None:
+def command(run: str, runs: Path, station: str | None, out: Path | None) -> None:
     """Write the report of a stored run again.
 
     The same run gives the same bytes; the path of the report is printed.
     """
     folder = find_run(run, runs)
     try:
-        result(str(write_report(folder, load_registry(), out=out)))
+        result(str(write_report(folder, lab_registry(station), out=out)))
     except OSError as error:
         raise UsageError(f"the report cannot be written: {error}") from error
