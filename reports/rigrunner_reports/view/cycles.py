@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner_reports.numbers import fixed, plain, significant
+from rigrunner_reports.view.frequency_table import are_starts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -36,6 +37,8 @@ class RejectionTable:
     rows: tuple[RejectionRow, ...]
     cycles: int
     spikes: int
+    starts: bool = False
+    """Whether what is called a cycle is a start from rest."""
 
 
 def rejections(result: Result) -> RejectionTable:
@@ -46,6 +49,7 @@ def rejections(result: Result) -> RejectionTable:
         rows=tuple(row for name, run in runs for point in run for row in _rows(name, point)),
         cycles=sum(point.cycles for point in points),
         spikes=sum(point.spikes for point in points),
+        starts=are_starts(result),
     )
 
 

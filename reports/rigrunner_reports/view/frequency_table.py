@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Estimate
 from rigrunner.signal.rounding import places
 from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
@@ -20,6 +21,8 @@ MILLI = 1e3
 MOST_PLACES = 4
 DEFAULT_PLACES = 3
 MISSING = "\N{EM DASH}"
+OF_CYCLES = "mean of each cycle's largest sample"
+OF_STARTS = "mean of the greatest torque in the first travel of each start from rest"
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class FrequencyTable:
     measurands: tuple[tuple[str, str], ...]
     primary: str
     rows: tuple[Row, ...]
+    raw_peak: str
+    """What the raw peak is, in words."""
     simulated: bool
     excluded: tuple[tuple[str, str], ...]
 
@@ -65,6 +70,7 @@ def frequency_table(result: Result, points: Sequence[SetPoint]) -> FrequencyTabl
         measurands=tuple((name, result.compensations[name].measurand) for name in methods),
         primary=result.primary,
         rows=tuple(_row(result, methods, each, digits) for each in points),
+        raw_peak=OF_STARTS if are_starts(result) else OF_CYCLES,
         simulated=any(each.truth_nm is not None for each in points),
         excluded=tuple(
             (name, each.not_applicable or "it gave no points")
@@ -72,6 +78,11 @@ def frequency_table(result: Result, points: Sequence[SetPoint]) -> FrequencyTabl
             if not each.points
         ),
     )
+
+
+def are_starts(result: Result) -> bool:
+    """Return whether the run is of starts from rest, which stand where cycles stand elsewhere."""
+    return any(isinstance(point, StartPoint) for point in result.loaded)
 
 
 def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) -> Row:

@@ -5,12 +5,13 @@ from dataclasses import replace
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from helpers_report import RATIO, TRUTH_NM, loaded_result, no_load_result, report_input
 from rigrunner_reports.plots import canvas
 from rigrunner_reports.plots.cycles import cycle_values
 from rigrunner_reports.plots.fits import fitted_peaks
-from rigrunner_reports.plots.frequency import over_frequency
+from rigrunner_reports.plots.frequency import _raw_and_compensated, over_frequency
 from rigrunner_reports.plots.kinematics import motion
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view.points import set_points
@@ -32,6 +33,23 @@ def test_the_users_own_matplotlib_settings_change_nothing(result, points):
         mine = dict(mpl.rcParams)
         assert over_frequency(result, points).svg == plain
         assert dict(mpl.rcParams) == mine
+
+
+def test_a_torque_below_zero_is_not_cut_off(result, points):
+    def bottom(shift_nm):
+        moved = [shifted(each, shift_nm, result.primary) for each in points]
+        axes = Figure().subplots()
+        _raw_and_compensated(axes, result, moved)
+        return axes.get_ylim()[0]
+
+    assert bottom(0.0) == 0
+    assert bottom(-1.0) < -1.0 + TRUTH_NM
+
+
+def shifted(each, shift_nm, name):
+    found = each.by_method[name]
+    torque = replace(found.torque, value=found.torque.value + shift_nm)
+    return replace(each, by_method={**each.by_method, name: replace(found, torque=torque)})
 
 
 def test_a_picture_carries_no_date(result, points):
