@@ -11,7 +11,11 @@ from rigrunner.api.hooks import CompensationRecord, DeviceRecord, hookimpl
 from rigrunner_plugins.compensations.breakaway_peak_settings import BreakawayPeakSettings
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
-from rigrunner_plugins.compensations.settings import EnergySettings, TemplateInverseSettings
+from rigrunner_plugins.compensations.settings import (
+    EnergySettings,
+    InverseSettings,
+    TemplateInverseSettings,
+)
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
@@ -129,6 +133,12 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_template_inverse,
         ),
         CompensationRecord(
+            name="model_inverse",
+            help="As template_inverse, by a model of the sweep: also between its frequencies",
+            settings=InverseSettings,
+            factory=_model_inverse,
+        ),
+        CompensationRecord(
             name="energy",
             help="Running torque: work of a swing over its way, loaded minus no-load",
             settings=EnergySettings,
@@ -163,6 +173,14 @@ def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
     )
 
     return TemplateInverse(settings)
+
+
+def _model_inverse(settings: InverseSettings) -> CompensationMethod:
+    from rigrunner_plugins.compensations.model_inverse import (  # noqa: PLC0415  (scipy)
+        ModelInverse,
+    )
+
+    return ModelInverse(settings)
 
 
 def _energy(settings: EnergySettings) -> CompensationMethod:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner_plugins.compensations.bearing import Pair
     from rigrunner_plugins.compensations.drive_line import DriveLine
-    from rigrunner_plugins.compensations.settings import TemplateInverseSettings
+    from rigrunner_plugins.compensations.settings import InverseSettings
 
 NONLINEAR_SLOPE = 4.0
 """Greatest slope of a parabolic error curve, in its greatest value over full scale."""
@@ -47,7 +47,7 @@ class Budget:
     `refiltered` is the rig as learned with the low-pass corner at its upper limit.
     """
 
-    settings: TemplateInverseSettings
+    settings: InverseSettings
     instrument: TorqueInstrument
     rig: Identified
     refiltered: Identified

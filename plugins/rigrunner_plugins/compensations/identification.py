@@ -236,6 +236,35 @@ def _friction(
     return make_friction(swing, slowest, dry, growth)
 
 
+def frictions_without_each(
+    points: Sequence[SwingPoint], rig: Identified
+) -> tuple[SupportFriction, ...]:
+    """Return the support's friction as learned without each point, for a jackknife over them.
+
+    The drive line is kept: its own uncertainty is in `Identified.covariance`.
+    """
+    swing = rig.friction.swing
+    observed = _observe(points, swing)
+    waveforms = [interpolated(robust_mean(p.torque_nm, p.kept)[0], swing.size) for p in points]
+    twists = _twists(observed, rig.line, waveforms)
+    change = _twist_change(observed, rig.friction, twists)
+    return tuple(
+        _friction(
+            _without(observed, left_out), rig.line, np.delete(change, left_out, 0), swing, twists
+        )
+        for left_out in range(len(points))
+    )
+
+
+def _without(observed: _Observed, row: int) -> _Observed:
+    return replace(
+        observed,
+        frequency_hz=np.delete(observed.frequency_hz, row, 0),
+        harmonics=np.delete(observed.harmonics, row, 0),
+        weight=np.delete(observed.weight, row, 0),
+    )
+
+
 def _twists(observed: _Observed, line: DriveLine, waveforms: Sequence[Array]) -> tuple[Array, ...]:
     frequencies = observed.frequency_hz[:, 0]
     return tuple(line.twist(w, f) for f, w in zip(frequencies, waveforms, strict=True))

@@ -20,8 +20,8 @@ class WaveformSettings(Settings):
     ] = 0.02
 
 
-class TemplateInverseSettings(WaveformSettings):
-    """Of the compensation `template_inverse`.
+class InverseSettings(Settings):
+    """Of the compensation `model_inverse`, and of every other that undoes the drive line.
 
     The last three are limits of what the two runs cannot show, as half-widths of rectangular
     distributions: replace them by what is known of your rig.
@@ -39,6 +39,10 @@ class TemplateInverseSettings(WaveformSettings):
     low_pass_tolerance: Annotated[
         Ratio, Field(ge=0, description="of the low-pass filter's corner frequency")
     ] = 0.02
+
+
+class TemplateInverseSettings(InverseSettings, WaveformSettings):
+    """Of the compensation `template_inverse`."""
 
 
 class EnergySettings(WaveformSettings):

@@ -32,6 +32,8 @@ class SupportFriction:
     dry_nm: Array
     growth_s: float
     viscous_nms: float
+    growth_nm_per_hz: Array
+    """What grows with frequency, as it was seen over the drive's phase, shape (n,)."""
 
     @property
     def level_nm(self) -> float:
@@ -49,6 +51,14 @@ class SupportFriction:
         velocity = self.swing.velocity_per_hz * frequency_hz
         velocity = velocity - share * _rate(twist_rad, frequency_hz)
         return dry * (1 + self.growth_s * np.abs(velocity)) + self.viscous_nms * velocity
+
+    def seen(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
+        """Return the friction torque of the sweep itself at a frequency, shape (n,).
+
+        Its shape is the measured one, whatever it is; only the twist's part is modelled.
+        """
+        measured = self.dry_nm + frequency_hz * self.growth_nm_per_hz
+        return np.asarray(measured + share * self.change(frequency_hz, twist_rad))
 
     def change(self, frequency_hz: float, twist_rad: Array) -> Array:
         """Return how much the friction torque differs if all of it takes part, shape (n,)."""
@@ -68,7 +78,9 @@ def make_friction(
     velocity = swing.velocity_per_hz
     basis = np.stack([np.abs(velocity) * dry_nm, velocity], axis=1)
     (growth, viscous), *_ = np.linalg.lstsq(basis, growth_nm_per_hz, rcond=None)
-    return SupportFriction(swing, reference_twist_rad, dry_nm, float(growth), float(viscous))
+    return SupportFriction(
+        swing, reference_twist_rad, dry_nm, float(growth), float(viscous), growth_nm_per_hz
+    )
 
 
 def _rate(values: Array, frequency_hz: float) -> Array:

@@ -1,0 +1,170 @@
+"""Starting torque from whole swings: loaded minus no-load, with the drive line undone.
+
+A template of all that the rig itself puts on the sensor is taken from the loaded run. The
+difference still went through the drive line's resonance and the low-pass filter; both are inverted
+(the filter from the register, the resonance learned from the no-load sweep). The starting torque is
+the greatest torque shortly after a reversal, mean of both strokes. Where the template comes from is
+what the methods differ in.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import CompensatedPoint, Compensation, Trace
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.signal.swings import with_swings
+from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.compensations import checks
+from rigrunner_plugins.compensations.bearing import Pair, bearing_torque, mean_swing, reversals
+from rigrunner_plugins.compensations.budget import Budget
+from rigrunner_plugins.compensations.identification import identify, vector
+from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.analysis import Check, Sweep, SwingPoint, SwingSweep
+    from rigrunner.api.data import Array
+    from rigrunner.api.instruments import LowPass, TorqueInstrument
+    from rigrunner_plugins.compensations.bearing import MeanSwing
+    from rigrunner_plugins.compensations.identification import Identified
+    from rigrunner_plugins.compensations.settings import InverseSettings
+
+MEASURAND = "load-induced starting torque at the reversals of the swing"
+NOTES = (
+    "The torque that the load adds: friction that the bearing has without load is not in it.",
+    "At the reversals of a swing: not a breakaway after a rest.",
+    "Holds if the support's friction does not grow under load by more than its component states.",
+)
+
+
+@dataclass(frozen=True)
+class _Diagnosis:
+    asymmetry: float
+    """Half of what the strokes differ by, over their mean."""
+    running_nm: float
+    """The mean torque under way."""
+
+
+@dataclass(frozen=True)
+class Inverse(ABC):
+    """A compensation by a template of whole swings and the inverse of the drive line."""
+
+    settings: InverseSettings
+
+    @abstractmethod
+    def templates(self, sweep: SwingSweep, rig: Identified) -> Sequence[MeanSwing]:
+        """Return for each loaded point what the sensor would show without load; DataError."""
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return the starting torque per frequency.
+
+        Raises DataError for a point without whole swings, a frequency without no-load partner, a
+        register without low-pass filter, and too few no-load frequencies to learn the resonance
+        from.
+        """
+        sweep = with_swings(sweep)
+        low_pass = _low_pass(sweep.instrument)
+        swing = make_swing(measured_ratio(sweep.no_load))
+        rig = identify(sweep.no_load, swing, low_pass)
+        wider = low_pass.corner * (1 + self.settings.low_pass_tolerance)
+        refiltered = identify(sweep.no_load, swing, low_pass.model_copy(update={"corner": wider}))
+        budget = Budget(self.settings, sweep.instrument, rig, refiltered)
+        templates = self.templates(sweep, rig)
+        done = [
+            self._point(budget, loaded, template)
+            for loaded, template in zip(sweep.loaded, templates, strict=True)
+        ]
+        points = tuple(point for point, _ in done)
+        diagnosed = [diagnosis for _, diagnosis in done]
+        return Compensation(
+            measurand=MEASURAND,
+            points=points,
+            parameters=_parameters(rig),
+            checks=_checks(sweep, rig, points, diagnosed),
+            notes=NOTES,
+        )
+
+    def _point(
+        self, budget: Budget, loaded: SwingPoint, template: MeanSwing
+    ) -> tuple[CompensatedPoint, _Diagnosis]:
+        line, friction = budget.rig.line, budget.rig.friction
+        pair = Pair(mean_swing(loaded, friction.swing.size), template)
+        bearing = bearing_torque(line, friction, pair)
+        where = reversals(line, friction, pair.loaded, self.settings.window)
+        torque = float(where.torque(bearing))
+        forward, backward = where.both(bearing)
+        components = budget.components(pair)
+        raw = float(np.ptp(pair.loaded.torque_nm) / 2)
+        point = CompensatedPoint(
+            set_frequency_hz=loaded.set_frequency_hz,
+            frequency_hz=pair.loaded.frequency_hz,
+            raw_nm=raw,
+            rig_nm=raw - torque,
+            torque=Estimate(torque, *combine(components)),
+            components=components,
+            trace=_trace(loaded, pair, bearing),
+        )
+        asymmetry = float((forward - backward) / (forward + backward))
+        return point, _Diagnosis(asymmetry, float(running_torque(friction.swing, bearing)))
+
+
+def _low_pass(instrument: TorqueInstrument) -> LowPass:
+    if instrument.low_pass is None:
+        raise DataError(
+            f"the register has no low_pass for {instrument.channel} (serial {instrument.serial}), "
+            "and an unknown filter cannot be undone",
+            hint="add it to the station, such as "
+            "low_pass: {type: butterworth, order: 2, corner: 1 kHz}",
+        )
+    return instrument.low_pass
+
+
+def _trace(loaded: SwingPoint, pair: Pair, bearing: Array) -> Trace:
+    step = len(bearing) // len(loaded.angle_rad)
+    return Trace(
+        angle_rad=loaded.angle_rad,
+        raw_nm=pair.loaded.torque_nm[::step],
+        no_load_nm=pair.no_load.torque_nm[::step],
+        compensated_nm=bearing[::step],
+    )
+
+
+def _parameters(rig: Identified) -> Mapping[str, Estimate]:
+    names = {
+        "natural frequency": "Hz",
+        "damping ratio": "1",
+        "inertia": "kg·m²",
+        "share of twist in friction": "1",
+        "delay of torque behind angle": "s",
+    }
+    u = np.sqrt(np.diag(rig.covariance))
+    return {
+        name: Estimate(float(value), float(u_value), rig.dof, unit)
+        for (name, unit), value, u_value in zip(names.items(), vector(rig.line), u, strict=True)
+    }
+
+
+def _checks(
+    sweep: SwingSweep,
+    rig: Identified,
+    points: Sequence[CompensatedPoint],
+    diagnosed: Sequence[_Diagnosis],
+) -> tuple[Check, ...]:
+    own = [combine(part for part in p.components if not part.common)[0] for p in points]
+    recordings = (*sweep.loaded, *sweep.no_load)
+    return (
+        checks.positive(points, [each.running_nm for each in diagnosed]),
+        checks.understood(rig.misfit),
+        checks.symmetry(points, [each.asymmetry for each in diagnosed]),
+        checks.same_inertia(points, np.array(own)),
+        checks.simultaneous(rig.line.delay_s),
+        checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
+        checks.follows_resonance(recordings, rig.line.natural_hz),
+    )
