@@ -61,9 +61,17 @@ UNITS: tuple[Unit, ...] = (
     Unit("kg·m²", "moment of inertia"),
     Unit("N·m·s/rad", "rotational damping"),
     Unit("rad/s", "angular velocity"),
+    Unit("deg/s", "angular velocity", _DEG),
     Unit("rad/s²", "angular acceleration"),
     Unit("N/s", "force rate", 1.0),
+    Unit("kN/s", "force rate", 1e3),
     Unit("Hz/s", "frequency rate", 1.0),
+    Unit("rpm/s", "frequency rate", 1 / 60),
+    Unit("m/s", "speed"),
+    Unit("mm/s", "speed", 1e-3),
+    Unit("N·m/s", "torque rate"),
+    Unit("K/s", "temperature rate"),
+    Unit("K/min", "temperature rate", 1 / 60),
 )
 
 _SPELLINGS = {
