@@ -192,9 +192,10 @@ def run(
     guarded: Sequence = (),
     stop: StopToken | None = None,
     answers: object = None,
+    clock: SimulatedClock | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig of one fake tester, in simulated time."""
-    clock = SimulatedClock()
+    clock = clock or SimulatedClock()
     rig = Rig({"tester": device}, clock)
     rig.connect()
     return run_plan(

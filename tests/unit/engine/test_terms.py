@@ -1,0 +1,306 @@
+"""Tries, time-outs and limits of steps: what is tried again, passed over, or ends the run."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from helpers_devices import FakeTester, Listener, NthCall, record, run
+from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
+from rigrunner.api.events import Alarm, Note, Outcome, StepEnded, StepStarted
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.clock import SimulatedClock
+from rigrunner.plan.actions import (
+    Limit,
+    Measure,
+    Phase,
+    Plan,
+    PlannedStep,
+    Ramp,
+    SetDrive,
+    Terms,
+    Wait,
+    Zero,
+)
+
+LOAD = Measure("table", ("tester.load",), 0.0, {"tester.load": 5.0}, {"tester.load": "N"})
+MEAN = Measure("table", ("tester.torque",), 0.2, {}, {"tester.torque": "N·m"}, 1000.0)
+READ_MEAN = Measure("table", ("tester.load",), 0.5, {}, {"tester.load": "N"})
+
+
+def steps(*actions):
+    """Return a plan of these steps, each an action or an action with its terms."""
+    pairs = [each if isinstance(each, tuple) else (each, Terms()) for each in actions]
+    return Plan(
+        tuple(
+            PlannedStep(f"main[{n}]", Phase.MAIN, action, "", 1.0, terms)
+            for n, (action, terms) in enumerate(pairs)
+        )
+    )
+
+
+def done(device, *actions, **more):
+    listener = Listener()
+    return run(device, steps(*actions), critical=[listener], **more), listener
+
+
+def between(low, high, marginal=0.0):
+    limit = Limit("tester.load", parse_quantity(low), parse_quantity(high), marginal)
+    return Terms(limits=(limit,))
+
+
+def test_a_failure_is_tried_again_and_put_on_record():
+    fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
+    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(tries=2)))
+
+    assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
+    assert [one.ok for one in listener.of(StepEnded)] == [False, True]
+    assert len(listener.of(StepStarted)) == 2
+    assert [one.text for one in listener.of(Alarm)] == ["tester: cable; try 1 of 2"]
+
+
+def test_each_try_of_a_recording_is_a_recording_of_its_own():
+    fault = NthCall(2, DeviceTimeoutError("late"), never=("connect", "make_safe"))
+    summary, listener = done(FakeTester(before=fault), (record("001"), Terms(tries=3)))
+
+    assert summary.outcome is Outcome.COMPLETED
+    assert [(one.recording, one.ok) for one in listener.of(StepEnded)] == [
+        ("001", False),
+        ("001_try2", True),
+    ]
+
+
+def test_the_last_failure_ends_the_run():
+    def refuse(call):
+        if call.startswith("read"):
+            raise DeviceTimeoutError("late")
+
+    summary, listener = done(FakeTester(before=refuse), (LOAD, Terms(tries=3)), LOAD)
+
+    assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: late")
+    assert [one.ok for one in listener.of(StepEnded)] == [False] * 3
+    assert len(listener.of(Alarm)) == 3
+
+
+def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
+    fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
+    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(goes_on=True)), LOAD)
+
+    assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
+    assert summary.passed_over == ("main[0]: tester: cable",)
+    assert summary.reason == "passed over: main[0]: tester: cable"
+    assert [one.ok for one in listener.of(StepEnded)] == [False, True]
+    assert [one.text for one in listener.of(Alarm)] == ["tester: cable; the run goes on"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError("bug")])
+def test_neither_a_person_nor_a_bug_is_tried_again(error):
+    fault = NthCall(0, error, never=("connect", "make_safe"))
+    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(tries=5, goes_on=True)), LOAD)
+
+    assert summary.error is error
+    assert [one.ok for one in listener.of(StepEnded)] == [False]
+
+
+def test_a_stop_is_no_failure_that_is_passed_over():
+    stop = threading.Event()
+
+    def request(call):
+        if call == "block":
+            stop.set()
+
+    device = FakeTester(before=request)
+    summary, _ = done(device, (record("001"), Terms(tries=5, goes_on=True)), LOAD, stop=stop)
+
+    assert (summary.outcome, summary.reason) == (Outcome.ABORTED, "stopped on request")
+
+
+def test_a_critical_sink_that_fails_is_not_passed_over():
+    broken = NthCall(3, OSError("disk full"))
+    summary = run(
+        FakeTester(), steps((LOAD, Terms(tries=3, goes_on=True)), LOAD), critical=[broken]
+    )
+
+    assert summary.outcome is Outcome.ERROR
+    assert "disk full" in summary.reason
+
+
+def test_a_step_that_takes_too_long_has_failed():
+    summary, listener = done(FakeTester(), (Wait(5.0), Terms(timeout_s=2.0)))
+
+    assert summary.outcome is Outcome.ERROR
+    assert type(summary.error) is DeviceTimeoutError
+    assert "the step is not done within 2 s" in summary.reason
+    began, ended = listener.of(StepStarted)[0], listener.of(StepEnded)[0]
+    assert 2.0 <= ended.monotonic_s - began.monotonic_s <= 2.2
+
+
+def test_a_set_that_comes_late_has_failed_though_it_came():
+    clock = SimulatedClock()
+
+    def dawdle(call):
+        if call.startswith("set load 5"):
+            clock.sleep(3.0)
+
+    action = (SetDrive("tester", "load", 5.0, "N"), Terms(timeout_s=2.0))
+    summary, _ = done(FakeTester(before=dawdle), action, clock=clock)
+
+    assert "the step is not done within 2 s" in summary.reason
+
+
+def test_a_time_out_replaces_the_patience_with_a_device_that_hangs():
+    hang = threading.Event()
+
+    def hanging(call):
+        if call == "set load 5":
+            hang.wait(10)
+
+    action = (SetDrive("tester", "load", 5.0, "N"), Terms(timeout_s=0.1))
+    summary, _ = done(FakeTester(before=hanging, non_blocking=False), action)
+    hang.set()
+
+    assert type(summary.error) is DeviceTimeoutError
+    assert "'set load' did not return within 0.1 s" in summary.reason
+
+
+@pytest.mark.parametrize(
+    ("terms", "reason"),
+    [
+        (between("0 N", "1 kN"), ""),
+        (between("1 kN", "2 kN"), ""),
+        (between("0 N", "0.9 kN"), "tester.load is 1 kN, allowed is 0.9 kN or less"),
+        (between("1001 N", "2 kN"), "tester.load is 1000 N, allowed is 1001 N or more"),
+    ],
+)
+def test_a_value_beyond_its_limits_fails_the_step(terms, reason):
+    summary, listener = done(FakeTester(), (LOAD, terms))
+
+    assert summary.reason == reason
+    assert summary.outcome is (Outcome.ERROR if reason else Outcome.COMPLETED)
+    (ended,) = listener.of(StepEnded)
+    assert (ended.ok, ended.values) == (not reason, {"tester.load": 1000.0})
+
+
+@pytest.mark.parametrize(
+    ("terms", "note"),
+    [
+        (between("0 N", "1100 N", 99), None),
+        (
+            between("0 N", "1100 N", 101),
+            "tester.load is 1000 N, marginal: allowed is 1100 N or less",
+        ),
+        (between("900 N", "2 kN", 99), None),
+        (
+            between("0.9 kN", "2 kN", 101),
+            "tester.load is 1 kN, marginal: allowed is 0.9 kN or more",
+        ),
+    ],
+)
+def test_a_marginal_value_is_put_on_record_and_passes(terms, note):
+    summary, listener = done(FakeTester(), (LOAD, terms))
+
+    assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
+    assert [one.text for one in listener.of(Note)] == ([note] if note else [])
+
+
+def test_limits_of_temperature_are_told_in_the_unit_of_the_limit():
+    limit = Limit("tester.load", None, parse_quantity("26 °C"))
+    _, listener = done(FakeTester(), (LOAD, Terms(limits=(limit,))))
+
+    assert listener.of(Alarm)[0].text == "tester.load is 726.9 °C, allowed is 26 °C or less"
+
+
+def test_all_values_beyond_limits_are_told():
+    limits = tuple(
+        Limit(f"tester.{name}", maximum=parse_quantity("0 N")) for name in ("load", "torque")
+    )
+    channels = ("tester.load", "tester.torque")
+    action = Measure("table", channels, 0.0, {}, dict.fromkeys(channels, "N"))
+    summary, _ = done(FakeTester(), (action, Terms(limits=limits)))
+
+    assert summary.reason == (
+        "tester.load is 1000 N, allowed is 0 N or less;"
+        " tester.torque is 1000 N, allowed is 0 N or less"
+    )
+
+
+def test_a_recording_whose_conditions_are_beyond_limits_has_failed():
+    summary, listener = done(FakeTester(), (record("001"), between("0 N", "5 N")))
+
+    assert type(summary.error) is DataError
+    assert (listener.of(StepEnded)[0].recording, listener.of(StepEnded)[0].ok) == ("001", False)
+
+
+def test_a_zero_has_limits_beside_what_it_may_be():
+    limit = Limit("tester.torque", maximum=parse_quantity("-20 mN·m"))
+    action = Zero("tester", "torque", "N·m", 0.05, 0.2)
+    summary, listener = done(FakeTester(), (action, Terms(limits=(limit,))))
+
+    assert summary.reason.startswith("tester.torque is -9.9")
+    assert listener.of(StepEnded)[0].ok is False
+
+
+def test_single_values_are_a_row_of_a_table():
+    _, listener = done(FakeTester(), LOAD)
+    (ended,) = listener.of(StepEnded)
+
+    assert (ended.measurement, ended.setpoints) == ("table", {"tester.load": 5.0})
+    assert (ended.values, ended.units) == ({"tester.load": 1000.0}, {"tester.load": "N"})
+
+
+def test_an_average_is_over_all_samples_of_the_stream():
+    device = FakeTester()
+    _, listener = done(device, MEAN)
+    expected = sum(-0.01 + 1e-6 * n for n in range(200)) / 200
+
+    assert listener.of(StepEnded)[0].values == {"tester.torque": pytest.approx(expected)}
+    assert "stream" in device.calls
+
+
+def test_an_average_of_a_device_that_is_read_takes_several_readings():
+    device = FakeTester()
+    _, listener = done(device, READ_MEAN)
+    began, ended = listener.of(StepStarted)[0], listener.of(StepEnded)[0]
+
+    assert device.calls.count("read load") == 5
+    assert ended.monotonic_s - began.monotonic_s == pytest.approx(0.5)
+    assert ended.values == {"tester.load": 1000.0}
+
+
+def test_a_ramp_goes_in_small_even_steps_and_ends_on_time():
+    device, clock = FakeTester(), SimulatedClock()
+    times = []
+    device.before = lambda call: (
+        times.append(clock.monotonic_s()) if call.startswith("set") else None
+    )
+    summary, listener = done(device, Ramp("tester", "load", 100.0, 200.0, "N", 2.0), clock=clock)
+    values = [float(call.split()[2]) for call in device.calls if call.startswith("set load")]
+
+    assert summary.outcome is Outcome.COMPLETED
+    assert values == pytest.approx([100.0, *(100 + 5 * n for n in range(1, 21))])
+    assert times == pytest.approx([0.0, *(0.1 * n for n in range(20))])
+    ended = listener.of(StepEnded)[0]
+    assert ended.values == {"tester.load": 200.0}
+    assert ended.monotonic_s == pytest.approx(2.0)
+
+
+def test_a_long_ramp_is_a_bounded_number_of_steps():
+    device = FakeTester()
+    done(device, Ramp("tester", "load", 0.0, 100.0, "N", 3600.0))
+
+    assert sum(call.startswith("set load") for call in device.calls) == 1001
+
+
+def test_a_ramp_is_broken_off_when_the_run_is_to_stop():
+    stop, device = threading.Event(), FakeTester()
+
+    def request(call):
+        if call.startswith("set load 1"):
+            stop.set()
+
+    device.before = request
+    summary, _ = done(device, Ramp("tester", "load", 0.0, 10.0, "N", 10.0), stop=stop)
+
+    assert summary.outcome is Outcome.ABORTED
+    assert max(float(c.split()[2]) for c in device.calls if c.startswith("set load")) < 1.2
