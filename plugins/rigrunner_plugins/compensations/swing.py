@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
 if TYPE_CHECKING:
@@ -62,7 +63,10 @@ def measured_ratio(points: Sequence[SwingPoint]) -> float:
     """Return the eccentric ratio that the angle channel shows, mean over the points.
 
     It is the amplitude of the angle's first harmonic: theta = sum (-1)^(k+1) lambda^k/k sin k phi.
+    Raises DataError for no points: it is the no-load run that may be missing.
     """
+    if not points:
+        raise DataError("there is no no-load run", hint="record the no-load sweep first")
     return float(
         np.mean([-2 * np.fft.rfft(p.angle_rad)[1].imag / len(p.angle_rad) for p in points])
     )
