@@ -1,0 +1,55 @@
+"""Prints how accurate each method is on both simulated rigs: `python tests/benchmarks/accuracy.py`.
+
+Twelve seeds, twelve frequencies, nominal parameters with noise; errors against the truth that the
+simulators keep. Takes about two minutes.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from helpers_sweeps import errors_nm, sweep
+from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_plugins.compensations.model_inverse import ModelInverse
+from rigrunner_plugins.compensations.settings import InverseSettings, TemplateInverseSettings
+from rigrunner_plugins.compensations.template_inverse import TemplateInverse
+from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+
+SEEDS = range(12)
+RIGS = {"closed form": RigParameters(), "time domain": OdeParameters()}
+METHODS = {
+    "template_inverse": TemplateInverse(TemplateInverseSettings()),
+    "model_inverse": ModelInverse(InverseSettings()),
+}
+
+
+def row(rig, method):
+    outcomes = [METHODS[method](sweep(RIGS[rig], seed=seed)) for seed in SEEDS]
+    errors = np.array([errors_nm(RIGS[rig], outcome) for outcome in outcomes])
+    expanded = np.array(
+        [[p.torque.u * coverage_factor(p.torque.dof) for p in o.points] for o in outcomes]
+    )
+    return (
+        f"| {rig} | `{method}` | {1e3 * np.sqrt(np.mean(errors**2)):.1f}"
+        f" | {1e3 * np.abs(errors).max():.1f} | {1e3 * np.median(expanded):.1f}"
+        f" | {np.sum(np.abs(errors) <= expanded)} of {errors.size} |"
+    )
+
+
+def main() -> None:
+    sys.stdout.write("| rig | method | RMSE | greatest error | median U (95 %) | within U |\n")
+    sys.stdout.write("| --- | --- | --- | --- | --- | --- |\n")
+    for rig in RIGS:
+        for method in METHODS:
+            sys.stdout.write(row(rig, method) + "\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
