@@ -1,0 +1,113 @@
+"""What remains without an angle channel, on random rigs of both models.
+
+The index stands anywhere within the tolerance that the station states; every rig has sensors, noise
+and a resonance of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from helpers_analysis import MEASURAND, registry
+from helpers_motion import BY_ENTRY, random_rig, run_by
+from helpers_rigs import true_starting_torque_nm
+from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.document import document
+from rigrunner.procedure import AnalysisSpec
+from rigrunner.signal.uncertainty import coverage_factor
+
+HERTZ = (3.0, 10.0, 20.0, 25.0, 35.0)
+RIGS = [("closed", 1), ("closed", 2), ("ode", 3), ("ode", 4)]
+PEAKS = {"paper_peak", "peak_same_frequency"}
+SPEC = AnalysisSpec.model_validate(
+    {
+        "despike": {"hampel": {"window": 11}},
+        "outliers": {"grubbs": {"alpha": 0.05}},
+        "fits": [{"polynomial": {"degree": 2}}],
+        "no_load": {"from": "latest", "procedure": "SSPB-NLI"},
+        "compensations": ["paper_peak", "peak_same_frequency", "template_inverse", "energy"],
+        "primary": "template_inverse",
+    }
+)
+
+
+def rig_of(model, seed, **sensors):
+    place = np.deg2rad(np.random.default_rng([seed, 7]).uniform(-1, 1))
+    rig = random_rig(model, seed)
+    return replace(rig, sensors=replace(rig.sensors, index_phase_rad=place, **sensors))
+
+
+@lru_cache(maxsize=16)
+def result(model, seed, motion):
+    return analysed(rig_of(model, seed), seed, motion)
+
+
+def analysed(rig, seed, motion):
+    loaded, no_load = (
+        run_by(motion, rig, load, HERTZ, seed=seed, cycles=15) for load in (1000.0, 0.0)
+    )
+    return analyse(loaded, no_load, SPEC, acceptance=None, measurand=MEASURAND, lookup=registry())
+
+
+def errors_and_expanded(motion):
+    """Return error and U of template_inverse over all rigs, each of shape (rigs, points)."""
+    errors, expanded = [], []
+    for model, seed in RIGS:
+        rig = rig_of(model, seed)
+        for point in result(model, seed, motion).compensations["template_inverse"].points:
+            truth = true_starting_torque_nm(rig, 1000.0, point.set_frequency_hz)
+            errors.append(point.torque.value - truth)
+            expanded.append(coverage_factor(point.torque.dof) * point.torque.u)
+    return np.array(errors), np.array(expanded)
+
+
+def test_by_tacho_the_waveform_methods_are_nearly_as_good():
+    errors, expanded = errors_and_expanded("velocity")
+    assert np.sqrt(np.mean(errors**2)) <= 0.008
+    assert (np.abs(errors) <= expanded).mean() >= 0.95
+
+
+def test_by_index_they_are_worse_and_say_so():
+    errors, expanded = errors_and_expanded("index")
+    assert np.sqrt(np.mean(errors**2)) <= 0.02
+    assert (np.abs(errors) <= expanded).mean() >= 0.95
+    assert np.median(expanded) > 1.2 * np.median(errors_and_expanded("velocity")[1])
+
+
+@pytest.mark.parametrize(("model", "seed"), RIGS)
+def test_by_entry_only_peak_methods_remain(model, seed):
+    found = result(model, seed, BY_ENTRY)
+    by_angle = result(model, seed, "velocity")
+    for name, each in found.compensations.items():
+        assert bool(each.points) == (name in PEAKS)
+    for name in PEAKS:
+        torques, expected = (
+            np.array([point.torque.value for point in each.compensations[name].points])
+            for each in (found, by_angle)
+        )
+        assert torques == pytest.approx(expected, abs=0.02)
+    assert found.headline is None
+    assert "needs an angle channel" in found.notes[0]
+
+
+def test_what_is_missing_stands_in_checks_and_document():
+    found = result("closed", 1, BY_ENTRY)
+    names = {check.name: check for check in found.checks}
+    assert not names["angle channel"].ok
+    assert not names["no-load run: angle channel"].ok
+    assert names["entered frequency"].ok
+    content = document(found)
+    assert content["points"][0]["motion"] == "entered"
+    assert "angle channel" in content["compensations"]["energy"]["not_applicable"]
+    assert content["headline"]["compensated"] is None
+
+
+def test_an_entry_that_is_wrong_by_5_percent_is_flagged_without_any_motion():
+    wrong = analysed(rig_of("closed", 5, frequency_error=0.05), 5, BY_ENTRY)
+    check = next(each for each in wrong.checks if each.name == "entered frequency")
+    assert not check.ok
+    assert "entered 10 Hz, torque repeats at 10.5 Hz" in check.text
