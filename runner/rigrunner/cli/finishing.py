@@ -38,6 +38,8 @@ def _tell_error(finished: FinishedRun) -> None:
         show_bug(error)
     if error is not None:
         message(f"The run was {_ending(finished)}.")
+    for text in finished.passed_over:
+        message(f"The run went on after a failure: {text}")
 
 
 def _ending(finished: FinishedRun) -> str:

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.quantity import Quantity, parse_quantity, unit
 
-_BARE_NUMBER = re.compile(r"[+\N{MINUS SIGN}-]?[0-9]*\.?[0-9]+")
+_BARE_NUMBER = re.compile(
+    r"[+\N{MINUS SIGN}-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII
+)
 _LONGEST = 60
 
 

@@ -8,10 +8,12 @@ from contextlib import contextmanager
 import pytest
 
 from rigrunner.api.errors import AbortedError
+from rigrunner.api.quantity import parse_quantity
 from rigrunner.cli.answers import TerminalAnswers
 from rigrunner.cli.progress import LineProgress
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.plan.actions import Ask, Confirm
+from rigrunner.procedure.answers import Expected
 
 GUARDS = Confirm("Guards closed?", unattended=True)
 SERIAL = Ask("Serial number", "specimen", "DEMO-0001")
@@ -59,3 +61,29 @@ def test_a_signal_while_asking_stops_the_run(monkeypatch):
     stopped = pytest.raises(AbortedError, match="SIGTERM")
     with person(monkeypatch, SignalInsteadOfAnAnswer()) as answers, stopped:
         answers.confirm("setup[0]", GUARDS)
+
+
+def test_a_question_shows_what_is_allowed_and_its_picture_and_is_asked_again(monkeypatch, capsys):
+    expected = Expected(unit="°C", maximum=parse_quantity("30 °C"))
+    room = Ask("Room", "room", "23 °C", picture="lab/gauge.png", expected=expected)
+    with person(monkeypatch, "warm\n23,5\n31\n24\n") as answers:
+        assert answers.ask("main[0]", room) == "24 °C"
+    said = capsys.readouterr().err
+    assert "See the picture lab/gauge.png" in said
+    assert said.count("Room [in °C, 30 °C or less]: ") == 4
+    assert "Please answer again: 'warm' is not a number with a unit" in said
+    assert "write '23.5'" in said
+    assert "got '31 °C', allowed is 30 °C or less" in said
+
+
+def test_a_choice_may_be_typed_in_small_letters(monkeypatch, capsys):
+    side = Ask("Side", "side", None, expected=Expected(("Left", "Right")))
+    with person(monkeypatch, "l\nleft\n") as answers:
+        assert answers.ask("main[0]", side) == "Left"
+    assert "Side [Left / Right]: " in capsys.readouterr().err
+
+
+def test_a_confirmation_shows_its_picture(monkeypatch, capsys):
+    with person(monkeypatch, "yes\n") as answers:
+        answers.confirm("main[0]", Confirm("As shown?", unattended=None, picture="lab/rig.png"))
+    assert "See the picture lab/rig.png" in capsys.readouterr().err

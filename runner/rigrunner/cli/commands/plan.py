@@ -13,7 +13,7 @@ from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.planning import planned_run
 from rigrunner.cli.progress import clock_text
 from rigrunner.cli.table import pairs, table
-from rigrunner.plan.actions import SetDrive
+from rigrunner.plan.actions import Ramp, SetDrive
 from rigrunner.workflow.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
@@ -84,9 +84,9 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
     reached: dict[str, list[float]] = {}
     for step in planned.plan.steps:
-        if isinstance(step.action, SetDrive):
+        if isinstance(step.action, (SetDrive, Ramp)):
             drive = f"{step.action.role}.{step.action.drive}"
-            reached.setdefault(drive, []).append(step.action.value)
+            reached.setdefault(drive, []).extend(_reached(step.action))
     return [
         [
             name,
@@ -97,6 +97,10 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
         for drive in device.drives
         if (name := f"{role}.{drive.name}") in reached
     ]
+
+
+def _reached(action: SetDrive | Ramp) -> tuple[float, ...]:
+    return (action.value,) if isinstance(action, SetDrive) else (action.start, action.end)
 
 
 def _document(planned: Planned, prediction: Prediction) -> dict[str, Any]:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rigrunner.cli.facts import info_document
+from rigrunner.cli.measured import measured
 from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import summary
 from rigrunner.cli.table import pairs
 from rigrunner.workflow.locate import find_run
-from rigrunner.workflow.stored import open_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -30,11 +31,15 @@ def command(run: str, runs: Path, *, as_json: bool) -> None:
 
     RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs.
     """
+    from rigrunner.workflow.stored import open_run
+
     stored = open_run(find_run(run, runs)).stored
     if as_json:
         result_json(_document(stored))
         return
     result(pairs(list(_facts(stored))))
+    if stored.measurements:
+        result(f"\n{measured(stored.measurements)}")
     if stored.result_document is not None:
         result(f"\n{summary(stored.result_document)}")
     for note in stored.notes:
@@ -68,6 +73,7 @@ def _document(stored: StoredRun) -> dict[str, Any]:
     return {
         **info_document(stored.info),
         "zeros": dict(stored.zeros),
+        "measurements": [asdict(each) for each in stored.measurements],
         "provenance": dict(stored.header.provenance),
         "no_load_run": None if stored.no_load is None else info_document(stored.no_load.info),
         "result": stored.result_document,

@@ -1,0 +1,37 @@
+"""The values that `measure` steps found, as tables for a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.cli.table import table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.data import Measurement
+
+
+def measured(measurements: Sequence[Measurement]) -> str:
+    """Return a table for each name: its set-points, then its values, a row each time."""
+    names = dict.fromkeys(one.name for one in measurements)
+    return "\n\n".join(_table(name, measurements) for name in names)
+
+
+def _table(name: str, measurements: Sequence[Measurement]) -> str:
+    rows = [one for one in measurements if one.name == name]
+    setpoints = list(dict.fromkeys(member for one in rows for member in one.setpoints))
+    values = list(dict.fromkeys(member for one in rows for member in one.values))
+    units = {member: unit for one in rows for member, unit in one.units.items()}
+    header = [f"{member} / {units.get(member, '1')}" for member in setpoints + values]
+    header[: len(setpoints)] = [f"set {text}" for text in header[: len(setpoints)]]
+    cells = [
+        [_cell(one.setpoints.get(member)) for member in setpoints]
+        + [_cell(one.values.get(member)) for member in values]
+        for one in rows
+    ]
+    return f"Measured: {name}\n{table(header, cells, 'r' * len(header))}"
+
+
+def _cell(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"

@@ -1,0 +1,90 @@
+"""What counts as an answer."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.procedure.answers import AnswerError, Expected
+
+SIDE = Expected(("left side", "right side"))
+ROOM = Expected(unit="°C", minimum=parse_quantity("15 °C"), maximum=parse_quantity("30 °C"))
+LOAD = Expected(unit="kN", minimum=parse_quantity("100 N"))
+ANY_LOAD = Expected(unit="N")
+
+
+@pytest.mark.parametrize(
+    ("expected", "answer", "taken"),
+    [
+        (Expected(), "  SN-17 ", "SN-17"),
+        (Expected(), "$5, 1e3: yes", "$5, 1e3: yes"),
+        (SIDE, "left side", "left side"),
+        (SIDE, " LEFT Side", "left side"),
+        (ROOM, "23 °C", "23 °C"),
+        (ROOM, "23", "23 °C"),
+        (ROOM, "23.50", "23.5 °C"),
+        (ROOM, "296.15K", "296.15 K"),
+        (ROOM, "15", "15 °C"),
+        (ROOM, "30 degC", "30 °C"),
+        (LOAD, "1000 N", "1000 N"),
+        (LOAD, ".5", "0.5 kN"),
+        (ANY_LOAD, "-5", "-5 N"),
+        (ANY_LOAD, "\N{MINUS SIGN}5 kN", "-5 kN"),
+    ],
+)
+def test_an_answer_that_is_taken(expected, answer, taken):
+    assert expected.accept(answer) == taken
+    assert expected.accept(taken) == taken
+
+
+@pytest.mark.parametrize(
+    ("expected", "answer", "message", "hint"),
+    [
+        (SIDE, "left", "got 'left', allowed is one of: left side, right side",
+         "did you mean 'left side'?"),
+        (SIDE, "", "got '', allowed is one of: left side, right side", ""),
+        (SIDE, "1", "allowed is one of", ""),
+        (ROOM, "", "'' is not a number with a unit", "units of temperature: K, °C"),
+        (ROOM, "warm", "'warm' is not a number with a unit", ""),
+        (ROOM, "23,5", "'23,5' has a decimal comma", "write '23.5'"),
+        (ROOM, "23,5 °C", "'23,5 °C' has a decimal comma", "write '23.5 °C'"),
+        (ROOM, "23 N", "'23 N' is a force, not a temperature", ""),
+        (ROOM, "14.9", "got '14.9 °C', allowed is 15 °C to 30 °C", ""),
+        (ROOM, "31 °C", "got '31 °C', allowed is 15 °C to 30 °C", ""),
+        (ROOM, "1e3", "got '1000 °C', allowed is 15 °C to 30 °C", ""),
+        (ROOM, "nan", "'nan' is not a number with a unit", ""),
+        (ROOM, "1_0", "more than one number", ""),
+        (LOAD, "50 N", "got '50 N', allowed is 100 N or more", ""),
+        (Expected(unit="N", maximum=parse_quantity("0 N")), "1", "allowed is 0 N or less", ""),
+    ],
+)  # fmt: skip
+def test_an_answer_that_is_refused_says_what_is_allowed(expected, answer, message, hint):
+    with pytest.raises(AnswerError) as caught:
+        expected.accept(answer)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("expected", "words"),
+    [
+        (Expected(), ""),
+        (SIDE, "left side / right side"),
+        (ROOM, "in °C, 15 °C or more, 30 °C or less"),
+        (ANY_LOAD, "in N"),
+    ],
+)
+def test_what_is_allowed_is_told_with_the_question(expected, words):
+    assert expected.words == words
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.sampled_from([SIDE, ROOM, LOAD, ANY_LOAD]), st.text(max_size=30))
+def test_any_answer_is_taken_or_refused(expected, answer):
+    try:
+        taken = expected.accept(answer)
+    except AnswerError:
+        return
+    assert expected.accept(taken) == taken
