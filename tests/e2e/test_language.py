@@ -1,0 +1,158 @@
+"""A procedure with every kind of step, from file to stored run, as a person runs it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from helpers_cli import call
+from helpers_language import edited, place_of
+from rigrunner.api.errors import ExitCode
+from rigrunner.procedure import load_procedure
+from rigrunner.procedure.steps import STEPS
+from rigrunner.runfile import read
+from rigrunner.workflow.stored import open_run
+
+SOURCE = Path(__file__).parent / "language"
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lab")
+    shutil.copytree(SOURCE, folder, dirs_exist_ok=True)
+    (folder / "answers.yaml").write_text("room: 24\nspecimen: SN-17\n".replace("24", "24 °C"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wide(lab):
+    """Run the wide procedure, once; return what was called, and the stored run."""
+    called = call(
+        "run", lab / "wide.yaml", "--station", "simulated", "--runs", lab / "runs", "--unattended",
+        "--answers", lab / "answers.yaml", "--set", "specimen=X-1",
+    )  # fmt: skip
+    (folder,) = (lab / "runs").iterdir()
+    return called, folder
+
+
+def test_it_has_every_kind_of_step():
+    used = set()
+
+    def collect(node):
+        if isinstance(node, dict):
+            used.update(node)
+        for child in node.values() if isinstance(node, dict) else node:
+            if isinstance(child, (dict, list)):
+                collect(child)
+
+    collect(yaml.safe_load((SOURCE / "wide.yaml").read_text(encoding="utf-8")))
+    assert set(STEPS) <= used
+
+
+def test_it_ends_undecided_as_it_went_on_after_a_failure(wide):
+    called, folder = wide
+    assert called.code == ExitCode.UNDECIDED, called.err
+    assert "The run went on after a failure: main[4].measure: tester.humidity is 4" in called.err
+    info = read(folder).info
+    assert (info.outcome, info.reason[:11]) == ("completed", "passed over")
+
+
+def test_answers_come_from_the_file_the_command_line_and_the_procedures(wide):
+    assert read(wide[1]).header.inputs == {
+        "specimen": "X-1",
+        "room": "24 °C",
+        "operator": "Demo operator",
+        "side": "left",
+        "oil": "40 °C",
+    }
+
+
+def test_measured_values_are_stored_with_their_setpoints_and_failed_ones_are_not(wide):
+    tables = [
+        (one.name, one.setpoints["tester.load"]) for one in open_run(wide[1]).data.measurements
+    ]
+    assert tables == [("rest", 1000.0), ("still", 1000.0), ("still", 1000.0)]
+    shown = call("show", wide[1])
+    assert "Measured: still" in shown.out
+    listed = json.loads(call("show", wide[1], "--json").out)["measurements"]
+    assert [one["name"] for one in listed] == ["rest", "still", "still"]
+
+
+def test_the_journal_tells_of_notes_tries_and_calls(wide):
+    log = (wide[1] / "run.log").read_text(encoding="utf-8")
+    assert "asked: $load applied as shown?" in log
+    assert "setup[3].note: note: Grease was renewed before this run." in log
+    assert "marginal: allowed is 23.1 °C or less" in log
+    assert "allowed is 10 % or less; try 1 of 2" in log
+    order = [
+        "call.setup[0]",
+        "call.main[1]",
+        "call.teardown[1]",
+        "main[1].ramp",
+        "teardown[1].ramp",
+    ]
+    places = [log.index(text) for text in order]
+    assert places == sorted(places)
+
+
+def test_the_texts_of_called_procedures_are_kept(wide, lab):
+    header = read(wide[1]).header
+    assert header.called_texts == {
+        "running_in.yaml": (lab / "running_in.yaml").read_text(encoding="utf-8")
+    }
+    assert header.procedure_text == load_procedure(lab / "wide.yaml").text
+
+
+def test_the_plan_shows_where_ramps_lead(lab):
+    called = call("plan", lab / "wide.yaml", "--station", "simulated")
+    assert called.code == ExitCode.PASS, called.err
+    assert "0 to 1000 N" in called.out
+    assert "Ramp tester.load to 1000 N in 10 s" in called.out
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "said"),
+    [
+        ({"--answers": "room: 24\n"}, ExitCode.INVALID, "answers.yaml:1:7: error: room: got 24"),
+        ({"--answers": "rom: 24 °C\n"}, ExitCode.INVALID, "did you mean 'room'?"),
+        ({"--set": "room=5 N"}, ExitCode.USAGE, "'5 N' is a force, not a temperature"),
+        ({"--set": "side=left"}, ExitCode.USAGE, "WIDE has no input 'side'"),
+    ],
+)
+def test_a_wrong_answer_is_refused_before_the_rig_is_touched(lab, tmp_path, changes, code, said):
+    words = []
+    for option, value in changes.items():
+        if option == "--answers":
+            (tmp_path / "answers.yaml").write_text(value, encoding="utf-8")
+        words += [option, tmp_path / "answers.yaml" if option == "--answers" else value]
+    called = call(
+        "run", lab / "wide.yaml", "--station", "simulated", "--runs", tmp_path / "runs",
+        "--unattended", *words,
+    )  # fmt: skip
+    assert called.code == code
+    assert said in called.err
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("rate: 100 N/s", "rate: 900 N/s", "it needs 2 s for this ramp"),
+        ("max: 10 %", "max: 10 N", "tester.humidity takes a ratio"),
+        ("load: 200 N", "load: 9 kN", "allowed is 0 to 3000 N"),
+        ("picture: rig.svg", "picture: ../rig.svg", "leads out of this file's folder"),
+    ],
+)
+def test_what_does_not_fit_the_station_is_told_with_its_place(lab, old, new, said):
+    text = (lab / "wide.yaml").read_text(encoding="utf-8")
+    (lab / "bad.yaml").write_text(edited(text, (old, new)), encoding="utf-8")
+    called = call("check", lab / "bad.yaml", "--station", "simulated")
+    assert called.code == ExitCode.INVALID
+    assert said in called.err
+    value = old.partition(" ")[2]
+    line, column = place_of(text, old).split(":")
+    assert f"bad.yaml:{line}:{int(column) + len(old) - len(value)}" in called.err
