@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from rigrunner.procedure.analysis_spec import AnalysisSpec, Despike, NoLoadSpec, PluginRef
 from rigrunner.procedure.calls import load_procedure
-from rigrunner.procedure.loading import LoadedProcedure, parse_procedure
+from rigrunner.procedure.loading import (
+    InconsistentProcedureError,
+    LoadedProcedure,
+    parse_procedure,
+)
 from rigrunner.procedure.model import Acceptance, Limit, Measurand, Procedure
 from rigrunner.procedure.questions import Input
 
@@ -12,6 +16,7 @@ __all__ = [
     "Acceptance",
     "AnalysisSpec",
     "Despike",
+    "InconsistentProcedureError",
     "Input",
     "Limit",
     "LoadedProcedure",

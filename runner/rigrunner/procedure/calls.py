@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.procedure.files import FileBesideError, file_beside, picture_beside
-from rigrunner.procedure.loading import parse_procedure
+from rigrunner.procedure.loading import InconsistentProcedureError, parse_procedure
 from rigrunner.procedure.steps import AskStep, CallStep, ConfirmStep
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.document import dotted
@@ -40,7 +40,11 @@ class _Loader:
 
     def load(self, path: Path, given: Given, callers: tuple[Path, ...]) -> LoadedProcedure:
         """Return a procedure that was called by others, the outermost first."""
-        loaded = parse_procedure(read_text(path), str(path), given)
+        contradiction: InconsistentProcedureError | None = None
+        try:
+            loaded = parse_procedure(read_text(path), str(path), given)
+        except InconsistentProcedureError as error:
+            loaded, contradiction = error.loaded, error
         problems: dict[Problem, None] = {}
         called: dict[DocumentPath, LoadedProcedure] = {}
         for at, step in steps_of(loaded.model):
@@ -50,9 +54,12 @@ class _Loader:
                     called[at] = self._called(step, at, loaded, (*callers, path))
             except InvalidFileError as error:
                 problems.update(dict.fromkeys(error.problems))
+        whole = replace(loaded, called=called)
         if problems:
-            raise InvalidFileError(problems)
-        return replace(loaded, called=called)
+            raise InvalidFileError((*(contradiction.problems if contradiction else ()), *problems))
+        if contradiction:
+            raise InconsistentProcedureError(contradiction.problems, whole)
+        return whole
 
     def _called(
         self, step: CallStep, at: DocumentPath, caller: LoadedProcedure, callers: tuple[Path, ...]

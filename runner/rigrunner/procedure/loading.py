@@ -14,8 +14,9 @@ from rigrunner.procedure.references import resolve, with_given
 from rigrunner.yamlfile import parse, validate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
+    from rigrunner.api.errors import Problem
     from rigrunner.procedure.questions import Input
     from rigrunner.procedure.references import Given
     from rigrunner.yamlfile import Document
@@ -55,6 +56,14 @@ class LoadedProcedure:
             yield from each.all_called()
 
 
+class InconsistentProcedureError(InvalidFileError):
+    """A procedure whose parts contradict each other, but can be read: `loaded`."""
+
+    def __init__(self, problems: Iterable[Problem], loaded: LoadedProcedure) -> None:
+        super().__init__(problems)
+        self.loaded = loaded
+
+
 def parse_procedure(text: str, name: str, given: Given | None = None) -> LoadedProcedure:
     """Return the procedure in a text; `name` stands for the file in messages.
 
@@ -62,7 +71,9 @@ def parse_procedure(text: str, name: str, given: Given | None = None) -> LoadedP
     """
     document = resolve(with_given(parse(text, name), given or {}))
     model = validate(Procedure, document)
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    loaded = LoadedProcedure(model, document, digest, text)
     problems = inconsistencies(model, document)
     if problems:
-        raise InvalidFileError(problems)
-    return LoadedProcedure(model, document, hashlib.sha256(text.encode()).hexdigest(), text)
+        raise InconsistentProcedureError(problems, loaded)
+    return loaded

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.plan import check_plugins, make_plan, predict
 from rigrunner.plan.actions import Record
-from rigrunner.procedure import load_procedure
+from rigrunner.procedure import InconsistentProcedureError, load_procedure
 from rigrunner.registry import with_drop_ins
 from rigrunner.station import load_station
 from rigrunner.workflow.noload import LoadedRun, find_no_load
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, Device
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +45,39 @@ class Planned:
 
 def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -> Planned:
     """Load and check both files and plan the run; raise InvalidFileError with all problems."""
-    loaded_procedure, loaded_station = load_procedure(procedure), load_station(station)
+    problems = _Problems()
+    loaded_procedure = problems.without(lambda: load_procedure(procedure))
+    loaded_station = problems.without(lambda: load_station(station))
+    if loaded_procedure is None or loaded_station is None:
+        raise InvalidFileError(problems)
     registry = with_lab_plugins(registry, loaded_station, station.parent)
-    check_plugins(loaded_procedure, loaded_station, registry)
+    problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
+    if any(problem.field.startswith("devices") for problem in problems):
+        raise InvalidFileError(problems)
     devices = {
         role: registry.make(
             "device", entry.plugin, entry.settings, DeviceContext(role, clock, station.parent)
         )
         for role, entry in loaded_station.model.devices.items()
     }
-    plan = make_plan(loaded_procedure, loaded_station, devices)
+    plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
+    if plan is None or problems:
+        raise InvalidFileError(problems)
     return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock)
+
+
+class _Problems(list[Problem]):
+    """What is wrong, gathered over several steps so that it can be told at once."""
+
+    def without(self, work: Callable[[], _T]) -> _T | None:
+        """Return what the work gives, as far as it can be had; keep its problems."""
+        try:
+            return work()
+        except InvalidFileError as error:
+            self += [problem for problem in error.problems if problem not in self]
+            if isinstance(error, InconsistentProcedureError):
+                return cast("_T", error.loaded)
+        return None
 
 
 def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:

@@ -1,0 +1,44 @@
+import pytest
+
+from helpers_workflow import quick_procedure, station_file
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.workflow.prepare import plan_run
+
+
+def problems_of(procedure, station):
+    with pytest.raises(InvalidFileError) as caught:
+        plan_run(procedure, station, load_registry(), SimulatedClock())
+    return {problem.field: problem.message for problem in caught.value.problems}
+
+
+def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
+    procedure = quick_procedure(
+        tmp_path,
+        "starting_torque_1000n",
+        ("load: 1000 N", "load: 1000 Hz"),
+        ("channel: tester.torque", "channel: tester.torqe"),
+        ("- template_inverse", "- template_invers"),
+    )
+    found = problems_of(procedure, station_file(tmp_path))
+    assert set(found) == {
+        "setup[4].zero.channel",
+        "main[0].set.tester.load",
+        "analysis.compensations[1]",
+        "analysis.primary",
+    }
+
+
+def test_both_files_are_read_before_anything_is_told(tmp_path):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", ("uses:", "usses:"))
+    station = station_file(tmp_path, ("mandrel: M-01", "mandrel: 7"))
+    fields = set(problems_of(procedure, station))
+    assert any("usses" in field for field in fields)
+    assert "rig.mandrel" in fields
+
+
+def test_unknown_device_plugins_and_their_settings_stop_before_the_plan(tmp_path):
+    station = station_file(tmp_path, ("swing_tester_sim", "swing_tester_simm"))
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    assert set(problems_of(procedure, station)) == {"devices.tester.plugin"}
