@@ -126,12 +126,17 @@ def test_bash_completes(tmp_path):
     assert done.stdout == "starting_torque_1000n"
 
 
-def test_completing_a_command_imports_next_to_nothing():
+@pytest.mark.parametrize(
+    "words",
+    ["", "run ", "check ", "plan ", "show ", "analyse ", "report ", "run x --station ", "schema "],
+)
+def test_completing_imports_next_to_nothing(words):
     code = (
         "import sys; from rigrunner.cli.main import main; main()\n"
         "print(*{name.partition('.')[0] for name in sys.modules}, file=sys.stderr)"
     )
-    place = {"COMP_WORDS": "rigrunner ", "COMP_CWORD": "1", VARIABLE: "bash_complete"}
+    line, word = f"rigrunner {words}", str(len(words.split()) + 1)
+    place = {"COMP_WORDS": line, "COMP_CWORD": word, VARIABLE: "bash_complete"}
     done = subprocess.run(
         [sys.executable, "-c", code],
         env=os.environ | place,

@@ -6,7 +6,7 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
-from rigrunner.cli.commands import doctor
+from rigrunner.workflow import doctor
 from rigrunner.workflow.doctor import Finding
 
 FINE = Finding("Python", "ok", "3.11")

@@ -8,16 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.analysis.document import document
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.planning import lab_registry
 from rigrunner.cli.summary import identity, summary
 from rigrunner.workflow.locate import find_run
-from rigrunner.workflow.record import verdict_code
-from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -54,6 +50,11 @@ def command(
 
     The run's own files stay as they are.
     """
+    from rigrunner.analysis.document import document
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.workflow.record import verdict_code
+    from rigrunner.workflow.stored import analyse_run
+
     other = None if no_load is None else find_run(no_load, runs)
     found = analyse_run(find_run(run, runs), lab_registry(station), other)
     content = document(found)

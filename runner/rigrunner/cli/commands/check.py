@@ -7,9 +7,7 @@ import click
 from rigrunner.cli.completing import stations
 from rigrunner.cli.options import procedure_argument
 from rigrunner.cli.output import result
-from rigrunner.cli.planning import planned_run
 from rigrunner.cli.progress import clock_text
-from rigrunner.procedure import load_procedure
 from rigrunner.workflow.locate import find_procedure, find_station
 
 
@@ -21,6 +19,9 @@ def command(procedure: str, station: str | None) -> None:
 
     Every problem is shown with its file, line and column.
     """
+    from rigrunner.cli.planning import planned_run
+    from rigrunner.procedure import load_procedure
+
     path = find_procedure(procedure)
     if station is None:
         model = load_procedure(path).model

@@ -7,13 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.finishing import tell_finished
 from rigrunner.cli.output import message
-from rigrunner.cli.progress import shown_progress
-from rigrunner.cli.stopping import stop_on_signals
-from rigrunner.clock import SimulatedClock
-from rigrunner.registry import load_registry
-from rigrunner.workflow.demo import run_demo
 
 if TYPE_CHECKING:
     from rigrunner.api.errors import ExitCode
@@ -34,6 +28,13 @@ def command(folder: Path) -> ExitCode:
 
     Time is simulated, so that minutes at the rig pass in seconds.
     """
+    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.progress import shown_progress
+    from rigrunner.cli.stopping import stop_on_signals
+    from rigrunner.clock import SimulatedClock
+    from rigrunner.registry import load_registry
+    from rigrunner.workflow.demo import run_demo
+
     message(
         "No-load sweep and 1000 N test on a simulated rig, in simulated time, with its own answers."
     )

@@ -12,9 +12,7 @@ import click
 from rigrunner.api.errors import ExitCode
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
-from rigrunner.cli.planning import lab_registry
 from rigrunner.cli.table import pairs
-from rigrunner.workflow.doctor import Surroundings, examine
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +30,9 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
 
     The exit code is 1 if something that is needed does not work.
     """
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.workflow.doctor import Surroundings, examine
+
     findings = examine(Surroundings(runs, lab_registry(station), datetime.now(UTC)))
     if as_json:
         result_json([asdict(finding) for finding in findings])

@@ -8,8 +8,6 @@ from pathlib import Path
 import click
 
 from rigrunner.cli.output import message, result
-from rigrunner.registry import load_registry
-from rigrunner.workflow.labfolder import STATION, make_lab
 
 
 @click.command(name="init")
@@ -19,6 +17,9 @@ def command(folder: Path) -> None:
 
     It can be run at once, on simulated devices. Nothing that is there is overwritten.
     """
+    from rigrunner.registry import load_registry
+    from rigrunner.workflow.labfolder import STATION, make_lab
+
     procedures = make_lab(folder, load_registry())
     message(f"Made the lab folder {folder}; its README.md says what is where. To try it:")
     result(f"cd {shlex.quote(str(folder))}")

@@ -10,10 +10,8 @@ import click
 
 from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.planning import planned_run
 from rigrunner.cli.progress import clock_text
 from rigrunner.cli.table import pairs, table
-from rigrunner.plan.actions import Ramp, SetDrive
 from rigrunner.workflow.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
@@ -32,6 +30,8 @@ def command(procedure: str, station: str, *, as_json: bool) -> None:
 
     Nothing is connected. Torque is an upper estimate from the station's design values.
     """
+    from rigrunner.cli.planning import planned_run
+
     planned = planned_run(find_procedure(procedure), find_station(station))
     prediction = planned.prediction()
     if as_json:
@@ -82,11 +82,14 @@ def _torque_row(torque: PredictedTorque) -> list[str]:
 
 def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
+    from rigrunner.plan.actions import Ramp, SetDrive
+
     reached: dict[str, list[float]] = {}
     for step in planned.plan.steps:
-        if isinstance(step.action, (SetDrive, Ramp)):
-            drive = f"{step.action.role}.{step.action.drive}"
-            reached.setdefault(drive, []).extend(_reached(step.action))
+        action = step.action
+        if isinstance(action, (SetDrive, Ramp)):
+            values = [action.value] if isinstance(action, SetDrive) else [action.start, action.end]
+            reached.setdefault(f"{action.role}.{action.drive}", []).extend(values)
     return [
         [
             name,
@@ -97,10 +100,6 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
         for drive in device.drives
         if (name := f"{role}.{drive.name}") in reached
     ]
-
-
-def _reached(action: SetDrive | Ramp) -> tuple[float, ...]:
-    return (action.value,) if isinstance(action, SetDrive) else (action.start, action.end)
 
 
 def _document(planned: Planned, prediction: Prediction) -> dict[str, Any]:

@@ -9,9 +9,7 @@ import click
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
-from rigrunner.cli.planning import lab_registry
 from rigrunner.workflow.locate import find_run
-from rigrunner.workflow.report import write_report
 
 
 @click.command(name="report")
@@ -28,6 +26,9 @@ def command(run: str, runs: Path, station: str | None, out: Path | None) -> None
 
     The same run gives the same bytes; the path of the report is printed.
     """
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.workflow.report import write_report
+
     folder = find_run(run, runs)
     try:
         result(str(write_report(folder, lab_registry(station), out=out)))

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.answers import TerminalAnswers
 from rigrunner.cli.completing import stored_runs
-from rigrunner.cli.finishing import tell_finished
 from rigrunner.cli.options import (
     answers_option,
     json_option,
@@ -18,14 +16,7 @@ from rigrunner.cli.options import (
     set_option,
     station_option,
 )
-from rigrunner.cli.planning import planned_run
-from rigrunner.cli.progress import shown_progress
-from rigrunner.cli.stopping import stop_on_signals
-from rigrunner.engine import UnattendedAnswers
-from rigrunner.workflow.inputs import answer_inputs, read_answers
 from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.prepare import no_load_for
-from rigrunner.workflow.record import execute
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,6 +55,16 @@ def command(
 
     PROCEDURE is a file, or the name of a shipped procedure.
     """
+    from rigrunner.cli.answers import TerminalAnswers
+    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.planning import planned_run
+    from rigrunner.cli.progress import shown_progress
+    from rigrunner.cli.stopping import stop_on_signals
+    from rigrunner.engine import UnattendedAnswers
+    from rigrunner.workflow.inputs import answer_inputs, read_answers
+    from rigrunner.workflow.prepare import no_load_for
+    from rigrunner.workflow.record import execute
+
     named = named_values(given)
     planned = planned_run(find_procedure(procedure), find_station(station), realtime=realtime)
     filed = read_answers(answers_file, planned.procedure) if answers_file else {}

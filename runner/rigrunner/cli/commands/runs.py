@@ -10,7 +10,6 @@ from rigrunner.cli.facts import info_document
 from rigrunner.cli.options import json_option, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import table
-from rigrunner.workflow.runs import list_runs
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,6 +23,8 @@ if TYPE_CHECKING:
 @json_option
 def command(runs: Path, *, as_json: bool) -> None:
     """List the stored runs."""
+    from rigrunner.workflow.runs import list_runs
+
     listed = list_runs(runs)
     if as_json:
         result_json([_document(run) for run in listed])

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import click
 
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import result_json
-from rigrunner.cli.planning import lab_registry
-from rigrunner.workflow.schema import Language, language_schema
+
+if TYPE_CHECKING:
+    from rigrunner.workflow.schema import Language
 
 
 @click.command(name="schema")
@@ -20,4 +21,7 @@ def command(language: str, station: str | None) -> None:
 
     It knows the plugins that are installed; editors complete and check with it.
     """
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.workflow.schema import language_schema
+
     result_json(language_schema(cast("Language", language), lab_registry(station)))
