@@ -46,7 +46,8 @@ def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint])
     axes.plot(
         frequency, peaks, RAW.marker, color=RAW.color, linestyle=RAW.linestyle, label="raw peak"
     )
-    _bars(axes, points, result.primary, f"compensated ({result.primary})", line=PRIMARY)
+    if any(result.primary in each.by_method for each in points):
+        _bars(axes, points, result.primary, f"compensated ({result.primary})", line=PRIMARY)
     _limits(axes, result.decision)
     axes.set(title="Raw and compensated")
     if axes.dataLim.y0 >= 0:

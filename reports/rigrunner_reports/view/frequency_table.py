@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import StartPoint
+from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.api.data import Estimate
 from rigrunner.signal.rounding import places
 from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
@@ -14,6 +14,7 @@ from rigrunner_reports.view.points import error
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 
@@ -90,7 +91,7 @@ def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) ->
     point = each.point
     return Row(
         set_hz=plain(point.set_frequency_hz),
-        measured_hz=fixed(point.frequency_hz.value, _digits(point.frequency_hz)),
+        measured_hz=_measured(point),
         raw=fixed(each.raw_peak_nm, digits) if methods else _raw_peak(each),
         rig=fixed(primary.rig_nm, digits) if primary else MISSING,
         cells=tuple(_cell(result, name, each) for name in methods),
@@ -98,6 +99,12 @@ def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) ->
         peaks=_kept(int(point.peak_kept.sum()), point.cycles),
         swings=_kept(int(each.swing.kept.sum()), point.cycles) if each.swing else MISSING,
     )
+
+
+def _measured(point: PeakPoint) -> str:
+    if point.motion is MotionSource.ENTERED:
+        return MISSING
+    return fixed(point.frequency_hz.value, _digits(point.frequency_hz))
 
 
 def _cell(result: Result, name: str, each: SetPoint) -> Cell:

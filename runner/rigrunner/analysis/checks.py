@@ -128,7 +128,7 @@ def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") ->
     yield ENTERED_FREQUENCY.check((_wrong_frequency(each, run) for each in several), prefix)
     angles = [point for point in swings if point.motion is MotionSource.ANGLE]
     yield STROKE.check((_wrong_stroke(each, run.rig.eccentric_ratio) for each in angles), prefix)
-    yield STEADY.check(map(_unsteady, swings), prefix)
+    yield STEADY.check(map(_unsteady, angles), prefix)
     yield CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
     yield RANGE.check((_used(each, run) for each in run.recordings), prefix)
     yield SPIKES.check(map(_spiky, points), prefix)

@@ -17,6 +17,7 @@ from helpers_report import (
     no_load_result,
     report_input,
 )
+from rigrunner.api.analysis import MotionSource
 from rigrunner.api.results import Verdict
 from rigrunner_reports.view import headline as head
 from rigrunner_reports.view import run
@@ -69,6 +70,13 @@ def test_a_column_has_the_decimals_that_all_its_rows_bear(result):
     rows = frequency_table(changed, set_points(report_input(changed))).rows
     assert rows[0].cells[0].interval == "0.7232 ± 0.0020"
     assert {len(row.rig.split(".")[1]) for row in rows} == {3}
+
+
+def test_a_frequency_that_was_only_entered_is_not_shown_as_measured(result, points):
+    entered = replace(points[0], point=replace(points[0].point, motion=MotionSource.ENTERED))
+    first, second = frequency_table(result, [entered, points[1]]).rows[:2]
+    assert first.measured_hz == "\N{EM DASH}"
+    assert second.measured_hz != "\N{EM DASH}"
 
 
 def test_rejected_cycles_are_counted_and_listed(result, points):

@@ -1,0 +1,89 @@
+"""From procedures without an angle channel to terminal, report and JSON."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_workflow import quick_procedure, run
+from rigrunner.cli.summary import summary
+from rigrunner.registry import load_registry
+from rigrunner.workflow.stored import analyse_run
+
+ANGLE = "channels: [tester.angle, tester.torque]"
+PEAKS = ("    - template_inverse\n", "    - peak_same_frequency\n    - template_inverse\n")
+
+
+def procedures(folder, channels):
+    recorded = (ANGLE, f"channels: {channels}")
+    return (
+        quick_procedure(folder, "no_load_inertia_sweep", recorded),
+        quick_procedure(folder, "starting_torque_1000n", recorded, PEAKS),
+    )
+
+
+def finished(folder, channels):
+    no_load, loaded = procedures(folder, channels)
+    bare = run(no_load, folder / "runs")
+    assert bare.error is None
+    done = run(loaded, folder / "runs", no_load=bare.folder)
+    assert done.error is None
+    return done
+
+
+def texts(done):
+    content = json.loads((done.folder / "result.json").read_text(encoding="utf-8"))
+    report = (done.folder / "report.html").read_text(encoding="utf-8")
+    return content, report, summary(content)
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory):
+    return finished(tmp_path_factory.mktemp("bare"), "[tester.torque]")
+
+
+@pytest.fixture(scope="module")
+def indexed(tmp_path_factory):
+    return finished(tmp_path_factory.mktemp("indexed"), "[tester.index, tester.torque]")
+
+
+def test_without_motion_terminal_report_and_json_say_what_is_not_applicable(bare):
+    content, report, terminal = texts(bare)
+    reason = "comparing whole swings needs an angle channel"
+    for method in ("template_inverse", "energy"):
+        assert reason in content["compensations"][method]["not_applicable"]
+        assert f"{method}: not applicable: {reason}" in terminal
+        assert f"<strong>{method}</strong> is not applicable to this run: {reason}" in report
+    for method in ("paper_peak", "peak_same_frequency"):
+        assert len(content["compensations"][method]["points"]) == 5
+    for text in (json.dumps(content), report, terminal):
+        assert "cycles were cut by the entered frequency, and only peak methods apply" in text
+    assert content["decision"]["verdict"] == "inconclusive"
+
+
+def test_without_motion_the_report_shows_neither_swing_nor_motion(bare):
+    _, report, _ = texts(bare)
+    assert 'id="swing"' not in report
+    assert 'href="#swing"' not in report
+    assert 'id="motion"' not in report
+    assert 'id="cycles"' in report
+
+
+def test_by_an_index_every_method_applies_and_the_doubt_is_in_the_budget(indexed):
+    content, report, terminal = texts(indexed)
+    assert all(each["points"] for each in content["compensations"].values())
+    budget = content["compensations"]["template_inverse"]["points"][-1]["budget"]
+    names = {component["name"] for component in budget}
+    assert {"place of the index or tacho", "time of the index pulse"} <= names
+    for text in (json.dumps(content), report, terminal):
+        assert "from one index pulse per cycle, with a larger uncertainty" in text
+    assert content["headline"]["compensated"]["value"] == pytest.approx(0.7262, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["bare", "indexed"])
+def test_analysed_again_the_result_is_the_same(name, request):
+    done = request.getfixturevalue(name)
+    again = analyse_run(done.folder, load_registry())
+    assert again.headline == done.result.headline
+    assert [check.text for check in again.checks] == [check.text for check in done.result.checks]
