@@ -30,7 +30,7 @@ SUMMARIES = {
     "schema": "Print the JSON Schema of procedures or stations, for editors.",
     "doctor": "Look at the installation and the machine, and say how to mend what is not right.",
     "completion": "Print a script that lets a shell complete.",
-    "study": "Measure on simulated rigs what the checks of a run see.",
+    "study": "Measure false alarms and misses of the checks on random simulated rigs.",
 }
 
 
