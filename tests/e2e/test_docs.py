@@ -17,6 +17,7 @@ from helpers_docs import ROOT, code_blocks, links, matches, pages
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
 from rigrunner.cli.main import SUMMARIES, rigrunner
+from rigrunner.procedure.steps import STEPS
 
 RUN_BY_CI = "run by .ci/run, as it stands"
 RUN_ELSEWHERE = {
@@ -129,6 +130,12 @@ def test_the_exit_codes_of_the_page_are_those_of_the_code():
     text = (ROOT / "docs/reference/exit-codes.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\d+) \| ([A-Z]+) \|", text, re.MULTILINE)
     assert {(int(code), name) for code, name in rows} == {(c.value, c.name) for c in ExitCode}
+
+
+def test_every_step_and_its_terms_are_on_the_page_of_the_language():
+    text = (ROOT / "docs/reference/procedure-language.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
+    assert rows == [*STEPS, "timeout", "retries", "limits", "on_fail"]
 
 
 def test_every_hook_is_on_its_page():

@@ -11,7 +11,7 @@ from rigrunner.procedure.loading import InconsistentProcedureError, parse_proced
 from rigrunner.procedure.steps import AskStep, CallStep, ConfirmStep
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.document import dotted
-from rigrunner.yamlfile.reader import read_text
+from rigrunner.yamlfile.reader import MAX_BYTES, read_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path as DocumentPath
 
 MAX_CALLS = 200
+MAX_CHARACTERS = MAX_BYTES
+"""Of all files together, each counted as often as it is called: a single one may be as long."""
 
 
 def load_procedure(path: Path) -> LoadedProcedure:
@@ -34,15 +36,18 @@ def load_procedure(path: Path) -> LoadedProcedure:
 
 @dataclass(eq=False)
 class _Loader:
-    """Loads a procedure and what it calls; counts the calls."""
+    """Loads a procedure and what it calls; counts the calls, and what is read for them."""
 
     calls: int = 0
+    characters: int = 0
 
     def load(self, path: Path, given: Given, callers: tuple[Path, ...]) -> LoadedProcedure:
         """Return a procedure that was called by others, the outermost first."""
         contradiction: InconsistentProcedureError | None = None
+        text = read_text(path)
+        self.characters += len(text)
         try:
-            loaded = parse_procedure(read_text(path), str(path), given)
+            loaded = parse_procedure(text, str(path), given)
         except InconsistentProcedureError as error:
             loaded, contradiction = error.loaded, error
         problems: dict[Problem, None] = {}
@@ -71,8 +76,9 @@ class _Loader:
             way = " calls ".join(each.name for each in (*callers, path))
             raise _refused(caller, named_at, f"a procedure cannot call itself: {way}")
         self.calls += 1
-        if self.calls > MAX_CALLS:
-            raise _refused(caller, named_at, f"more than {MAX_CALLS} calls, all in all")
+        if self.calls > MAX_CALLS or self.characters > MAX_CHARACTERS:
+            most = f"{MAX_CALLS} calls, or {MAX_CHARACTERS:,} characters in all that is called"
+            raise _refused(caller, named_at, f"more than {most}")
         given = {name: (caller.document, (*at, "call", "with", name)) for name in step.call.with_}
         called = self.load(path, given, callers)
         _check_roles(called, caller, named_at)

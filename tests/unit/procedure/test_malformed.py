@@ -160,6 +160,8 @@ CASES = [
      "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
     ("    - energy\n", "    - {energy: {}, as: template}\n", "{energy",
      "analysis.compensations[1]", "'template' stands twice", "as: NAME"),
+    ("window: 11", "window: 11, threshold: true", "true", "analysis.despike.hampel.threshold",
+     "got true, allowed is a number", ""),
     ("window: 11", "window: 11, threshold: 0", "0}}", "analysis.despike.hampel.threshold",
      "got 0, allowed is 1.0 or more", ""),
     ("    - energy\n", "    - template\n", "template\n  primary", "analysis.compensations[1]",

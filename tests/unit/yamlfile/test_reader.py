@@ -105,6 +105,17 @@ def test_hostile_files_end_in_a_message_within_a_second(tmp_path, content, messa
     assert problems[-1].location.file == str(path)
 
 
+def test_a_file_of_100_mb_is_not_read_whole(tmp_path):
+    path = tmp_path / "huge.yaml"
+    with path.open("wb") as file:
+        file.write(b"a: 1\n" * 1000)
+        file.truncate(100_000_000)
+    start_s = time.process_time()
+
+    assert only_problem(read, path).message == "the file is larger than 1,000,000 bytes"
+    assert time.process_time() - start_s < 0.1
+
+
 def test_a_file_that_is_not_there(tmp_path):
     problem = only_problem(read, tmp_path / "none.yaml")
 
