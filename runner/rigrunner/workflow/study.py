@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import signal
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from math import sqrt
-from multiprocessing import get_context
+from multiprocessing import TimeoutError, get_context  # noqa: A004  (its own, not the built-in)
 from typing import TYPE_CHECKING
 
 from scipy.stats import beta
@@ -18,14 +17,15 @@ from rigrunner.workflow.study_case import cases, examine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
+    from multiprocessing.pool import IMapIterator
 
     from rigrunner.api.devices import StopToken
     from rigrunner.workflow.study_breaks import Break
     from rigrunner.workflow.study_case import Case, Finding
 
 CONFIDENCE = 0.95
-CHUNK = 2
-"""Rigs that a process takes at a time."""
+PATIENCE_S = 0.5
+"""Between two looks at the stop token."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def run_study(
     """
     wanted = list(cases(healthy_rigs, broken_rigs, seed))
     found: list[Finding] = []
-    for finding in _examined(wanted, jobs):
+    for finding in _examined(wanted, jobs, stop):
         found.append(finding)
         progress(len(found), len(wanted))
         if stop.is_set():
@@ -100,15 +100,25 @@ def run_study(
     return tally(found)
 
 
-def _examined(wanted: Sequence[Case], jobs: int) -> Iterator[Finding]:
+def _examined(wanted: Sequence[Case], jobs: int, stop: StopToken) -> Iterator[Finding]:
     if jobs == 1:
         yield from map(examine, wanted)
         return
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _leave_interrupts)
-    try:
-        yield from pool.map(examine, wanted, chunksize=CHUNK)
-    finally:
-        pool.shutdown(cancel_futures=True)
+    # Leaving the context ends the processes at once, whatever they are at: nothing is lost by it.
+    with get_context("spawn").Pool(jobs, _leave_interrupts) as pool:
+        results = pool.imap(examine, wanted)
+        for _ in wanted:
+            yield _awaited(results, stop)
+
+
+def _awaited(results: IMapIterator[Finding], stop: StopToken) -> Finding:
+    """Return the next finding; a signal may have ended the process that was to find it."""
+    while True:
+        try:
+            return results.next(PATIENCE_S)
+        except TimeoutError:
+            if stop.is_set():
+                raise AbortedError("the study was stopped") from None
 
 
 def _leave_interrupts() -> None:

@@ -114,7 +114,8 @@ def test_too_few_cycles_are_refused():
 
 def test_two_processes_find_what_one_finds():
     wanted = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
-    assert list(_examined(wanted, 2)) == list(_examined(wanted, 1))
+    never = threading.Event()
+    assert list(_examined(wanted, 2, never)) == list(_examined(wanted, 1, never))
 
 
 def test_a_study_can_be_stopped():
