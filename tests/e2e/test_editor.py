@@ -148,7 +148,11 @@ def pages_with_files():
                 yield pytest.param(schema + block.code, id=f"{page.stem}-{block.file}")
 
 
-@pytest.mark.parametrize("text", [PROCEDURE, STATION], ids=["procedure", "station"])
+MODELINE = PROCEDURE.splitlines(keepends=True)[0]
+WIDE = MODELINE + (ROOT / "tests/e2e/language/wide.yaml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("text", [PROCEDURE, STATION, WIDE], ids=["procedure", "station", "wide"])
 def test_what_is_spoiled_below_is_good_as_it_is(server, text):
     assert told(Editor(server, text).complaints) == []
 
