@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.plan.actions import Limit, Terms
-from rigrunner.plan.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -44,7 +43,7 @@ def _limits(
         if channel is None:
             continue
         if member not in found:
-            hint = suggestion(member, found, "it finds")
+            hint = f"it finds: {', '.join(found) or 'none'}"
             scene.complain(path, f"the step finds no value of {member}", hint, key=True)
             continue
         given = {"min": band.min, "max": band.max, "marginal": band.marginal}

@@ -185,7 +185,7 @@ def test_a_value_beyond_its_limits_fails_the_step(terms, reason):
 @pytest.mark.parametrize(
     ("terms", "note"),
     [
-        (between("0 N", "1100 N", 99), None),
+        (between("0 N", "1100 N", 100), None),
         (
             between("0 N", "1100 N", 101),
             "tester.load is 1000 N, marginal: allowed is 1100 N or less",

@@ -159,6 +159,21 @@ def test_conditions_of_a_recording_may_have_limits():
     assert step.terms.limits == (Limit("room.room", None, parse_quantity("26 °C")),)
 
 
+def test_what_is_streamed_is_no_condition_of_its_recording():
+    class Both(type(TESTER), Reader):
+        """Streams and is read."""
+
+    devices = DEVICES | {"tester": Both(TESTER.channels, TESTER.drives)}
+    record = "record: {channels: [tester.angle, tester.torque], cycles: 5, limits: LIMITS}"
+    step = only(record.replace("LIMITS", "{tester.load: {max: 5 N}}"), devices)
+    assert step.terms.limits == (Limit("tester.load", None, parse_quantity("5 N")),)
+
+    streamed = record.replace("LIMITS", "{tester.torque: {max: 5 N·m}}")
+    problem = only_problem(planned, streamed, devices)
+    assert problem.message == "the step finds no value of tester.torque"
+    assert problem.hint == "it finds: tester.load, room.room"
+
+
 # step, where the finger points, field below the step, message, hint
 CASES = [
     ("ramp: {drive: tester.load, to: 5 kN, time: 9 s}", "5 kN", "ramp.to",

@@ -124,6 +124,9 @@ def test_calls_within_sweeps_repetitions_and_folders_below(files, tmp_path):
         ("{procedure: press.yaml}", "press.yaml", "procedure",
          "it uses a press in the role 'press', which this procedure does not",
          "add it here: 'uses: {press: press}'"),
+        ("{procedure: tester.yaml}", "tester.yaml", "procedure",
+         "it uses a press in the role 'tester', which this procedure does not",
+         "add it here: 'uses: {tester: press}'"),
     ],
 )  # fmt: skip
 def test_a_call_that_leads_nowhere(files, tmp_path, call, finger, field, message, hint):  # noqa: PLR0917  (a table)
@@ -133,7 +136,8 @@ def test_a_call_that_leads_nowhere(files, tmp_path, call, finger, field, message
     secret = tmp_path.parent / f"{tmp_path.name}-outside.yaml"
     secret.write_text(INNER, encoding="utf-8")
     (tmp_path / "outside.yaml").symlink_to(secret)
-    path = files(outer, press=press)
+    tester = INNER.replace("tester: swing_tester", "tester: press")
+    path = files(outer, press=press, tester=tester)
     problem = only_problem(load_procedure, path)
 
     assert message in problem.message
