@@ -64,6 +64,16 @@ def test_a_common_error_moves_both_runs():
     assert NOTE in found.notes
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_worse_of_early_and_late_counts(sign):
+    def one_sided(each):
+        (point,) = difference(each).points
+        return Compensation("one-sided", (made(max(sign * point.torque.value, 0.0)),))
+
+    found = compensated(one_sided, sweep(common=0.02))
+    assert component(found, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
+
+
 def test_the_own_errors_of_both_runs_add_as_independent():
     found = compensated(difference, sweep(own=0.02))
     assert component(found, OWN) == pytest.approx(np.hypot(3, 1) * np.sin(0.02))

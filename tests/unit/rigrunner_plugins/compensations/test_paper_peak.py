@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+from math import inf
+
 import numpy as np
 import pytest
 
 from helpers_analysis import RIG, instrument, swing_point
 from rigrunner.api.analysis import Sweep
+from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.compensations.paper_peak import MEASURAND, OTHER_RIG, PaperPeak
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
@@ -85,3 +89,17 @@ def test_the_sensor_acts_on_the_difference_where_both_runs_are_its_own():
     assert published["zero drift"].u == pytest.approx(0.03 / np.sqrt(3))
     assert refit["sensor gain"].common
     assert refit["zero drift"].common
+
+
+def test_a_doubtful_frequency_costs_the_slope_of_the_curve():
+    """Eq. (1) at 20 Hz goes by 0.0247 + 2 * 0.0041 * 20 = 0.1887 N·m/Hz."""
+    point = replace(swing_point(4.3 + PLUS_MINUS, 20.0), frequency_hz=Estimate(20.0, 0.05, inf))
+    found = parts(compensated([point], coefficients="published").points[0])
+    assert found["frequency"].u == pytest.approx(0.1887 * 0.05)
+    assert not found["frequency"].common
+
+
+def test_at_the_end_of_the_curve_its_slope_is_that_within():
+    point = replace(swing_point(7.6 + PLUS_MINUS, 35.0), frequency_hz=Estimate(35.0, 0.05, inf))
+    found = parts(compensated([point], coefficients="published").points[0])
+    assert found["frequency"].u == pytest.approx((0.0247 + 2 * 0.0041 * 35) * 0.05, rel=1e-3)
