@@ -20,6 +20,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.plan.actions import Ask, Confirm, SetDrive, Settle
+from rigrunner.procedure.answers import Expected
 
 CALLS = 30
 """More than the device calls of the plan's setup and main."""
@@ -313,6 +314,20 @@ def test_operator_answers_are_taken():
     run(FakeTester(), critical=[listener], answers=Operator())
     assert listener.of(Answer)[1].text == "setup[1] Serial number? DEMO-0001"
     assert listener.of(Answer)[1].by == "operator"
+
+
+def test_an_answer_is_put_on_record_as_it_was_asked_for():
+    class Operator(UnattendedAnswers):
+        def ask(self, step: str, question: Ask) -> str:  # noqa: ARG002
+            return " LEFT"
+
+    listener = Listener()
+    question = Ask("Side?", "side", None, "rig.png", Expected(("left", "right")))
+    run(FakeTester(), plan_of((), [question], ()), critical=[listener], answers=Operator())
+    assert [(one.text, one.into) for one in listener.of(Answer)] == [("left", "side")]
+    (prompt,) = listener.of(Prompt)
+    assert (prompt.choices, prompt.picture) == (("left", "right"), "rig.png")
+    assert prompt.expected == "left / right"
 
 
 def test_set_records_the_read_back():

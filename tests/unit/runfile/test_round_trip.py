@@ -35,6 +35,7 @@ from rigrunner.api.events import (
     Prompt,
     RunEnded,
     RunStarted,
+    StepEnded,
 )
 from rigrunner.runfile import RunHeader, RunWriter, read, read_info, read_truth, seal
 
@@ -86,6 +87,24 @@ def test_truth_is_read_apart_and_in_nothing_else(tmp_path, sealed):
     assert read_truth(tmp_path / "run") == {"001_10Hz": TRUTH, "002_20Hz": TRUTH}
     assert "starting_torque_nm" not in repr(run)
     assert all(not getattr(event, "truth", None) for event in run.events)
+
+
+@pytest.mark.parametrize("sealed", [False, True])
+def test_a_zero_that_failed_is_no_zero_and_a_measurement_that_failed_is_none(tmp_path, sealed):
+    writer = RunWriter(tmp_path / "run", header_of())
+    emit = emitter_of(writer)
+    emit_zero(emit)
+    known = {"index": 0, "values": {"tester.torque": 9.0}, "units": {"tester.torque": "N·m"}}
+    emit(StepEnded, step="main[0]", action="zero", ok=False, **known)
+    for ok in (True, False):
+        emit(StepEnded, step="main[1]", action="measure", measurement="table", ok=ok, **known)
+    emit(RunEnded, outcome=Outcome.COMPLETED)
+    writer.close()
+    if sealed:
+        writer.seal()
+    found = read(tmp_path / "run")
+    assert found.zeros == {"tester.torque": 0.0123}
+    assert [one.name for one in found.measurements] == ["table"]
 
 
 def test_digest_is_what_its_description_says(tmp_path):
