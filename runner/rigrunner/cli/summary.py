@@ -91,7 +91,10 @@ def _failed_checks(document: Document) -> str:
     for found in document["compensations"].values():
         everywhere += found["checks"]
     failed = [check for check in everywhere if not check["ok"]]
-    return "\n".join(f"check: {each['name']}: {each['text']} {each['advice']}" for each in failed)
+    return "\n".join(
+        f"check: {each['name']}: {each['text']}" + (f"; {each['advice']}" if each["advice"] else "")
+        for each in failed
+    )
 
 
 def estimate_text(estimate: Mapping[str, Any] | None) -> str:

@@ -57,7 +57,7 @@ def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
         "    35 Hz     7.400     0.730 ± 0.022",
         "energy: not applicable: no loop",
         "",
-        "check: asymmetry: 6 % Look.",
+        "check: asymmetry: 6 %; Look.",
     ]
 
 
