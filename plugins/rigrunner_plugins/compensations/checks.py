@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 SLOPE_SIGNIFICANCE = 0.99
 SLOPE_EFFECT = 0.02
 """Of the mean torque, at the highest frequency: less does not matter, however significant."""
+WEIGHT_FLOOR = 0.003
+"""Of the mean torque: or slow points, which scatter less than the method errs, would decide alone."""
 
 SYMMETRY = Limit(
     name="symmetry of the strokes",
@@ -138,10 +140,10 @@ def same_inertia(points: Sequence[CompensatedPoint], u_nm: Array) -> Check:
 
 def _slope(x: Array, y: Array, u: Array) -> tuple[float, float]:
     """Return the slope of the weighted line and its uncertainty, from the scatter if larger."""
-    weight = 1 / np.maximum(u, 1e-6) ** 2
+    weight = 1 / np.maximum(u, WEIGHT_FLOOR * abs(y.mean())) ** 2
     x_mean, y_mean = np.average(x, weights=weight), np.average(y, weights=weight)
-    spread = np.sum(weight * (x - x_mean) ** 2)
-    slope = np.sum(weight * (x - x_mean) * (y - y_mean)) / spread
+    share = weight * (x - x_mean) / np.sum(weight * (x - x_mean) ** 2)
+    slope = share @ y
     residual = y - y_mean - slope * (x - x_mean)
-    variance = np.sum(weight * residual**2) / (len(x) - 2)
-    return float(slope), float(np.sqrt(max(variance, 1.0) / spread))
+    scatter = np.sum(weight * residual**2) / (len(x) - 2)
+    return float(slope), float(np.sqrt(max(share**2 @ u**2, scatter * np.sum(share**2 / weight))))
