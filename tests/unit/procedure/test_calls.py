@@ -176,18 +176,18 @@ def test_calls_that_multiply_end_in_a_message_within_a_second(files):
     start_s = time.process_time()
     problems = problems_of(load_procedure, path)
 
-    assert time.process_time() - start_s < 2
+    assert time.process_time() - start_s < 1
     assert problems[0].message.startswith(f"more than {MAX_CALLS} calls")
 
 
-def test_long_files_that_are_called_often_end_in_a_message_within_two_seconds(files):
+def test_long_files_that_are_called_often_end_in_a_message_within_a_second(files):
     long = INNER + "description: " + "x" * 300_000 + "\n"
     calls = "\n  - call: {procedure: inner.yaml}" * 100
     path = files(calling("{procedure: inner.yaml}") + calls, long)
     start_s = time.process_time()
     problems = problems_of(load_procedure, path)
 
-    assert time.process_time() - start_s < 2
+    assert time.process_time() - start_s < 1
     assert "1,000,000 characters" in problems[0].message
 
 
