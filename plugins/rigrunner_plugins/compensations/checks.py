@@ -19,7 +19,7 @@ SLOPE_SIGNIFICANCE = 0.99
 SLOPE_EFFECT = 0.02
 """Of the mean torque, at the highest frequency: less does not matter, however significant."""
 WEIGHT_FLOOR = 0.003
-"""Of the mean torque: or slow points, which scatter less than the method errs, would decide alone."""
+"""Of the mean torque; or slow points, which scatter less than the method errs, decide alone."""
 
 SYMMETRY = Limit(
     name="symmetry of the strokes",

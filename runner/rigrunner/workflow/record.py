@@ -22,6 +22,7 @@ from rigrunner.workflow.log import RunLog
 from rigrunner.workflow.plot import sweep_plot
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.report import write_report
+from rigrunner.workflow.rig_lock import rig_lock
 from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
 
 if TYPE_CHECKING:
@@ -86,22 +87,24 @@ def execute(
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
-    Raises a DeviceError if the rig cannot be connected, and DataError if the folder cannot be
-    made; from then on what happens is in the FinishedRun, and the rig is made safe on every way.
+    Raises a DeviceError if the rig cannot be connected or another run has it, and DataError if the
+    folder cannot be made; from then on what happens is in the FinishedRun, and the rig is made safe
+    on every way.
     """
-    rig = Rig(planned.devices, planned.clock)
-    identified = rig.connect()
     errors: list[BaseException] = []
-    try:
-        writer = _new_folder(planned, runs, inputs, identified)
-        with RunLog(writer.folder / "run.log") as log:
-            bus = Bus(critical=[writer], guarded=[log, *listeners])
-            run_id = writer.folder.name
-            summary = run_plan(planned.plan, rig, bus, planned.clock, answers, stop, run_id)
-    finally:
-        rig.make_safe()
-        with _kept(errors):
-            rig.close()
+    with rig_lock(planned):
+        rig = Rig(planned.devices, planned.clock)
+        identified = rig.connect()
+        try:
+            writer = _new_folder(planned, runs, inputs, identified)
+            with RunLog(writer.folder / "run.log") as log:
+                bus = Bus(critical=[writer], guarded=[log, *listeners])
+                run_id = writer.folder.name
+                summary = run_plan(planned.plan, rig, bus, planned.clock, answers, stop, run_id)
+        finally:
+            rig.make_safe()
+            with _kept(errors):
+                rig.close()
     if summary.error is not None:
         errors.insert(0, summary.error)
     return _finish(planned, writer, summary, no_load, errors)

@@ -1,0 +1,113 @@
+"""One run at a time on a real rig, whoever starts it and however the other one ends."""
+
+import dataclasses
+import signal
+import subprocess
+import sys
+import tempfile
+
+import pytest
+
+from helpers_workflow import START, station_file
+from rigrunner.api.errors import DeviceError, ExitCode
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.workflow.locate import find_procedure
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.rig_lock import lock_folder, rig_lock
+
+HOLD = """
+import sys, tempfile
+from filelock import FileLock
+with FileLock(sys.argv[1], timeout=0):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+class RealDevices:
+    """The registry as it is, but that it takes every device for a real one."""
+
+    def __init__(self, registry):
+        self._registry = registry
+
+    def __getattr__(self, name):
+        return getattr(self._registry, name)
+
+    def find(self, kind, name):
+        found = self._registry.find(kind, name)
+        if isinstance(found.record, DeviceRecord):
+            return dataclasses.replace(
+                found, record=dataclasses.replace(found.record, simulated=False)
+            )
+        return found
+
+
+@pytest.fixture(autouse=True)
+def own_locks(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+
+def planned(folder, station_id="press-1", *, simulated=False):
+    folder.mkdir(exist_ok=True)
+    station = station_file(folder, ("id: simulated", f"id: {station_id}"))
+    found = plan_run(
+        find_procedure("no_load_inertia_sweep"), station, load_registry(), SimulatedClock(START)
+    )
+    return found if simulated else dataclasses.replace(found, registry=RealDevices(found.registry))
+
+
+def test_a_rig_in_use_is_refused_naming_who_has_it(tmp_path):
+    rig = planned(tmp_path / "one")
+    with (
+        rig_lock(rig),
+        pytest.raises(DeviceError, match=r"press-1 is in use: SSPB-NLI, process \d+") as caught,
+        rig_lock(rig),
+    ):
+        pass
+    assert caught.value.exit_code is ExitCode.DEVICE
+
+
+def test_once_the_run_is_over_the_rig_is_free(tmp_path):
+    rig = planned(tmp_path / "one")
+    for _ in range(2):
+        with rig_lock(rig):
+            pass
+
+
+def test_two_rigs_run_side_by_side(tmp_path):
+    with rig_lock(planned(tmp_path / "one", "press-1")), rig_lock(planned(tmp_path / "two", "b")):
+        pass
+
+
+def test_simulated_rigs_are_one_per_process_and_not_locked(tmp_path):
+    rig = planned(tmp_path / "one", simulated=True)
+    with rig_lock(rig), rig_lock(rig):
+        pass
+    assert not (tmp_path / "rigrunner-rigs").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
+def test_a_killed_process_holds_no_rig(tmp_path):
+    rig = planned(tmp_path / "one")
+    command = [sys.executable, "-c", HOLD, str(lock_folder() / "press-1.lock")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout.readline() == b"held\n"
+        with pytest.raises(DeviceError, match="is in use "), rig_lock(rig):
+            pass
+        other.send_signal(signal.SIGKILL)
+        other.wait()
+    with rig_lock(rig):
+        pass
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_of_the_device_and_says_where(tmp_path):
+    (tmp_path / "rigrunner-rigs").mkdir()
+    (tmp_path / "rigrunner-rigs" / "press-1.lock").mkdir()
+    with (
+        pytest.raises(DeviceError, match="cannot be locked") as caught,
+        rig_lock(planned(tmp_path / "one")),
+    ):
+        pass
+    assert "press-1.lock" in caught.value.hint
