@@ -1,0 +1,130 @@
+"""The adaptive Monte Carlo procedure (JCGM 101:2008, 7.9.4): blocks until the results stay.
+
+Every block has a random stream of its own, which follows from seed and block number alone. So the
+same seed gives the same values whatever is drawn besides, and each further block only adds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.signal.monte_carlo.intervals import (
+    Interval,
+    numerical_tolerance,
+    shortest,
+    symmetric,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.random import Generator
+
+    from rigrunner.api.data import Array
+
+BLOCK = 10_000
+"""Trials, the least that 7.9.4 b) allows: 100/(1 - p) is fewer for p up to 0.99."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Adaptive:
+    """How long to go on.
+
+    The results are stable to `tolerance_share` of the numerical tolerance: 1 for a result of its
+    own, a fifth where it is to check another (8.2).
+    """
+
+    digits: int = 2
+    least_trials: int = 1_000_000
+    most_trials: int = 10_000_000
+    tolerance_share: float = 0.2
+    p: float = 0.95
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Propagated:
+    """The output quantity as its distribution shows it."""
+
+    trials: int
+    mean: float
+    u: float
+    symmetric: Interval
+    shortest: Interval
+    tolerance: float
+    """Half of the last digit that matters of u."""
+    stable: bool
+    """False if most_trials did not suffice for the share of the tolerance."""
+
+
+def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propagated:
+    """Return what `output(rng, n)`, values of shape (n,), is distributed like.
+
+    Raises DataError for values that are not finite.
+    """
+    blocks: list[Array] = []
+    found: list[tuple[float, ...]] = []
+    for block in _blocks(output, how.seed):
+        blocks.append(block)
+        found.append(_statistics(block, how.p))
+        trials = len(blocks) * BLOCK
+        if trials < how.least_trials or len(blocks) == 1:
+            continue
+        tolerance = numerical_tolerance(_pooled_u(found), how.digits)
+        stable = _is_stable(found, how.tolerance_share * tolerance)
+        if stable or trials >= how.most_trials:
+            break
+    return _result(np.sort(np.concatenate(blocks)), how, stable=stable)
+
+
+def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Array]:
+    for number in count():
+        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
+        values = np.asarray(output(rng, BLOCK))
+        if not np.isfinite(values).all():
+            raise DataError(
+                f"the measurement equation gives no finite value in {np.sum(~np.isfinite(values))} "
+                f"of {BLOCK} Monte Carlo trials",
+                hint="a quotient whose divisor may be zero has no standard uncertainty",
+            )
+        yield values
+
+
+def _statistics(block: Array, p: float) -> tuple[float, ...]:
+    """Return mean, standard deviation and both ends of an interval (7.9.4 e).
+
+    Those of the symmetric interval: of the shortest, the ends wander where the density is flat.
+    """
+    interval = symmetric(np.sort(block), p)
+    return float(block.mean()), float(block.std(ddof=1)), interval.low, interval.high
+
+
+def _pooled_u(found: list[tuple[float, ...]]) -> float:
+    """Return the standard deviation of all values, from those of equal blocks (7.9.4 i)."""
+    means, deviations = np.array(found)[:, :2].T
+    return float(np.sqrt(np.mean(deviations**2) + means.var()))
+
+
+def _is_stable(found: list[tuple[float, ...]], tolerance: float) -> bool:
+    """Return whether twice the deviation of each mean over the blocks is within the tolerance."""
+    of_mean = np.std(found, axis=0, ddof=1) / sqrt(len(found))
+    return bool(np.all(2 * of_mean <= tolerance))
+
+
+def _result(ordered: Array, how: Adaptive, *, stable: bool) -> Propagated:
+    u = float(ordered.std(ddof=1))
+    return Propagated(
+        trials=len(ordered),
+        mean=float(ordered.mean()),
+        u=u,
+        symmetric=symmetric(ordered, how.p),
+        shortest=shortest(ordered, how.p),
+        tolerance=numerical_tolerance(u, how.digits),
+        stable=stable,
+    )
