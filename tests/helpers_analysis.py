@@ -19,6 +19,7 @@ RATIO = 2 / 45
 RATE_HZ = 2000.0
 MEASURAND = Measurand(symbol="Td", name="load-induced starting torque")
 PAPER_PEAK = {"paper_peak": {"coefficients": "refit"}}
+AT_REVERSAL = {"nature": "load_induced", "condition": "at_reversal"}
 SPEC = {
     "despike": {"hampel": {"window": 11}},
     "outliers": {"grubbs": {"alpha": 0.05}},
@@ -127,7 +128,7 @@ def no_load_spec(**changes) -> AnalysisSpec:
 
 
 def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Acceptance:
-    limit = Limit(max=maximum, min=minimum, source="a test")
+    limit = Limit(max=maximum, min=minimum, source="a test", measurand=AT_REVERSAL)
     return Acceptance(limit=limit, rule=rule)
 
 

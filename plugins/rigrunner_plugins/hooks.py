@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import CompensationRecord, DeviceRecord, hookimpl
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_plugins.compensations.breakaway_peak_settings import BreakawayPeakSettings
 from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_plugins.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
@@ -34,6 +35,10 @@ __all__ = [
     "rigrunner_fits",
     "rigrunner_outlier_rules",
 ]
+
+STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)
+BREAKAWAY = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
 
 
 @hookimpl
@@ -119,36 +124,42 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
             settings=PaperPeakSettings,
             factory=_paper_peak,
+            yields=STARTING,
         ),
         CompensationRecord(
             name="peak_same_frequency",
             help="Raw peak minus the no-load peak of the same frequency",
             settings=PeakSameFrequencySettings,
             factory=_peak_same_frequency,
+            yields=STARTING,
         ),
         CompensationRecord(
             name="template_inverse",
             help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
             settings=TemplateInverseSettings,
             factory=_template_inverse,
+            yields=STARTING,
         ),
         CompensationRecord(
             name="model_inverse",
             help="As template_inverse, by a model of the sweep: also between its frequencies",
             settings=InverseSettings,
             factory=_model_inverse,
+            yields=STARTING,
         ),
         CompensationRecord(
             name="energy",
             help="Running torque: work of a swing over its way, loaded minus no-load",
             settings=EnergySettings,
             factory=_energy,
+            yields=RUNNING,
         ),
         CompensationRecord(
             name="breakaway_peak",
             help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
             settings=BreakawayPeakSettings,
             factory=_breakaway_peak,
+            yields=BREAKAWAY,
         ),
     ]
 

@@ -54,7 +54,10 @@ analysis:
     - energy
   primary: template_inverse
 acceptance:
-  limit: {max: 0.95 N·m, source: nobody}
+  limit:
+    max: 0.95 N·m
+    source: nobody
+    measurand: {nature: load_induced, condition: at_reversal}
   rule: guard_band_u
 """
 STATION = """\

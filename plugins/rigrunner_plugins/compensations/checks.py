@@ -34,6 +34,7 @@ POSITIVE = Limit(
     advice="was the no-load run really unloaded?",
     unit="N·m",
     lower=ABOVE_ZERO,
+    decisive=True,
 )
 DRIVE_LINE = Limit(
     name="drive line",

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
-from rigrunner.analysis.decision import Limits, decide
+from rigrunner.analysis.decision import decide
+from rigrunner.analysis.evidence import (
+    Evidence,
+    Judged,
+    JudgedPoint,
+    failed_decisive,
+    measurand_of,
+    without_scatter,
+)
 from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
@@ -24,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, Curve, Fit, OutlierRule, PeakPoint, Rejection
     from rigrunner.api.data import Array, Estimate, Points, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner.api.results import Decision
+    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
 
@@ -38,6 +46,10 @@ class Lookup(Protocol):
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError."""
+        ...
+
+    def yields(self, compensation: str) -> MeasurandKind | None:
+        """Return which torque a compensation yields, if its plugin says."""
         ...
 
 
@@ -81,6 +93,15 @@ class _Analysis:
         compensations = self._compensations(loaded, no_load)
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
+        checks = tuple(self._checks(loaded, no_load, compensations))
+        decision = None
+        if self.acceptance is not None:
+            primary = compensations[self.spec.primary]
+            found = failed_decisive((*checks, *primary.checks))
+            why = f"There is no result to decide on: {problem}" if problem else found
+            mean = Judged(headline, raw, why or without_scatter(loaded, no_load, primary))
+            evidence = self._evidence(loaded, primary, mean)
+            decision = decide(self.acceptance, evidence)
         return Result(
             run=self.run,
             no_load_run=self.no_load_run,
@@ -93,8 +114,8 @@ class _Analysis:
             primary=self.spec.primary,
             headline=headline,
             raw_headline=raw,
-            decision=self._decision(headline, raw, problem),
-            checks=tuple(self._checks(loaded, no_load, compensations)),
+            decision=decision,
+            checks=checks,
             notes=(problem,) if problem else (),
             settings=self._settings(),
         )
@@ -182,24 +203,32 @@ class _Analysis:
         return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
 
     def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
-        if not loaded:
-            return None
+        return self._raw(loaded) if loaded else None
+
+    def _raw(self, points: Sequence[PeakPoint]) -> Estimate | None:
+        """Return the mean of raw peaks; None where the register does not know their sensor."""
         try:
             instrument = self._instrument()
         except DataError:
             return None
         zeroed = instrument.channel in self.run.zeros
-        return raw_peak_mean(loaded, instrument, zeroed=zeroed)
+        return raw_peak_mean(points, instrument, zeroed=zeroed)
 
-    def _decision(
-        self, headline: Estimate | None, raw: Estimate | None, problem: str
-    ) -> Decision | None:
-        if self.acceptance is None:
-            return None
-        limits = Limits.between(
-            self.acceptance.limit.min, self.acceptance.limit.max, self.acceptance.limit.source
+    def _evidence(
+        self, loaded: tuple[PeakPoint, ...], primary: Compensation, mean: Judged
+    ) -> Evidence:
+        """Return all results that a limit may be for; what forbids one forbids all."""
+        plugin = next(each for each in self.spec.compensations if each.label == self.spec.primary)
+        return Evidence(
+            method=self.spec.primary,
+            kind=measurand_of(self.lookup.yields(plugin.name), self.spec),
+            loads_n=tuple(point.load_n for point in loaded),
+            mean=mean,
+            points=tuple(
+                JudgedPoint(found.torque, self._raw([point]), mean.problem, point.set_frequency_hz)
+                for point, found in zip(loaded, primary.points, strict=False)
+            ),
         )
-        return decide(limits, self.acceptance.rule, headline, raw, problem)
 
     def _checks(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import asin, degrees, sin, sqrt
 from typing import TYPE_CHECKING
 
@@ -46,6 +47,7 @@ CLIPPING = Limit(
     advice="a clipped peak is lost: use a larger range",
     unit="1",
     upper=EQUAL_AT_RAIL - 1,
+    decisive=True,
 )
 RANGE = Limit(
     name="range",
@@ -103,6 +105,7 @@ POSITIVE = Limit(
     advice="friction cannot drive: the no-load run or the method does not fit this run",
     unit="N·m",
     lower=ABOVE_ZERO,
+    decisive=True,
 )
 LIMITS = (
     ENTERED_FREQUENCY,
@@ -129,7 +132,9 @@ def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") ->
     angles = [point for point in swings if point.motion is MotionSource.ANGLE]
     yield STROKE.check((_wrong_stroke(each, run.rig.eccentric_ratio) for each in angles), prefix)
     yield STEADY.check(map(_unsteady, angles), prefix)
-    yield CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
+    clipped = CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
+    # A converter's coarse zero while a bearing rests before its start is no lost peak.
+    yield replace(clipped, decisive=clipped.decisive and bool(swings))
     yield RANGE.check((_used(each, run) for each in run.recordings), prefix)
     yield SPIKES.check(map(_spiky, points), prefix)
     yield CYCLES.check(map(_cycles, several), prefix)

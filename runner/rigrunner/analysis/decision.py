@@ -1,119 +1,136 @@
-"""Decision rules: does the item conform, given the uncertainty (JCGM 106, ILAC-G8:09/2019)."""
+"""Whether the item conforms, given the uncertainty: every limit, and the verdict on the run."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf, isinf, isnan, nan
+from math import inf, isfinite, nan
 from typing import TYPE_CHECKING
 
-from scipy.special import ndtr, stdtr
-
-from rigrunner.api.results import Decision, Verdict
-from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.analysis.evidence import Judged
+from rigrunner.analysis.limits import Limits, probability
+from rigrunner.analysis.rules import DecisionRule
+from rigrunner.api.results import MEAN, Decision, LimitDecision, Verdict
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.analysis.evidence import Evidence
     from rigrunner.api.data import Estimate
+    from rigrunner.procedure import Acceptance, Limit
 
-RULES = {
-    "simple": "simple acceptance, the value alone decides (w = 0)",
-    "guard_band_u": "guard band w = U of 95 %; a value nearer to the limit is conditional",
-}
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a value may be, in the unit of the measurand; infinite where there is no limit."""
-
-    lower: float
-    upper: float
-    source: str
-    unit: str = "N·m"
-
-    @classmethod
-    def between(cls, lower: float | None, upper: float | None, source: str) -> Limits:
-        """Return limits with infinity where a procedure names none."""
-        return cls(-inf if lower is None else lower, inf if upper is None else upper, source)
-
-    def __str__(self) -> str:
-        """Return the limits as a person writes them."""
-        if isinf(self.lower):
-            return f"≤ {self.upper:.6g} {self.unit}"
-        if isinf(self.upper):
-            return f"≥ {self.lower:.6g} {self.unit}"
-        return f"{self.lower:.6g} {self.unit} to {self.upper:.6g} {self.unit}"
-
-    def margin(self, value: float) -> float:
-        """Return how far inside the nearer limit the value is; negative outside."""
-        return min(value - self.lower, self.upper - value)
+WORST_FIRST = (
+    Verdict.FAIL,
+    Verdict.INCONCLUSIVE,
+    Verdict.CONDITIONAL_FAIL,
+    Verdict.CONDITIONAL_PASS,
+    Verdict.PASS,
+)
+"""A run fails if one of its limits does, and passes if all of them do."""
 
 
-def decide(
-    limits: Limits, rule: str, compensated: Estimate | None, raw: Estimate | None, problem: str = ""
-) -> Decision:
-    """Return the verdict on a compensated torque, and what the rule would say of the raw one.
+def decide(acceptance: Acceptance, evidence: Evidence) -> Decision:
+    """Return the verdict on a run, and what the rule would say of the raw torque.
 
-    `problem` says why there is no compensated torque, where there is none.
+    The limit decides whose verdict is worst; among equal ones that with the least probability of
+    conformity.
     """
-    verdict, reason = _verdict(limits, rule, compensated, problem)
+    rule = DecisionRule.of(acceptance)
+    parts = tuple(_parts(acceptance, rule, evidence))
+    worst = min(parts, key=lambda part: (WORST_FIRST.index(part.verdict), _known(part)))
+    raw = min((part.uncompensated for part in parts), key=WORST_FIRST.index)
     return Decision(
+        **{**vars(worst), "uncompensated": raw, "reason": _reason(worst, parts)},
+        rule=str(rule),
+        parts=parts,
+    )
+
+
+def _known(part: LimitDecision) -> float:
+    known = part.probability_of_conformity
+    return known if isfinite(known) else -inf
+
+
+def _reason(worst: LimitDecision, parts: Sequence[LimitDecision]) -> str:
+    if len(parts) == 1 and worst.of == MEAN:
+        return worst.reason
+    where = "The mean" if worst.of == MEAN else f"At {worst.of}"
+    return f"{where}: {worst.reason[:1].lower()}{worst.reason[1:]}"
+
+
+def _parts(
+    acceptance: Acceptance, rule: DecisionRule, evidence: Evidence
+) -> Iterator[LimitDecision]:
+    if acceptance.mean_limit is not None:
+        yield _decided(acceptance.mean_limit, rule, evidence, MEAN, evidence.mean)
+    for point in evidence.points:
+        limit = acceptance.limit_at(point.set_frequency_hz)
+        if limit is not None:
+            yield _decided(limit, rule, evidence, f"{point.set_frequency_hz:g} Hz", point)
+    measured = [point.set_frequency_hz for point in evidence.points]
+    for limit in acceptance.all_limits:
+        missing = [f"{hz:g} Hz" for hz in limit.missing(measured)]
+        if limit.of != MEAN and not measured and not limit.at:
+            missing = ["each frequency"]
+        for name in missing:
+            why = evidence.mean.problem or f"there is no result at {name}"
+            yield _decided(limit, rule, evidence, name, Judged(None, None, _sentence(why)))
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
+
+
+def _decided(
+    limit: Limit, rule: DecisionRule, evidence: Evidence, of: str, judged: Judged
+) -> LimitDecision:
+    limits, found = Limits.of(limit), judged.compensated
+    problem = _objection(limit, evidence) or judged.problem
+    verdict, reason = _verdict(limits, rule, found, problem)
+    known = found is not None and _uncertainty_is_known(found)
+    return LimitDecision(
+        of=of,
         verdict=verdict,
         reason=reason,
         limit_text=str(limits),
-        limit_source=limits.source,
-        rule=f"{rule}: {RULES[rule]}",
-        probability_of_conformity=nan if compensated is None else probability(limits, compensated),
-        uncompensated=_verdict(limits, rule, raw, "")[0],
+        limit_source=limit.source,
         lower_nm=limits.lower,
         upper_nm=limits.upper,
+        result=found,
+        guard_band_nm=rule.guard(found) if found and known else nan,
+        stated_risk=rule.false_accept_risk(limits, found) if found and known else nan,
+        false_reject_risk=rule.false_reject_risk(limits, found) if found and known else nan,
+        probability_of_conformity=(
+            probability(limits, found) if found and known and not problem else nan
+        ),
+        uncompensated=_verdict(limits, rule, judged.raw, "")[0],
+        marginal=bool(found and known and not problem and rule.is_marginal(limits, found)),
+        measurand=limit.measurand.kind,
+        load_n=limit.measurand.load,
     )
 
 
-def probability(limits: Limits, estimate: Estimate) -> float:
-    """Return the probability that the true value is within the limits (JCGM 106, 7).
+def _objection(limit: Limit, evidence: Evidence) -> str:
+    """Return why the limit is not one of this result, as a sentence; '' if it is."""
+    if evidence.kind is None:
+        return (
+            f"{evidence.method} does not say which torque it yields, and the limit is for the "
+            f"{limit.measurand}."
+        )
+    why = limit.measurand.objection(evidence.kind, evidence.loads_n)
+    return f"{_sentence(why)[:-1]}: conformity cannot be stated." if why else ""
 
-    For a value that is distributed as t (normal, for infinite degrees of freedom) about the
-    estimate, scaled by its standard uncertainty.
-    """
-    if estimate.u == 0:
-        return float(limits.margin(estimate.value) >= 0)
-    return _cumulative(limits.upper, estimate) - _cumulative(limits.lower, estimate)
 
-
-def _cumulative(limit: float, estimate: Estimate) -> float:
-    if isinf(limit):
-        return 1.0 if limit > 0 else 0.0
-    z = (limit - estimate.value) / estimate.u
-    return float(ndtr(z) if isinf(estimate.dof) else stdtr(estimate.dof, z))
+def _uncertainty_is_known(estimate: Estimate) -> bool:
+    return isfinite(estimate.u) and estimate.u > 0
 
 
 def _verdict(
-    limits: Limits, rule: str, estimate: Estimate | None, problem: str
+    limits: Limits, rule: DecisionRule, estimate: Estimate | None, problem: str
 ) -> tuple[Verdict, str]:
-    if estimate is None:
-        return Verdict.INCONCLUSIVE, f"There is no result to decide on: {problem}"
+    if problem or estimate is None:
+        return Verdict.INCONCLUSIVE, problem or "There is no result."
     if not estimate.value > 0:
         value = f"{estimate.value:.4f} {limits.unit}"
         return Verdict.INCONCLUSIVE, f"{value} is no friction torque: friction does not drive."
-    guard = 0.0 if rule == "simple" else coverage_factor(estimate.dof) * estimate.u
-    if isnan(guard):
+    if not _uncertainty_is_known(estimate):
         return Verdict.INCONCLUSIVE, "The uncertainty of the result is not known."
-    return _compared(limits, estimate.value, guard)
-
-
-def _compared(limits: Limits, value: float, guard: float) -> tuple[Verdict, str]:
-    margin = limits.margin(value)
-    place = (
-        f"{value:.4f} {limits.unit} is {abs(margin):.4f} {limits.unit} "
-        f"{'within' if margin >= 0 else 'outside'} the limit {limits}"
-    )
-    if guard == 0:
-        verdict = Verdict.PASS if margin >= 0 else Verdict.FAIL
-        return verdict, f"{place}."
-    width = f"U = {guard:.4f} {limits.unit}"
-    if margin >= guard:
-        return Verdict.PASS, f"{place}, by at least {width}."
-    if margin >= 0:
-        return Verdict.CONDITIONAL_PASS, f"{place}, but by less than {width}."
-    if margin >= -guard:
-        return Verdict.CONDITIONAL_FAIL, f"{place}, but by no more than {width}."
-    return Verdict.FAIL, f"{place}, by more than {width}."
+    return rule.verdict(limits, estimate)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import nan
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.document_decision import decision
 from rigrunner.analysis.document_fits import curve_of, fit
 from rigrunner.analysis.document_values import (
     degrees_of_freedom,
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
         Rejection,
     )
     from rigrunner.api.data import Array, RunData
-    from rigrunner.api.results import Decision, Result
+    from rigrunner.api.results import Result
 
 FORMAT = "rigrunner: result/1"
 TORQUE = "N·m"
@@ -48,7 +49,7 @@ def document(result: Result) -> Json:
         "no_load_run": None if result.no_load_run is None else _run(result.no_load_run),
         "analysis": plain(result.settings),
         "headline": _headline(result),
-        "decision": None if result.decision is None else _decision(result.decision),
+        "decision": None if result.decision is None else decision(result.decision),
         "checks": _checks(result.checks),
         "notes": list(result.notes),
         "points": [_point(point) for point in result.loaded],
@@ -86,20 +87,6 @@ def _headline(result: Result) -> Json:
         "method": result.primary or None,
         "compensated": estimate(result.headline),
         "raw_peak": estimate(result.raw_headline),
-    }
-
-
-def _decision(decision: Decision) -> Json:
-    return {
-        "verdict": str(decision.verdict),
-        "reason": decision.reason,
-        "limit": decision.limit_text,
-        "lower_limit": quantity(decision.lower_nm, TORQUE),
-        "upper_limit": quantity(decision.upper_nm, TORQUE),
-        "limit_source": decision.limit_source,
-        "rule": decision.rule,
-        "probability_of_conformity": number(decision.probability_of_conformity),
-        "verdict_uncompensated": str(decision.uncompensated),
     }
 
 

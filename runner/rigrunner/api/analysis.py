@@ -255,6 +255,8 @@ class Check:
     """What it may be at most or at least."""
     unit: str = ""
     """Of both: '1' for a bare number."""
+    decisive: bool = False
+    """Whether nothing can be decided on the run where it failed."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,8 @@ class Limit:
     """In which value and limits are given: '1' for a bare number."""
     lower: float = -inf
     upper: float = inf
+    decisive: bool = False
+    """Whether nothing can be decided on a run that is beyond."""
 
     @property
     def allowed(self) -> str:
@@ -56,6 +58,7 @@ class Limit:
             value=worst,
             threshold=None if worst is None else self._nearer(worst),
             unit=self.unit,
+            decisive=self.decisive,
         )
 
     def _margin(self, value: float) -> float:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
+    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
 
 API_VERSION = 1
@@ -67,6 +68,11 @@ class CompensationRecord(PluginRecord):
     """A way to take out the rig's part: `factory(settings)`."""
 
     factory: Callable[[Any], CompensationMethod]
+    yields: MeasurandKind | None = None
+    """Which torque comes out; without it no limit can be applied to the result.
+
+    A method that yields the total torque yields the no-load torque where there is no load.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import inf
+from math import inf, nan
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Points, RunData
+    from rigrunner.api.measurand import MeasurandKind
+
+MEAN = "mean"
+"""What is judged where not a single set-point is: the mean over all of them."""
 
 
 class Verdict(StrEnum):
@@ -24,21 +28,52 @@ class Verdict(StrEnum):
     FAIL = "fail"
 
 
-@dataclass(frozen=True)
-class Decision:
-    """The verdict with all that is needed to understand it."""
+@dataclass(frozen=True, kw_only=True)
+class LimitDecision:
+    """What one limit says of one result, with all that is needed to understand it."""
 
+    of: str = MEAN
+    """What is judged: 'mean', or one set-point, such as '35 Hz'."""
     verdict: Verdict
     reason: str
+    """One sentence."""
     limit_text: str
     limit_source: str
-    rule: str
-    probability_of_conformity: float
-    uncompensated: Verdict
-    """What the same rule would say of the raw torque."""
     lower_nm: float = -inf
     upper_nm: float = inf
-    """The limits in N·m, for a plot; infinite where there is none."""
+    """The limits in N·m; infinite where there is none."""
+    result: Estimate | None = None
+    """What was judged; None where there is nothing to judge."""
+    guard_band_nm: float = nan
+    """w in N·m: a result passes that is within the limit by at least w; nan where unknown."""
+    stated_risk: float = nan
+    """The highest probability that an item which this rule passes does not conform.
+
+    The specific risk of false acceptance, for this uncertainty (JCGM 106, 3.3.13); nan where
+    unknown, or where no result could pass.
+    """
+    false_reject_risk: float = nan
+    """The highest probability that an item which this rule fails conforms."""
+    probability_of_conformity: float
+    """That the true value is within the limits (JCGM 106, 7); nan where unknown."""
+    uncompensated: Verdict
+    """What the same rule would say of the raw torque."""
+    marginal: bool = False
+    """Whether a result different by no more than the marginal band had another verdict."""
+    measurand: MeasurandKind | None = None
+    """What the limit is a limit of."""
+    load_n: float | None = None
+    """The load that the limit is for, where it names one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decision(LimitDecision):
+    """The verdict on a run: that of the limit that decides, and all the others beside it."""
+
+    rule: str
+    """The rule with its words: 'simple: ...'."""
+    parts: tuple[LimitDecision, ...] = ()
+    """Every limit on the mean and on the set-points, the deciding one among them."""
 
 
 @dataclass(frozen=True, eq=False)

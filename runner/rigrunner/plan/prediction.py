@@ -51,7 +51,8 @@ class Prediction:
 def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> Prediction:
     """Return the torque to be expected in each recording, and the disk that the run needs."""
     acceptance = procedure.model.acceptance
-    bearing_nm = (acceptance.limit.max or 0.0) if acceptance else 0.0
+    limits = acceptance.all_limits if acceptance else ()
+    bearing_nm = max((each.max or 0.0 for each in limits), default=0.0)
     records = [step.action for step in plan.steps if isinstance(step.action, Record)]
     torques = tuple(
         PredictedTorque(

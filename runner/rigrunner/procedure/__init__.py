@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rigrunner.procedure.acceptance import Acceptance, Limit, LimitMeasurand
 from rigrunner.procedure.analysis_spec import AnalysisSpec, Despike, NoLoadSpec, PluginRef
 from rigrunner.procedure.calls import load_procedure
 from rigrunner.procedure.loading import (
@@ -9,7 +10,7 @@ from rigrunner.procedure.loading import (
     LoadedProcedure,
     parse_procedure,
 )
-from rigrunner.procedure.model import Acceptance, Limit, Measurand, Procedure
+from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.questions import Input
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "InconsistentProcedureError",
     "Input",
     "Limit",
+    "LimitMeasurand",
     "LoadedProcedure",
     "Measurand",
     "NoLoadSpec",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from rigrunner.api.quantity import QuantityError, unit, units_of
-from rigrunner.api.settings import ListOf, Settings, Torque
+from rigrunner.api.settings import ListOf, Settings
+from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analysis_spec import AnalysisSpec
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.steps import Parameter, Step
@@ -31,33 +32,6 @@ class Measurand(Settings):
     """In words, such as 'starting torque'."""
     unit: Annotated[str, AfterValidator(_torque_unit)] = "N·m"
     """The unit of torque in the report."""
-
-
-class Limit(Settings):
-    """What the measurand may be, in N·m, and who says so."""
-
-    max: Torque | None = None
-    """The highest that is allowed."""
-    min: Torque | None = None
-    """The lowest that is allowed."""
-    source: Text
-    """Who says so: a standard with its edition, a drawing, an agreement."""
-
-    @model_validator(mode="after")
-    def _is_a_range(self) -> Self:
-        if self.max is None and self.min is None:
-            raise ValueError("a limit needs max, min, or both")
-        if self.max is not None and self.min is not None and self.min >= self.max:
-            raise ValueError(f"min ({self.min:g} N·m) must be below max ({self.max:g} N·m)")
-        return self
-
-
-class Acceptance(Settings):
-    """The limit and the rule by which it is decided; agreed before anything is measured."""
-
-    limit: Limit
-    rule: Literal["simple", "guard_band_u"] = "simple"
-    """With `simple` the value alone decides; with `guard_band_u`, nearer than U is conditional."""
 
 
 class Procedure(Settings):

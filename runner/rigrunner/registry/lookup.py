@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from rigrunner.api.errors import PluginError
+from rigrunner.api.hooks import CompensationRecord
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from rigrunner.api.hooks import PluginRecord
+    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
 
 
@@ -78,6 +80,11 @@ class Registry:
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError if there is no such plugin."""
         return self.find(kind, name).record.settings
+
+    def yields(self, compensation: str) -> MeasurandKind | None:
+        """Return which torque a compensation yields; None where its plugin does not say."""
+        record = self.find("compensation", compensation).record
+        return record.yields if isinstance(record, CompensationRecord) else None
 
     def make(self, kind: str, name: str, settings: Mapping[str, Any], *context: object) -> Any:
         """Validate the settings and call the plugin's factory; raise PluginError."""

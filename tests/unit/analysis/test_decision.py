@@ -4,108 +4,183 @@ from math import inf, isnan, nan
 
 import pytest
 
-from rigrunner.analysis.decision import Limits, decide, probability
+from helpers_analysis import AT_REVERSAL
+from rigrunner.analysis.decision import decide
+from rigrunner.analysis.evidence import Evidence, Judged, JudgedPoint
 from rigrunner.api.data import Estimate
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import Verdict
+from rigrunner.procedure import Acceptance
 
-UPPER = Limits.between(None, 0.95, "a test")
-K = 1.959963984540054  # normal, 95 %
 RAW = Estimate(3.0, 0.01)
+STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+EACH = {"of": "each_frequency"}
 
 
-def verdict(value, rule, *, limits=UPPER, u=0.05, dof=inf):
-    return decide(limits, rule, Estimate(value, u, dof), RAW).verdict
+def limit(maximum="0.95 N·m", **changes):
+    return {"max": maximum, "source": "a test", "measurand": AT_REVERSAL} | changes
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [(0.5, Verdict.PASS), (0.95, Verdict.PASS), (0.9501, Verdict.FAIL), (2.0, Verdict.FAIL)],
-)
-def test_simple_acceptance(value, expected):
-    assert verdict(value, "simple") is expected
+def accept(*limits, rule="guard_band_u", **changes):
+    chosen = {"limit": limits[0]} if len(limits) == 1 else {"limits": list(limits)}
+    return Acceptance.model_validate({**chosen, "rule": rule, **changes})
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        (0.95 - K * 0.05 - 1e-6, Verdict.PASS),
-        (0.95 - K * 0.05 + 1e-6, Verdict.CONDITIONAL_PASS),
-        (0.95, Verdict.CONDITIONAL_PASS),
-        (0.95 + 1e-6, Verdict.CONDITIONAL_FAIL),
-        (0.95 + K * 0.05 - 1e-6, Verdict.CONDITIONAL_FAIL),
-        (0.95 + K * 0.05 + 1e-6, Verdict.FAIL),
-    ],
-)
-def test_guard_band(value, expected):
-    assert verdict(value, "guard_band_u") is expected
-
-
-def test_few_degrees_of_freedom_widen_the_guard_band():
-    """t for 95 % and 4 degrees of freedom is 2.776."""
-    assert verdict(0.95 - 2.7 * 0.05, "guard_band_u", dof=4) is Verdict.CONDITIONAL_PASS
-    assert verdict(0.95 - 2.8 * 0.05, "guard_band_u", dof=4) is Verdict.PASS
-
-
-def test_two_limits():
-    limits = Limits.between(0.2, 0.95, "a test")
-    assert verdict(0.19, "simple", limits=limits) is Verdict.FAIL
-    assert verdict(0.21, "guard_band_u", limits=limits) is Verdict.CONDITIONAL_PASS
-    assert verdict(0.5, "guard_band_u", limits=limits) is Verdict.PASS
-    assert str(limits) == "0.2 N·m to 0.95 N·m"
-
-
-def test_limit_texts():
-    assert str(UPPER) == "≤ 0.95 N·m"
-    assert str(Limits.between(0.2, None, "a test")) == "≥ 0.2 N·m"
-
-
-@pytest.mark.parametrize(("guard", "expected"), [(0, 0.5), (0.5, 0.1635), (1, 0.0250)])
-def test_risk_at_the_acceptance_limit(guard, expected):
-    """ILAC-G8:09/2019: specific risk of an item at the acceptance limit, U = 1.96 u."""
-    u = 0.05
-    at_limit = Estimate(0.95 - guard * 1.96 * u, u)
-    assert 1 - probability(UPPER, at_limit) == pytest.approx(expected, abs=5e-5)
-
-
-def test_probability_follows_students_t():
-    """P(t <= 1) with one degree of freedom (Cauchy) is 3/4."""
-    assert probability(UPPER, Estimate(0.9, 0.05, 1)) == pytest.approx(0.75)
-
-
-def test_probability_between_two_limits():
-    limits = Limits.between(0.9, 1.0, "a test")
-    assert probability(limits, Estimate(0.95, 0.05)) == pytest.approx(0.682689492, abs=1e-9)
-
-
-def test_no_uncertainty_is_certainty():
-    assert probability(UPPER, Estimate(0.9, 0.0)) == 1
-    assert probability(UPPER, Estimate(0.96, 0.0)) == 0
+def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind=STARTING, raw=RAW):
+    found = None if mean is None else Estimate(mean, u)
+    return Evidence(
+        method="template_inverse",
+        kind=kind,
+        loads_n=loads,
+        mean=Judged(found, raw, problem),
+        points=tuple(
+            JudgedPoint(Estimate(value, u), raw, problem, hz)
+            for hz, value in (points or {}).items()
+        ),
+    )
 
 
 @pytest.mark.parametrize("value", [0.0, -0.1, nan])
-@pytest.mark.parametrize("rule", ["simple", "guard_band_u"])
+@pytest.mark.parametrize("rule", ["simple", "guard_band_u", "non_binary"])
 def test_a_torque_that_is_not_positive_decides_nothing(value, rule):
-    decision = decide(UPPER, rule, Estimate(value, 0.05), RAW)
+    decision = decide(accept(limit(), rule=rule), evidence(value))
     assert decision.verdict is Verdict.INCONCLUSIVE
-    assert "no friction torque" in decision.reason
+    assert decision.reason.endswith("N·m is no friction torque: friction does not drive.")
 
 
-def test_no_result_is_inconclusive_and_says_why():
-    decision = decide(UPPER, "simple", None, RAW, "the primary failed")
+@pytest.mark.parametrize("u", [0.0, nan, inf])
+@pytest.mark.parametrize("rule", ["simple", "guard_band_u"])
+def test_a_missing_uncertainty_decides_nothing(u, rule):
+    decision = decide(accept(limit(), rule=rule), evidence(u=u))
     assert decision.verdict is Verdict.INCONCLUSIVE
-    assert "the primary failed" in decision.reason
+    assert decision.reason == "The uncertainty of the result is not known."
     assert isnan(decision.probability_of_conformity)
+    assert isnan(decision.stated_risk)
+
+
+def test_what_forbids_to_decide_is_the_reason():
+    decision = decide(accept(limit()), evidence(problem="The check 'clipping' failed: 5 Hz."))
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason == "The check 'clipping' failed: 5 Hz."
+    assert isnan(decision.probability_of_conformity)
+    assert decision.result == Estimate(0.5, 0.05), "shown all the same"
 
 
 def test_the_raw_torque_is_judged_by_the_same_rule():
-    decision = decide(UPPER, "simple", Estimate(0.5, 0.05), RAW)
+    decision = decide(accept(limit(), rule="simple"), evidence())
     assert (decision.verdict, decision.uncompensated) == (Verdict.PASS, Verdict.FAIL)
-    assert decide(UPPER, "simple", Estimate(0.5, 0.05), None).uncompensated is Verdict.INCONCLUSIVE
+    without = decide(accept(limit()), evidence(raw=None))
+    assert without.uncompensated is Verdict.INCONCLUSIVE
 
 
-def test_the_reason_is_one_sentence_with_the_numbers():
-    reason = decide(UPPER, "guard_band_u", Estimate(0.72, 0.05), RAW).reason
-    assert (
-        reason
-        == "0.7200 N·m is 0.2300 N·m within the limit ≤ 0.95 N·m, by at least U = 0.0980 N·m."
+def test_the_decision_says_all_that_a_certificate_needs():
+    decision = decide(accept(limit(min="0.2 N·m")), evidence())
+    assert decision.rule.startswith("guard_band_u: guard band w = U of 95 %")
+    assert decision.limit_text == "0.2 N·m to 0.95 N·m"
+    assert (decision.lower_nm, decision.upper_nm) == (0.2, 0.95)
+    assert decision.guard_band_nm == pytest.approx(1.959963985 * 0.05)
+    assert decision.stated_risk == pytest.approx(0.025, abs=1e-4)
+    assert decision.probability_of_conformity == pytest.approx(1.0, abs=1e-6)
+    assert decision.limit_source == "a test"
+    assert str(decision.measurand) == "load-induced torque at the reversals of a swing"
+    assert decision.load_n is None
+    assert [part.of for part in decision.parts] == ["mean"]
+
+
+def test_each_frequency_is_judged_and_the_worst_decides():
+    found = decide(accept(limit(**EACH)), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
+    assert [part.verdict for part in found.parts] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
+    assert (found.verdict, found.of) == (Verdict.FAIL, "35 Hz")
+    assert found.reason == "At 35 Hz: 1.2000 N·m is 0.2500 N·m outside the limit ≤ 0.95 N·m."
+    assert found.result == Estimate(1.2, 0.05)
+
+
+def test_a_frequency_that_is_named_has_its_own_limit():
+    limits = limit(**EACH), limit("1.5 N·m", **EACH, at=["35 Hz"])
+    found = decide(accept(*limits), evidence(points={1: 0.5, 35: 1.2}))
+    assert found.verdict is Verdict.PASS
+    assert [part.limit_text for part in found.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
+
+
+def test_mean_and_frequencies_have_limits_of_their_own():
+    limits = limit("0.6 N·m"), limit(**EACH)
+    found = decide(accept(*limits, rule="simple"), evidence(0.65, points={1: 0.5, 35: 0.8}))
+    assert [part.of for part in found.parts] == ["mean", "1 Hz", "35 Hz"]
+    assert (found.verdict, found.of) == (Verdict.FAIL, "mean")
+    assert found.reason.startswith("The mean: 0.6500 N·m is")
+
+
+def test_among_equal_verdicts_the_least_probable_decides():
+    found = decide(accept(limit(**EACH)), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
+    assert (found.verdict, found.of) == (Verdict.PASS, "35 Hz")
+
+
+def test_a_fail_outweighs_what_is_inconclusive():
+    found = decide(accept(limit(**EACH)), evidence(points={1: -0.5, 35: 1.8}))
+    assert {part.verdict for part in found.parts} == {Verdict.INCONCLUSIVE, Verdict.FAIL}
+    assert found.verdict is Verdict.FAIL
+    found = decide(accept(limit(**EACH)), evidence(points={1: -0.5, 35: 0.4}))
+    assert found.verdict is Verdict.INCONCLUSIVE
+
+
+def test_a_named_frequency_without_result_is_inconclusive():
+    limits = limit(), limit("1.5 N·m", **EACH, at=["35 Hz"])
+    found = decide(accept(*limits), evidence(points={1: 0.5}))
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.reason == "At 35 Hz: there is no result at 35 Hz."
+
+
+def test_no_result_at_all_is_inconclusive_and_says_why():
+    nothing = evidence(None, problem="There is no result to decide on: it failed")
+    for each in (limit(), limit(**EACH), limit(**EACH, at=["35 Hz"])):
+        decision = decide(accept(each), nothing)
+        assert decision.verdict is Verdict.INCONCLUSIVE
+        assert "it failed" in decision.reason
+        assert isnan(decision.probability_of_conformity)
+
+
+BREAKAWAY = limit(
+    "0.9039 N·m",
+    min="0.0282 N·m",
+    source="AS14101",
+    measurand={"nature": "no_load", "condition": "from_rest"},
+)
+
+
+def test_a_no_load_breakaway_limit_says_nothing_of_a_loaded_swing():
+    decision = decide(accept(BREAKAWAY), evidence())
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason == (
+        "The limit is for the no-load torque from rest, and the result is the load-induced torque "
+        "at the reversals of a swing under 1000 N: conformity cannot be stated."
     )
+    assert isnan(decision.probability_of_conformity)
+
+
+def test_a_total_torque_without_load_is_the_no_load_torque():
+    total = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
+    found = decide(accept(BREAKAWAY), evidence(kind=total, loads=(0.0, 2.0)))
+    assert found.verdict is Verdict.PASS
+    loaded = decide(accept(BREAKAWAY), evidence(kind=total, loads=(0.0, 500.0)))
+    assert loaded.verdict is Verdict.INCONCLUSIVE
+    assert "the result is the total torque from rest under 0 N to 500 N" in loaded.reason
+
+
+def test_a_limit_at_one_load_says_nothing_of_another():
+    at_load = limit(measurand=AT_REVERSAL | {"load": "1000 N"})
+    assert decide(accept(at_load), evidence(loads=(1009.0, 992.0))).verdict is Verdict.PASS
+    other = decide(accept(at_load), evidence(loads=(1009.0, 985.0)))
+    assert other.verdict is Verdict.INCONCLUSIVE
+    assert "under 1000 N, and the result is" in other.reason
+
+
+def test_a_method_that_does_not_say_what_it_yields_decides_nothing():
+    decision = decide(accept(limit()), evidence(kind=None))
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason.startswith("template_inverse does not say which torque it yields")
+
+
+def test_a_marginal_verdict_is_marked():
+    acceptance = accept(limit(), rule="simple", marginal="0.02 N·m")
+    assert decide(acceptance, evidence(0.94)).marginal
+    assert not decide(acceptance, evidence(0.90)).marginal

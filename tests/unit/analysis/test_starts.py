@@ -37,11 +37,16 @@ def starts(peaks=PEAKS, **how):
     return [start(peak, number, **how) for number, peak in enumerate(peaks, 1)]
 
 
+NO_LOAD = {"nature": "no_load", "condition": "from_rest"}
+
+
 def result_of(recordings, limit=None, zeros=0.0, sensor=None, **changes):
     run = run_of(*recordings, zeros={"tester.torque": zeros})
     if sensor is not None:
         run = replace(run, instruments={"tester.torque": sensor})
-    accept = None if limit is None else Acceptance(limit=Limit(**limit, source="a test"))
+    accept = None
+    if limit is not None:
+        accept = Acceptance(limit=Limit(**{"source": "a test", "measurand": NO_LOAD} | limit))
     return analysed(run, None, AnalysisSpec.model_validate(SPEC | changes), accept)
 
 

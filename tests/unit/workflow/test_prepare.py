@@ -17,7 +17,7 @@ def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
     procedure = quick_procedure(
         tmp_path,
         "starting_torque_1000n",
-        ("load: 1000 N", "load: 1000 Hz"),
+        ("parameters:\n  load: 1000 N", "parameters:\n  load: 1000 Hz"),
         ("channel: tester.torque", "channel: tester.torqe"),
         ("- template_inverse", "- template_invers"),
     )

@@ -1,0 +1,88 @@
+"""What there is to decide on, and what forbids to decide on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.measurand import Condition, MeasurandKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rigrunner.api.analysis import Check, Compensation, PeakPoint
+    from rigrunner.api.data import Estimate
+    from rigrunner.procedure import AnalysisSpec
+
+LEAST_FOR_SCATTER = 2
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One result that a limit may be for."""
+
+    compensated: Estimate | None
+    raw: Estimate | None
+    problem: str = ""
+    """Why nothing can be decided on it, as a sentence; '' where something can."""
+
+
+@dataclass(frozen=True)
+class JudgedPoint(Judged):
+    """The result of one set-point."""
+
+    set_frequency_hz: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """All results of a run that limits may be for."""
+
+    method: str
+    """The primary compensation, by its label."""
+    kind: MeasurandKind | None
+    """Which torque it yields; None where its plugin does not say."""
+    loads_n: tuple[float, ...]
+    """Of each set-point."""
+    mean: Judged
+    points: tuple[JudgedPoint, ...]
+
+
+def measurand_of(kind: MeasurandKind | None, spec: AnalysisSpec) -> MeasurandKind | None:
+    """Return which torque a compensation yields from what this procedure records.
+
+    Of starts from rest no method gives the torque at a reversal.
+    """
+    if kind is None or spec.starts is None:
+        return kind
+    return MeasurandKind(kind.nature, Condition.FROM_REST)
+
+
+def failed_decisive(checks: Iterable[Check]) -> str:
+    """Return the first failed check that forbids to decide, as a sentence; '' where none did."""
+    for check in checks:
+        if check.decisive and not check.ok:
+            advice = f" ({check.advice})" if check.advice else ""
+            return f"The check '{check.name}' failed: {check.text}{advice}."
+    return ""
+
+
+def without_scatter(
+    loaded: Sequence[PeakPoint], no_load: Sequence[PeakPoint], compensation: Compensation
+) -> str:
+    """Return which single values leave type A unknown, as a sentence; '' where none do.
+
+    A no-load value that goes into a fitted curve has its scatter about that curve.
+    """
+    used = loaded if compensation.curve is not None else (*loaded, *no_load)
+    names = dict.fromkeys(
+        f"{point.set_frequency_hz:g} Hz"
+        for point in used
+        if point.peak_kept.sum() < LEAST_FOR_SCATTER
+    )
+    if not names:
+        return ""
+    return (
+        f"A single value shows no scatter (at {', '.join(names)}): the uncertainty lacks its "
+        "type A part, and no probability can be stated."
+    )

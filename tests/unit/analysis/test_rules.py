@@ -1,0 +1,173 @@
+from __future__ import annotations
+
+from math import inf, isnan
+
+import pytest
+
+from rigrunner.analysis.limits import Limits
+from rigrunner.analysis.rules import DecisionRule
+from rigrunner.api.data import Estimate
+from rigrunner.api.results import Verdict
+from rigrunner.procedure import Acceptance
+
+UPPER = Limits.between(None, 0.95)
+BAND = Limits.between(0.2, 0.95)
+K = 1.959963984540054  # normal, 95 %
+LIMIT = {
+    "max": "0.95 N·m",
+    "source": "a test",
+    "measurand": {"nature": "load_induced", "condition": "at_reversal"},
+}
+NAMES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
+
+
+def rule(name, **changes):
+    if name == "guard_band_fraction":
+        changes.setdefault("fraction", 0.5)
+    acceptance = Acceptance.model_validate({"limit": LIMIT, "rule": name, **changes})
+    return DecisionRule.of(acceptance)
+
+
+def verdict(value, name, *, limits=UPPER, u=0.05, dof=inf):
+    return rule(name).verdict(limits, Estimate(value, u, dof))[0]
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(0.5, Verdict.PASS), (0.95, Verdict.PASS), (0.9501, Verdict.FAIL), (2.0, Verdict.FAIL)],
+)
+def test_simple_acceptance(value, expected):
+    assert verdict(value, "simple") is expected
+
+
+@pytest.mark.parametrize(("name", "share"), [("guard_band_u", 1.0), ("guard_band_fraction", 0.5)])
+def test_a_binary_guard_band_fails_what_it_does_not_pass(name, share):
+    edge = 0.95 - share * K * 0.05
+    assert verdict(edge - 1e-6, name) is Verdict.PASS
+    assert verdict(edge + 1e-6, name) is Verdict.FAIL
+    assert verdict(0.97, name) is Verdict.FAIL
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (0.95 - K * 0.05 - 1e-6, Verdict.PASS),
+        (0.95 - K * 0.05 + 1e-6, Verdict.CONDITIONAL_PASS),
+        (0.95, Verdict.CONDITIONAL_PASS),
+        (0.95 + 1e-6, Verdict.CONDITIONAL_FAIL),
+        (0.95 + K * 0.05 - 1e-6, Verdict.CONDITIONAL_FAIL),
+        (0.95 + K * 0.05 + 1e-6, Verdict.FAIL),
+    ],
+)
+def test_non_binary(value, expected):
+    assert verdict(value, "non_binary") is expected
+
+
+def test_few_degrees_of_freedom_widen_the_guard_band():
+    """t for 95 % and 4 degrees of freedom is 2.776."""
+    assert verdict(0.95 - 2.7 * 0.05, "guard_band_u", dof=4) is Verdict.FAIL
+    assert verdict(0.95 - 2.8 * 0.05, "guard_band_u", dof=4) is Verdict.PASS
+
+
+def test_two_limits():
+    assert verdict(0.19, "simple", limits=BAND) is Verdict.FAIL
+    assert verdict(0.21, "non_binary", limits=BAND) is Verdict.CONDITIONAL_PASS
+    assert verdict(0.21, "guard_band_u", limits=BAND) is Verdict.FAIL
+    assert verdict(0.5, "guard_band_u", limits=BAND) is Verdict.PASS
+
+
+def test_a_limit_below_is_guarded_from_above():
+    lower = Limits.between(0.3, None)
+    assert verdict(0.41, "guard_band_u", limits=lower) is Verdict.PASS
+    assert verdict(0.39, "guard_band_u", limits=lower) is Verdict.FAIL
+
+
+def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
+    narrow, wide = Limits.between(0.4, 0.6), Estimate(0.5, 0.06)
+    found, reason = rule("guard_band_u").verdict(narrow, wide)
+    assert found is Verdict.INCONCLUSIVE
+    assert reason.endswith(
+        "but no value is within both limits by U = 0.1176 N·m: so uncertain a result cannot pass."
+    )
+    assert rule("guard_band_u").verdict(narrow, Estimate(0.61, 0.06))[0] is Verdict.FAIL
+    assert rule("non_binary").verdict(narrow, wide)[0] is Verdict.CONDITIONAL_PASS
+    assert isnan(rule("guard_band_u").false_accept_risk(narrow, wide))
+
+
+@pytest.mark.parametrize(
+    ("name", "accept", "reject"),
+    [
+        ("simple", 0.5, 0.5),
+        ("guard_band_fraction", 0.1635, 0.8365),
+        ("guard_band_u", 0.0250, 0.9750),
+        ("non_binary", 0.0250, 0.0250),
+    ],
+)
+def test_the_stated_risk_is_that_at_the_acceptance_limit(name, accept, reject):
+    """ILAC-G8:09/2019, table 1 and JCGM 106, 8.3.2: P(Z > 1.96 w/U) for w = 0, U/2, U."""
+    found, estimate = rule(name), Estimate(0.7, 0.05)
+    assert found.false_accept_risk(UPPER, estimate) == pytest.approx(accept, abs=5e-5)
+    assert found.false_reject_risk(UPPER, estimate) == pytest.approx(reject, abs=5e-5)
+
+
+def test_the_stated_risk_does_not_hang_on_the_value():
+    found = rule("guard_band_fraction", fraction=0.83)
+    risks = [found.false_accept_risk(UPPER, Estimate(value, 0.05)) for value in (0.1, 0.9, 3.0)]
+    assert risks == [risks[0]] * 3
+
+
+def test_with_two_near_limits_simple_acceptance_risks_more_than_half():
+    """At one limit P(outside) = 1/2 + P(Z < -2) for limits 2 u apart."""
+    found = rule("simple").false_accept_risk(Limits.between(0.4, 0.5), Estimate(0.45, 0.05))
+    assert found == pytest.approx(0.5 + 0.022750131948179, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("value", "name", "words"),
+    [
+        (0.72, "simple", "0.7200 N·m is 0.2300 N·m within the limit ≤ 0.95 N·m."),
+        (0.72, "guard_band_u", "within the limit ≤ 0.95 N·m, by at least U = 0.0980 N·m."),
+        (0.72, "guard_band_fraction", "by at least w = 0.5 U = 0.0490 N·m."),
+        (
+            0.9,
+            "guard_band_u",
+            "but by less than U = 0.0980 N·m: conformity is not demonstrated.",
+        ),
+        (0.96, "guard_band_u", "0.9600 N·m is 0.0100 N·m outside the limit ≤ 0.95 N·m."),
+        (0.9, "non_binary", "within the limit ≤ 0.95 N·m, but by less than U = 0.0980 N·m."),
+        (0.96, "non_binary", "outside the limit ≤ 0.95 N·m, but by no more than U = 0.0980 N·m."),
+        (1.2, "non_binary", "outside the limit ≤ 0.95 N·m, by more than U = 0.0980 N·m."),
+    ],
+)
+def test_the_reason_is_one_sentence_with_the_numbers(value, name, words):
+    _, reason = rule(name).verdict(UPPER, Estimate(value, 0.05))
+    assert reason.endswith(words)
+    assert reason.count(". ") == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "name", "marginal"),
+    [
+        (0.9399, "simple", False),
+        (0.9401, "simple", True),
+        (0.9599, "simple", True),
+        (0.9401, "guard_band_u", False),
+        (0.95 - K * 0.05, "guard_band_u", True),
+        (0.9401, "non_binary", True),
+        (0.95 + K * 0.05, "non_binary", True),
+        (0.90, "non_binary", False),
+    ],
+)
+def test_marginal_is_where_a_small_difference_turns_the_verdict(value, name, marginal):
+    assert rule(name, marginal="0.01 N·m").is_marginal(UPPER, Estimate(value, 0.05)) is marginal
+
+
+def test_without_a_marginal_band_nothing_is_marginal():
+    assert not rule("simple").is_marginal(UPPER, Estimate(0.95, 0.05))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_rule_tells_its_name_and_its_guard_band(name):
+    text = str(rule(name))
+    assert text.startswith(f"{name}: ")
+    assert "w = " in text
