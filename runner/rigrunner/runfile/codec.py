@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import asdict, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, fields
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
 
 from rigrunner.api import events
 from rigrunner.api.data import Block
@@ -17,6 +19,7 @@ from rigrunner.runfile.model import FORMAT, RunHeader
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+_T = TypeVar("_T")
 _LENGTH = struct.Struct("<I")
 _KINDS: Mapping[str, type[events.Event]] = {
     kind.__name__: kind
@@ -34,6 +37,18 @@ _KINDS: Mapping[str, type[events.Event]] = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class _BlockHead:
+    """What stands before the samples of a block."""
+
+    recording: str
+    rate_hz: Annotated[float, Field(gt=0)]
+    first_sample: int
+    monotonic_s: float
+    samples: Annotated[int, Field(ge=0)]
+    channels: tuple[str, ...]
+
+
 def header_bytes(header: RunHeader) -> bytes:
     """Return a header as JSON with the format's version."""
     return _json({"format": FORMAT, **asdict(header)})
@@ -41,9 +56,12 @@ def header_bytes(header: RunHeader) -> bytes:
 
 def header_from(data: bytes, source: str) -> RunHeader:
     """Return the header; raise DataError if a newer version wrote it."""
-    document = json.loads(data)
-    check_format(document.pop("format"), source)
-    return RunHeader(**_known(RunHeader, document))
+    document = _object(data)
+    version = document.pop("format", None)
+    if not isinstance(version, int):
+        raise DataError(f"{source} does not say in which format it is")
+    check_format(version, source)
+    return _made(RunHeader, document)
 
 
 def check_format(version: int, source: str) -> None:
@@ -65,15 +83,9 @@ def event_text(event: events.Event) -> str:
 
 def event_from(text: str | bytes) -> events.Event | None:
     """Return the event; None for a kind that this version does not know."""
-    document = json.loads(text)
-    kind = _KINDS.get(document.pop("event"))
-    if kind is None:
-        return None
-    if kind is events.RunEnded:
-        document["outcome"] = events.Outcome(document["outcome"])
-    if kind is events.Prompt:
-        document["choices"] = tuple(document["choices"])
-    return kind(**_known(kind, document))
+    document = _object(text)
+    kind = _KINDS.get(str(document.pop("event", "")))
+    return None if kind is None else _made(kind, document)
 
 
 def truth_bytes(recording: str, truth: Mapping[str, float]) -> bytes:
@@ -83,8 +95,10 @@ def truth_bytes(recording: str, truth: Mapping[str, float]) -> bytes:
 
 def truth_from(data: bytes) -> tuple[str, dict[str, float]]:
     """Return the recording's name and its truth."""
-    document = json.loads(data)
-    return document["recording"], document["truth"]
+    document = _object(data)
+    return _checked(str, document.get("recording")), _checked(
+        dict[str, float], document.get("truth")
+    )
 
 
 def block_bytes(recording: str, block: Block) -> tuple[bytes | memoryview, ...]:
@@ -104,22 +118,51 @@ def block_bytes(recording: str, block: Block) -> tuple[bytes | memoryview, ...]:
 
 
 def block_from(data: bytes) -> tuple[str, Block]:
-    """Return the recording's name and the block."""
-    (length,) = _LENGTH.unpack_from(data)
-    start = _LENGTH.size + length
-    head = json.loads(data[_LENGTH.size : start])
-    samples, names = head["samples"], head["channels"]
-    table = np.frombuffer(data, "<f8", samples * len(names), start).reshape(len(names), samples)
-    channels = dict(zip(names, table, strict=True))
-    return head["recording"], Block(
-        head["rate_hz"], head["first_sample"], head["monotonic_s"], channels
-    )
+    """Return the recording's name and the block; raise DataError."""
+    try:
+        (length,) = _LENGTH.unpack_from(data)
+        start = _LENGTH.size + length
+        head = _made(_BlockHead, _object(data[_LENGTH.size : start]))
+        shape = len(head.channels), head.samples
+        table = np.frombuffer(data, "<f8", head.samples * len(head.channels), start).reshape(shape)
+    except (struct.error, ValueError) as error:
+        raise DataError(f"a block of samples is not what it should be: {error}") from error
+    channels = dict(zip(head.channels, table, strict=True))
+    return head.recording, Block(head.rate_hz, head.first_sample, head.monotonic_s, channels)
 
 
 def _json(document: Mapping[str, Any]) -> bytes:
     return json.dumps(document).encode()
 
 
-def _known(kind: type, document: Mapping[str, Any]) -> dict[str, Any]:
-    names = {field.name for field in fields(kind)}
-    return {name: value for name, value in document.items() if name in names}
+def _object(data: str | bytes) -> dict[str, Any]:
+    """Return a JSON object; raise DataError: a checksum says that it was written, not by whom."""
+    try:
+        return _checked(dict[str, Any], json.loads(data))
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"a record of the run is not JSON: {error}") from error
+
+
+def _made(kind: type[_T], document: Mapping[str, Any]) -> _T:
+    """Return a header or an event; fields of a newer version are passed over."""
+    names = {field.name for field in fields(cast("Any", kind))}
+    return _checked(kind, {name: value for name, value in document.items() if name in names})
+
+
+def _checked(kind: type[_T], value: object) -> _T:
+    """Return the value as the annotations have it; raise DataError."""
+    try:
+        checked: _T = _adapter(cast("Any", kind)).validate_python(value)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise DataError(
+            f"a record of the run is not what it should be: {kind.__name__} {where}".rstrip(),
+            hint=str(first["msg"]),
+        ) from error
+    return checked
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)

@@ -221,4 +221,6 @@ def _in_chunks(
 
 
 def _joined(blocks: list[Block], names: tuple[str, ...]) -> dict[str, Array]:
+    if any(set(block.channels) != set(names) for block in blocks):
+        raise DataError(f"a block of samples has other channels than {', '.join(names)}")
     return {name: np.concatenate([block.channels[name] for block in blocks]) for name in names}

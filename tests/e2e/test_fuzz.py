@@ -1,0 +1,40 @@
+"""Nearly good files, and all that ever crashed a reader: read or refused, never worse.
+
+A short form of `python tests/fuzz/fuzz.py`.
+"""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+FUZZ = Path(__file__).resolve().parent.parent / "fuzz"
+sys.path.insert(0, str(FUZZ))
+
+from targets import TARGETS  # noqa: E402
+
+from fuzz import GOOD, fuzz, verdict  # noqa: E402  (the folder is on the path only now)
+
+CORPUS = sorted((FUZZ / "corpus").glob("*/*"))
+INPUTS = 60
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.name)
+def test_nearly_good_files_are_read_or_refused(target):
+    tally = fuzz(target, INPUTS, seed=2)
+
+    assert not tally.crashes
+    assert sum(tally.counts.values()) == INPUTS
+
+
+@pytest.mark.parametrize("path", CORPUS, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_what_once_crashed_a_reader_is_refused(path, tmp_path):
+    target = next(each for each in TARGETS if each.name.replace(" ", "_") == path.parent.name)
+
+    outcome, where = verdict(target, path.read_bytes(), tmp_path)
+
+    assert outcome in GOOD, where
+
+
+def test_the_corpus_is_there():
+    assert CORPUS
