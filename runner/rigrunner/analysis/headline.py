@@ -9,7 +9,9 @@ import numpy as np
 
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
+from rigrunner.signal.mean_model import mean_model
 from rigrunner.signal.peaks import mean_peak
+from rigrunner.signal.propagation import propagate
 from rigrunner.signal.sensor import reading_components
 from rigrunner.signal.uncertainty import combine
 
@@ -22,8 +24,7 @@ if TYPE_CHECKING:
 
 def compensated_mean(points: Sequence[CompensatedPoint]) -> Estimate:
     """Return the mean of the compensated torque over the set-points."""
-    values = [point.torque.value for point in points]
-    return _mean(values, [point.components for point in points])
+    return propagate(mean_model(points)).estimate
 
 
 def raw_peak_mean(

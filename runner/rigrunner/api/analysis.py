@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import nan
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Estimate, Mask, Points
     from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.uncertainty import MeasurementModel
 
 
 @dataclass(frozen=True)
@@ -206,14 +208,23 @@ class StartPoint(PeakPoint):
 
 @dataclass(frozen=True)
 class Component:
-    """One contribution to a standard uncertainty, in N·m."""
+    """One line of an uncertainty budget (GUM 8): an input, and what it contributes in N·m."""
 
     name: str
     u: float
+    """Its contribution to the standard uncertainty of the torque, in N·m: |sensitivity| input_u."""
     dof: float
     distribution: str
     common: bool
     """True if the error is the same in all points of the run (it does not average out)."""
+    value: float = nan
+    """The input's estimate; nan where a line of several inputs has none."""
+    unit: str = "N·m"
+    """Of the input, `value` and `input_u`."""
+    input_u: float = nan
+    """The input's standard uncertainty."""
+    sensitivity: float = nan
+    """The torque's change in N·m over the input's; 1 for a line of several inputs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +239,10 @@ class CompensatedPoint:
     """The part of the rig in it: raw - torque."""
     torque: Estimate
     components: tuple[Component, ...]
+    """The budget; of a point with a model, what the model's propagation gives."""
     trace: Trace | None = None
+    model: MeasurementModel | None = None
+    """The measurement equation with its inputs, from which torque and budget follow."""
 
 
 @dataclass(frozen=True, eq=False)

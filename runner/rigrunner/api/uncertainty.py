@@ -1,0 +1,122 @@
+"""A measurement model as data: what is known of each input, and the equation (GUM 4.1).
+
+One model serves both ways of propagation: first order with degrees of freedom (the GUM) and trials
+(JCGM 101), which evaluate the same equation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array
+
+Equation = Callable[[Mapping[str, "Array"]], "Array"]
+"""Takes the inputs by name, each of shape (trials,), and returns the measurand, (trials,)."""
+
+
+class Distribution(StrEnum):
+    """What is known of an input (JCGM 101:2008, 6.4)."""
+
+    NORMAL = "normal"
+    T = "t"
+    """Scaled and shifted: `u` is its scale s/sqrt(n), and `dof` its degrees of freedom (6.4.9)."""
+    RECTANGULAR = "rectangular"
+    """Within value +/- u sqrt(3) (6.4.2)."""
+    TRIANGULAR = "triangular"
+    """Within value +/- u sqrt(6) (6.4.5)."""
+    ARCSINE = "arcsine"
+    """U-shaped within value +/- u sqrt(2) (6.4.6)."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """One input quantity: estimate, standard uncertainty, and where it acts."""
+
+    name: str
+    """Unique in a model. A common input has the same name in all points of a run."""
+    value: float
+    u: float
+    dof: float = inf
+    distribution: Distribution = Distribution.NORMAL
+    unit: str = "N·m"
+    common: bool = False
+    """True if its error is one and the same in all points of the run."""
+    line: str = ""
+    """The line of the budget that it stands in, by default its own."""
+    ensemble: str = ""
+    """Inputs with the same one come from one estimation, such as a fit's coefficients.
+
+    They share its degrees of freedom (Willink, Metrologia 44, 2007, 340); where these are finite,
+    they are jointly t-distributed.
+    """
+
+    @property
+    def budget_line(self) -> str:
+        """The name of its line in the budget."""
+        return self.line or self.name
+
+
+@dataclass(frozen=True, eq=False)
+class MeasurementModel:
+    """Inputs, their correlation, and the equation that makes the measurand of them, in N·m.
+
+    `correlation` has shape (n, n) in the order of the inputs; None if there is none. Raises
+    ValueError for a name that comes twice and for a correlation of another shape.
+    """
+
+    inputs: tuple[Input, ...]
+    equation: Equation
+    correlation: Array | None = None
+    lines: Mapping[str, float] = field(default_factory=dict)
+    """What the budget shows as the estimate of a line of several inputs, in N·m."""
+
+    def __post_init__(self) -> None:
+        names = [each.name for each in self.inputs]
+        if len(set(names)) < len(names):
+            raise ValueError(f"an input comes twice among {', '.join(names)}")
+        if self.correlation is not None and self.correlation.shape != (len(names),) * 2:
+            raise ValueError(f"{len(names)} inputs, but a correlation {self.correlation.shape}")
+
+    @property
+    def value(self) -> float:
+        """The measurand at the estimates of the inputs, in N·m."""
+        estimates = {each.name: np.array([each.value]) for each in self.inputs}
+        return float(np.ravel(self.equation(estimates))[0])
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An input that acts to first order: how much the measurand changes with it."""
+
+    input: Input
+    sensitivity: float
+    """The change of the measurand in N·m over that of the input (GUM 5.1.3)."""
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """y = (value + sum c_i (x_i - estimate_i)) / product (1 + e_j): the equation of a result.
+
+    The effects are what an algorithm's result changes by; `scales` name inputs that are relative
+    errors of the whole, such as a transducer's gain.
+    """
+
+    value_nm: float
+    effects: tuple[Effect, ...]
+    scales: tuple[str, ...] = ()
+
+    def __call__(self, inputs: Mapping[str, Array]) -> Array:
+        """Return the measurand of trials of shape (n,)."""
+        y = np.asarray(self.value_nm)
+        for each in self.effects:
+            y = y + each.sensitivity * (inputs[each.input.name] - each.input.value)
+        for name in self.scales:
+            y = y / (1 + inputs[name])
+        return np.asarray(y)

@@ -1,0 +1,104 @@
+"""The measurement model of a mean over set-points: what they have in common enters once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.uncertainty import Corrected, Distribution, Effect, Input, MeasurementModel
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, Component
+    from rigrunner.api.data import Array
+
+
+def mean_model(points: Sequence[CompensatedPoint]) -> MeasurementModel:
+    """Return the model of the mean torque of one or more points.
+
+    A common input is one and the same in all points, so that its errors add up with their signs;
+    the others are told apart by the point and average out. Raises ValueError where a common input
+    is not the same in two points.
+    """
+    models = [point.model or _of_components(point) for point in points]
+    names = [_names(model, place) for place, model in enumerate(models, 1)]
+    inputs: dict[str, Input] = {}
+    for model, renamed in zip(models, names, strict=True):
+        for each in model.inputs:
+            _enter(inputs, _renamed(each, renamed))
+    return MeasurementModel(
+        inputs=tuple(inputs.values()),
+        equation=_Mean(tuple(zip(models, names, strict=True))),
+        correlation=_correlation(list(inputs), models, names),
+    )
+
+
+@dataclass(frozen=True)
+class _Mean:
+    parts: tuple[tuple[MeasurementModel, Mapping[str, str]], ...]
+
+    def __call__(self, inputs: Mapping[str, Array]) -> Array:
+        total = sum(
+            model.equation({own: inputs[name] for own, name in names.items()})
+            for model, names in self.parts
+        )
+        return np.asarray(total / len(self.parts))
+
+
+def _names(model: MeasurementModel, place: int) -> Mapping[str, str]:
+    """Return what each input of a point is called among those of all points."""
+    return {
+        each.name: each.name if each.common else f"{each.name}, point {place}"
+        for each in model.inputs
+    }
+
+
+def _renamed(own: Input, names: Mapping[str, str]) -> Input:
+    """Return a point's input as one of all points: an ensemble of its own stays its own."""
+    name = names[own.name]
+    ensemble = own.ensemble + name.removeprefix(own.name) if own.ensemble else ""
+    return replace(own, name=name, line=own.budget_line, ensemble=ensemble)
+
+
+def _enter(inputs: dict[str, Input], new: Input) -> None:
+    known = inputs.setdefault(new.name, new)
+    if (known.value, known.u, known.distribution) != (new.value, new.u, new.distribution):
+        raise ValueError(f"{new.name} is common to all points, but not the same in two of them")
+
+
+def _correlation(
+    order: Sequence[str], models: Sequence[MeasurementModel], names: Sequence[Mapping[str, str]]
+) -> Array | None:
+    if all(model.correlation is None for model in models):
+        return None
+    place = {name: i for i, name in enumerate(order)}
+    whole = np.eye(len(order))
+    for model, renamed in zip(models, names, strict=True):
+        if model.correlation is not None:
+            rows = [place[renamed[each.name]] for each in model.inputs]
+            whole[np.ix_(rows, rows)] = model.correlation
+    return whole
+
+
+def _of_components(point: CompensatedPoint) -> MeasurementModel:
+    """Return the model of a point that gives its components only: each adds to the torque."""
+    effects = tuple(_effect(part) for part in point.components)
+    return MeasurementModel(
+        inputs=tuple(each.input for each in effects),
+        equation=Corrected(point.torque.value, effects),
+    )
+
+
+def _effect(part: Component) -> Effect:
+    """Return a component as an input of uncertainty 1, so that a common one is the same everywhere.
+
+    Its sign is not known: that of a common one is taken to be the same in all points.
+    """
+    name = part.distribution
+    known = Distribution(name) if name in set(Distribution) else Distribution.NORMAL
+    u = nan if np.isnan(part.u) else 1.0
+    return Effect(Input(part.name, 0.0, u, part.dof, known, "1", part.common), part.u)
