@@ -100,6 +100,10 @@ class PluginError(RigrunnerError):
     exit_code = ExitCode.INVALID
 
 
+class MissingPackageError(PluginError):
+    """A plugin needs an optional package that is not installed."""
+
+
 class DeviceError(RigrunnerError):
     """A device did not do what it was asked; the base of the four ways in which it may not."""
 

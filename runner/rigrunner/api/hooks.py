@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
+    from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
 
@@ -84,6 +85,18 @@ class ReportFormatRecord(PluginRecord):
 
 
 @dataclass(frozen=True, kw_only=True)
+class CertificateFormatRecord(PluginRecord):
+    """A printed form of certificates: `factory(settings)` gives a function to the file's bytes.
+
+    The factory raises MissingPackageError if it needs a package that is not installed. The function
+    raises InvalidFileError where the letterhead's own texts or templates are wrong.
+    """
+
+    suffix: str
+    factory: Callable[[Any], Callable[[CertificateInput], bytes]]
+
+
+@dataclass(frozen=True, kw_only=True)
 class EventSinkRecord(PluginRecord):
     """A guarded listener to the events of a run: `factory(settings)`."""
 
@@ -116,6 +129,11 @@ class HookSpecs:
     @hookspec
     def rigrunner_report_formats(self) -> Iterable[ReportFormatRecord]:
         """Return the report formats that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_certificate_formats(self) -> Iterable[CertificateFormatRecord]:
+        """Return the printed forms of certificates that this plugin brings."""
         raise NotImplementedError
 
     @hookspec

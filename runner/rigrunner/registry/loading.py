@@ -29,6 +29,7 @@ HOOK_OF_KIND = {
     "fit": "rigrunner_fits",
     "compensation": "rigrunner_compensations",
     "report_format": "rigrunner_report_formats",
+    "certificate_format": "rigrunner_certificate_formats",
     "event_sink": "rigrunner_event_sinks",
 }
 

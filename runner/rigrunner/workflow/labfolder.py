@@ -25,6 +25,7 @@ _UNDER_ANOTHER_NAME = {"gitignore": ".gitignore"}
 _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",
     "station.schema.json": "station",
+    "letterhead/letterhead.schema.json": "letterhead",
 }
 
 

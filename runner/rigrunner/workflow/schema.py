@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import TypeAdapter
 
+from rigrunner.api.certificate import Certificate
+from rigrunner.certificate.letterhead import LetterheadFile
+from rigrunner.certificate.order import Order
 from rigrunner.procedure import PluginRef, Procedure
 from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, Station
@@ -27,11 +30,18 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import ModelSchema
 
     from rigrunner.api.hooks import PluginRecord
+    from rigrunner.api.settings import Settings
     from rigrunner.registry import Registry
 
 Schema = dict[str, Any]
-Language = Literal["procedure", "station"]
+Language = Literal["procedure", "station", "letterhead", "order"]
 
+_MODELS: dict[str, type[Settings]] = {
+    "procedure": Procedure,
+    "station": Station,
+    "letterhead": LetterheadFile,
+    "order": Order,
+}
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 PLUGIN = "x-plugin"
 """The key in the JSON Schema of a text that names a plugin; its value is the kind of plugin."""
@@ -40,10 +50,14 @@ LABELLED = "x-labelled"
 """The key in the JSON Schema of such a text that may also be a name given with `as`."""
 
 
+def certificate_schema() -> Schema:
+    """Return the JSON Schema of certificates."""
+    return {"$schema": DIALECT, **Certificate.model_json_schema(mode="serialization")}
+
+
 def language_schema(language: Language, registry: Registry) -> Schema:
-    """Return the JSON Schema of a procedure or a station, with the plugins of the registry."""
-    model = Procedure if language == "procedure" else Station
-    schema = _LanguageSchema(registry).generate(model.__pydantic_core_schema__)
+    """Return the JSON Schema of a language, with the plugins of the registry where it names any."""
+    schema = _LanguageSchema(registry).generate(_MODELS[language].__pydantic_core_schema__)
     schema = with_shared_quantities(with_defaults_in_words(with_merged_steps(schema)))
     if language == "procedure":
         schema = with_references(schema, literal={"rigrunner", "parameters"})

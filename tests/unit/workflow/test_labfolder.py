@@ -17,6 +17,7 @@ FILES = {
     *("README.md", ".gitignore", "station.yaml", "station.schema.json", "letterhead/README.md"),
     *("plugins/room_thermometer.py", "procedures/procedure.schema.json"),
     *("procedures/no_load_inertia_sweep.yaml", "procedures/starting_torque_1000n.yaml"),
+    *("letterhead/letterhead.yaml", "letterhead/logo.svg", "letterhead/letterhead.schema.json"),
     "procedures/room_temperature.yaml",
 }
 

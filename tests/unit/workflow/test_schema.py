@@ -14,9 +14,10 @@ from rigrunner.api.hooks import PROJECT, DeviceRecord, FitRecord
 from rigrunner.api.settings import Force, Settings
 from rigrunner.procedure.steps import STEPS
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
-from rigrunner.workflow.schema import Language, language_schema
+from rigrunner.workflow.schema import Language, certificate_schema, language_schema
 
 LANGUAGES = get_args(Language)
+COPIED = ("procedure", "station")
 SHIPPED = ("rigrunner_plugins", "rigrunner_reports")
 
 
@@ -31,12 +32,19 @@ def procedure(shipped):
     return language_schema("procedure", shipped)
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", COPIED)
 def test_the_committed_copy_is_current(language, shipped):
     path = ROOT / "procedures" / f"{language}.schema.json"
     committed = json.loads(path.read_text(encoding="utf-8"))
     mend = f"run: rigrunner schema {language} > procedures/{language}.schema.json"
     assert committed == language_schema(language, shipped), mend
+
+
+def test_the_committed_schema_of_certificates_is_current():
+    path = ROOT / "docs" / "reference" / "certificate.schema.json"
+    committed = json.loads(path.read_text(encoding="utf-8"))
+    mend = f"run: rigrunner schema certificate > {path.relative_to(ROOT)}"
+    assert committed == certificate_schema(), mend
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -1,4 +1,4 @@
-"""`rigrunner schema`: the languages of procedures and stations, for editors."""
+"""`rigrunner schema`: of procedures and stations, for editors, and of certificates."""
 
 from __future__ import annotations
 
@@ -13,15 +13,21 @@ if TYPE_CHECKING:
     from rigrunner.workflow.schema import Language
 
 
+KINDS = ["procedure", "station", "letterhead", "order", "certificate"]
+
+
 @click.command(name="schema")
-@click.argument("language", type=click.Choice(["procedure", "station"]))
+@click.argument("language", type=click.Choice(KINDS))
 @lab_option
 def command(language: str, station: str | None) -> None:
-    """Print the JSON Schema of procedures or stations, for editors.
+    """Print the JSON Schema of procedures, stations, letterheads, orders or certificates.
 
-    It knows the plugins that are installed; editors complete and check with it.
+    That of procedures and stations knows the installed plugins; editors complete and check with it.
     """
     from rigrunner.cli.planning import lab_registry
-    from rigrunner.workflow.schema import language_schema
+    from rigrunner.workflow.schema import certificate_schema, language_schema
 
+    if language == "certificate":
+        result_json(certificate_schema())
+        return
     result_json(language_schema(cast("Language", language), lab_registry(station)))

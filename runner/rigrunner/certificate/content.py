@@ -1,0 +1,196 @@
+"""Puts a certificate together from a stored run, its result, and what people know."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document_values import plain
+from rigrunner.api.certificate import (
+    Amendment,
+    Appearance,
+    Approval,
+    Authorisation,
+    Certificate,
+    Evidence,
+    Method,
+    Performance,
+    Restriction,
+    RunEvidence,
+)
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Outcome
+from rigrunner.certificate.deviations import deviations_of, rejected_of
+from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
+from rigrunner.certificate.results import conformity_of, results_of
+from rigrunner.certificate.surroundings import conditions_of, instruments_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.letterhead import Letterhead
+    from rigrunner.api.results import Result
+    from rigrunner.certificate.order import Order
+    from rigrunner.runfile import StoredRun
+
+APPROVED, DRAFT = "approved", "draft"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """A stored run with its result: all of a certificate that was measured."""
+
+    stored: StoredRun
+    result: Result
+    file_sha256: str
+    """Of the bytes of `run.h5`."""
+    simulated: bool
+    """Whether a simulator made the data."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Issue:
+    """Who issues a certificate, when, under which number."""
+
+    number: str
+    issued_utc: str
+    authorisation: Authorisation
+    restrictions: tuple[Restriction, ...]
+    software: Mapping[str, str]
+    amends: Amendment | None = None
+
+
+def make_certificate(
+    source: Source, order: Order, letterhead: Letterhead, issue: Issue
+) -> Certificate:
+    """Return the certificate; raise DataError where the run allows none (see `certifiable`)."""
+    certifiable(source)
+    run, result = source.stored, source.result
+    instruments = tuple(instruments_of(result.run))
+    return Certificate(
+        number=issue.number,
+        issued_utc=issue.issued_utc,
+        restrictions=issue.restrictions,
+        amends=issue.amends,
+        laboratory=letterhead.laboratory,
+        customer=customer_of(order),
+        item=item_of(order),
+        method=_method(run, result),
+        performance=_performance(result, order),
+        conditions=tuple(conditions_of(result.run)),
+        conditions_stated=order.conditions,
+        results=results_of(result),
+        conformity=conformity_of(result.decision),
+        opinions=opinions_of(order),
+        external=external_of(order),
+        deviations=tuple(deviations_of(run, result, order, instruments)),
+        rejected=tuple(rejected_of(result)),
+        instruments=instruments,
+        statements=letterhead.statements,
+        authorisation=issue.authorisation,
+        evidence=_evidence(source, issue.software),
+        appearance=Appearance(language=letterhead.language, files=dict(letterhead.files)),
+    )
+
+
+def certifiable(source: Source) -> None:
+    """Raise DataError with the reason if a run can have no certificate at all."""
+    info = source.stored.info
+    for each in (source.stored, source.stored.no_load):
+        if each is not None and each.info.outcome != Outcome.COMPLETED:
+            why = f": {each.info.reason}" if each.info.reason else ""
+            raise DataError(
+                f"{each.header.run_id} ended as '{each.info.outcome}'{why}",
+                hint="only a completed run is a test that a certificate can report",
+            )
+    if not info.sealed:
+        raise DataError(
+            f"{source.stored.header.run_id} is not sealed: its program was broken off",
+            hint="repeat the run; a certificate needs a run.h5",
+        )
+    results_of(source.result)
+
+
+def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]:
+    """Yield every reason why a document on this run is 'not for certification'."""
+    approval = _approval(source.stored)
+    if approval.state != APPROVED:
+        header = source.stored.header
+        yield Restriction(
+            code="draft_procedure",
+            detail=f"{header.procedure_id} revision {header.procedure_revision}: {approval.state}",
+        )
+    if source.simulated:
+        yield Restriction(code="simulated", detail=source.stored.header.station_id)
+    if requested and approval.state == APPROVED and not source.simulated:
+        yield Restriction(code="requested")
+
+
+def _approval(run: StoredRun) -> Approval:
+    known: Mapping[str, str] = getattr(run.header, "approval", {})
+    return Approval(
+        state=known.get("state") or DRAFT,
+        by=known.get("by", ""),
+        utc=known.get("utc", ""),
+        sha256=known.get("sha256", ""),
+    )
+
+
+def _method(run: StoredRun, result: Result) -> Method:
+    header = run.header
+    settings = plain(result.settings)
+    assert isinstance(settings, dict)  # noqa: S101  (of a mapping `plain` makes a dict)
+    return Method(
+        procedure_id=header.procedure_id,
+        revision=header.procedure_revision,
+        title=header.procedure_title,
+        sha256=_sha256(header.procedure_text),
+        called={name: _sha256(text) for name, text in header.called_texts.items()},
+        approval=_approval(run),
+        symbol=result.symbol,
+        measurand=result.measurand,
+        compensation=result.primary,
+        quantity=result.compensations[result.primary].measurand,
+        analysis=settings,
+    )
+
+
+def _performance(result: Result, order: Order) -> Performance:
+    run = result.run
+    return Performance(
+        started_utc=run.started_utc,
+        ended_utc=run.ended_utc,
+        station=run.station_id,
+        mandrel=run.rig.mandrel,
+        operator=order.operator,
+        inputs=dict(run.inputs),
+    )
+
+
+def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
+    run = source.stored
+    return Evidence(
+        run=_run_evidence(run, source.file_sha256),
+        no_load_run=None if run.no_load is None else _run_evidence(run.no_load, ""),
+        station_sha256=_sha256(run.header.station_text),
+        software=dict(run.header.provenance),
+        issued_with=dict(software),
+    )
+
+
+def _run_evidence(run: StoredRun, file_sha256: str) -> RunEvidence:
+    header = run.header
+    return RunEvidence(
+        run_id=header.run_id,
+        procedure_id=header.procedure_id,
+        procedure_revision=header.procedure_revision,
+        started_utc=header.started_utc,
+        digest_sha256=run.digest,
+        manifest_sha256=getattr(run, "manifest_sha256", ""),
+        file_sha256=file_sha256,
+    )
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,120 @@
+"""Everything in which a run was not as its procedure says, from the record and from people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.certificate import Deviation, RejectedCycle
+from rigrunner.api.events import Alarm, Intervention, Note, StepEnded
+from rigrunner.certificate.numerals import finite, printed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.analysis import Check, PeakPoint, Rejection
+    from rigrunner.api.certificate import InstrumentEntry
+    from rigrunner.api.events import Event
+    from rigrunner.api.results import Result
+    from rigrunner.certificate.order import Order
+    from rigrunner.runfile import StoredRun
+
+OVERRIDE = "override"
+_STATISTIC_DECIMALS = 3
+
+
+def deviations_of(
+    stored: StoredRun, result: Result, order: Order, instruments: Sequence[InstrumentEntry]
+) -> Iterator[Deviation]:
+    """Yield all deviations, those of the no-load run included, and what a person states."""
+    run_id = stored.header.run_id
+    for each in (stored, stored.no_load):
+        if each is not None:
+            yield from _recorded(each.header.run_id, each.events)
+            for text in each.notes:
+                yield Deviation(kind="remark", run_id=each.header.run_id, text=text)
+    for entry in instruments:
+        if entry.overdue:
+            text = f"{entry.serial}: due {entry.due}"
+            yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
+    for check in _checks(result):
+        if not check.ok:
+            text = f"{check.text}: {check.advice}" if check.advice else check.text
+            yield Deviation(kind="failed_check", run_id=run_id, where=check.name, text=text)
+    for text in result.notes:
+        yield Deviation(kind="remark", run_id=run_id, text=text)
+    for text in order.deviations:
+        yield Deviation(kind="stated", run_id=run_id, text=text)
+
+
+def rejected_of(result: Result) -> Iterator[RejectedCycle]:
+    """Yield every cycle that a rule for gross errors left out, of both runs."""
+    for run, points in ((result.run, result.loaded), (result.no_load_run, result.no_load)):
+        if run is not None:
+            for point in points:
+                yield from _rejected(run.run_id, point)
+
+
+def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
+    for event in events:
+        match event:
+            case Intervention():
+                yield Deviation(
+                    kind="override" if event.action == OVERRIDE else "intervention",
+                    run_id=run_id,
+                    where="" if event.action == OVERRIDE else event.action,
+                    text="",
+                    by=event.by,
+                    reason=event.reason,
+                    utc=event.utc,
+                )
+            case Alarm():
+                yield Deviation(
+                    kind="alarm", run_id=run_id, where=event.source, text=event.text, utc=event.utc
+                )
+            case Note():
+                yield Deviation(
+                    kind="note", run_id=run_id, where=event.step, text=event.text, utc=event.utc
+                )
+            case StepEnded(ok=False):
+                yield Deviation(
+                    kind="failed_step",
+                    run_id=run_id,
+                    where=event.step,
+                    text=event.recording or event.action,
+                    utc=event.utc,
+                )
+            case _:
+                pass
+
+
+def _checks(result: Result) -> Iterator[Check]:
+    yield from result.checks
+    primary = result.compensations.get(result.primary)
+    if primary is not None:
+        yield from primary.checks
+
+
+def _rejected(run_id: str, point: PeakPoint) -> Iterator[RejectedCycle]:
+    for each in point.peak_rejections:
+        yield _cycle(run_id, point.recording, "peak", each)
+    if isinstance(point, SwingPoint):
+        for each in point.waveform_rejections:
+            yield _cycle(run_id, point.recording, "waveform", each)
+
+
+def _cycle(
+    run_id: str, recording: str, what: Literal["peak", "waveform"], each: Rejection
+) -> RejectedCycle:
+    return RejectedCycle(
+        run_id=run_id,
+        recording=recording,
+        cycle=each.index + 1,
+        what=what,
+        rule=each.rule,
+        value_nm=finite(each.value),
+        statistic=finite(each.statistic),
+        critical=finite(each.critical),
+        printed_statistic=printed(each.statistic, _STATISTIC_DECIMALS),
+        printed_critical=printed(each.critical, _STATISTIC_DECIMALS),
+    )

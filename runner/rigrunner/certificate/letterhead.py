@@ -1,0 +1,164 @@
+"""A letterhead folder: the laboratory's name, logo, language, texts and templates, without code.
+
+letterhead.yaml      who the laboratory is; language, prefix of its numbers, logo
+texts/<language>.yaml    fixed texts: some of a shipped language, or all of a new one
+templates/*.j2       templates that go before the shipped ones
+style.css            is added to the shipped style
+numbers/             the numbers that were given: see `rigrunner.certificate.numbers`
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from rigrunner.api.certificate import Laboratory
+from rigrunner.api.errors import InvalidFileError, Location, Problem, UsageError
+from rigrunner.api.letterhead import Letterhead, Logo
+from rigrunner.api.settings import ListOf, Settings
+from rigrunner.yamlfile import parse, read, validate
+from rigrunner.yamlfile.names import Text
+from rigrunner.yamlfile.reader import read_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+FILE = "letterhead.yaml"
+STYLE = "style.css"
+MAX_LOGO_BYTES = 500_000
+MEDIA_TYPES = {
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+}
+
+
+class LaboratoryEntry(Settings):
+    """Who issues the certificate."""
+
+    name: Text
+    """As it is registered."""
+    address: Annotated[ListOf[Text], Field(min_length=1)]
+    """Line by line."""
+    place: Text
+    """Where tests are done: 'at the address above', or another place."""
+    contact: str = ""
+    """Telephone, e-mail, web page."""
+    accreditation: str = ""
+    """What stands on the certificate of an accreditation; left out, there is none."""
+
+
+class LogoEntry(Settings):
+    """The laboratory's logo."""
+
+    file: Text
+    """A file in the letterhead folder: .svg, .png or .jpg."""
+    text: Text
+    """What a reader is told who cannot see it."""
+
+
+class LetterheadFile(Settings):
+    """The content of `letterhead.yaml`."""
+
+    rigrunner: Literal["letterhead/1"]
+    """What this file is, and its version of the language."""
+    laboratory: LaboratoryEntry
+    language: Annotated[str, Field(pattern=r"^[a-z]{2,3}(-[A-Z]{2})?$")] = "en"
+    """Of the certificates: en and de are shipped; others need a file of texts here."""
+    prefix: Annotated[str, Field(pattern=r"^[A-Za-z0-9]{1,16}$")]
+    """What certificate numbers begin with; two folders must not share one."""
+    logo: LogoEntry | None = None
+    statements: ListOf[Text] = ()
+    """What stands on each certificate besides what the standard requires."""
+
+
+class TextsFile(Settings):
+    """The content of `texts/<language>.yaml`."""
+
+    rigrunner: Literal["texts/1"]
+    """What this file is, and its version of the language."""
+    texts: dict[str, str]
+    """By key; the keys are those of the shipped languages."""
+
+
+def read_letterhead(folder: Path, language: str = "") -> Letterhead:
+    """Return the letterhead in a folder, in its own language or the given one.
+
+    Raises UsageError if there is no such folder and InvalidFileError with what is wrong in it.
+    """
+    path = folder / FILE
+    if not path.is_file():
+        raise UsageError(
+            f"there is no letterhead in {folder}: no {FILE}",
+            hint="'rigrunner init DIR' makes a lab folder with one; name it with --letterhead",
+        )
+    document = read(path)
+    found = validate(LetterheadFile, document)
+    entry = found.laboratory
+    logo = None
+    if found.logo is not None:
+        logo = _logo(folder, found.logo, document.where(("logo", "file")))
+    return Letterhead(
+        laboratory=Laboratory(
+            name=entry.name,
+            address=entry.address,
+            place=entry.place,
+            contact=entry.contact,
+            accreditation=entry.accreditation,
+        ),
+        language=language or found.language,
+        prefix=found.prefix,
+        logo=logo,
+        statements=found.statements,
+        texts={path.stem: _texts(path) for path in _files(folder / "texts", "*.yaml")},
+        templates={path.name: read_text(path) for path in _files(folder / "templates", "*.j2")},
+        style=read_text(folder / STYLE) if (folder / STYLE).is_file() else "",
+        files={path.relative_to(folder).as_posix(): _sha256(path) for path in _used(folder, found)},
+    )
+
+
+def _used(folder: Path, found: LetterheadFile) -> Iterator[Path]:
+    yield folder / FILE
+    if found.logo is not None:
+        yield folder / found.logo.file
+    if (folder / STYLE).is_file():
+        yield folder / STYLE
+    yield from _files(folder / "templates", "*.j2")
+    yield from _files(folder / "texts", "*.yaml")
+
+
+def _files(folder: Path, pattern: str) -> list[Path]:
+    return sorted(path for path in folder.glob(pattern) if path.is_file())
+
+
+def _texts(path: Path) -> dict[str, str]:
+    return validate(TextsFile, parse(read_text(path), str(path))).texts
+
+
+def _logo(folder: Path, entry: LogoEntry, where: Location) -> Logo:
+    path = folder / entry.file
+    media_type = MEDIA_TYPES.get(Path(entry.file).suffix.lower(), "")
+    problem = _logo_problem(folder, path, media_type)
+    if problem:
+        raise InvalidFileError([Problem(problem, where, "logo.file")])
+    return Logo(path.read_bytes(), media_type, entry.text)
+
+
+def _logo_problem(folder: Path, path: Path, media_type: str) -> str:
+    if not media_type:
+        return f"'{path.name}' is no picture; allowed are {', '.join(MEDIA_TYPES)}"
+    if not path.is_file():
+        return f"there is no file {path}"
+    if not path.resolve().is_relative_to(folder.resolve()):
+        return f"{path} is outside the letterhead folder"
+    if path.stat().st_size > MAX_LOGO_BYTES:
+        return f"{path.name} is larger than {MAX_LOGO_BYTES:,} bytes"
+    return ""
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

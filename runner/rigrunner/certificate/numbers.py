@@ -1,0 +1,107 @@
+"""The numbers of certificates: a sequence per laboratory, in which none is given twice.
+
+Each number is a file of its own in the letterhead's folder `numbers/`. It is created exclusively,
+which file systems grant to one process only, before anything is written under that number. What
+became of the number is a second file beside it:
+
+    RR-2026-0007.json           who asked for it, when, for which run
+    RR-2026-0007.issued.json    the files that were written under it, with their SHA-256
+    RR-2026-0007.void.json      why nothing was
+
+So each gap in the sequence has its explanation: a number with neither was broken off by a crash.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import count
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.durable import sync_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+FOLDER = "numbers"
+SPECIMEN = "SPECIMEN"
+"""The prefix of documents that are no certificates: their sequence is their own."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The sequence of one prefix in a letterhead's folder."""
+
+    letterhead: Path
+    prefix: str
+
+    def reserve(self, year: int, known: Mapping[str, str]) -> str:
+        """Take the next number of a year for good, and return it; `known` is kept with it.
+
+        Raises DataError if the folder cannot be written.
+        """
+        stem = f"{self.prefix}-{year}-"
+        taken = [_sequence(path, stem) for path in self._folder.glob(f"{stem}*.json")]
+        for sequence in count(max(taken, default=0) + 1):
+            number = f"{stem}{sequence:04d}"
+            try:
+                self._write(f"{number}.json", {"number": number, **known})
+            except FileExistsError:
+                continue
+            return number
+        raise AssertionError
+
+    def issued(self, number: str, known: Mapping[str, object]) -> None:
+        """Put on record what was written under a number."""
+        self._write(f"{number}.issued.json", {"number": number, **known})
+
+    def void(self, number: str, reason: str) -> None:
+        """Put on record why nothing was written under a number."""
+        self._write(f"{number}.void.json", {"number": number, "reason": reason})
+
+    def broken_off(self) -> list[str]:
+        """Return the numbers of which it is not known what became of them."""
+        names = {path.name for path in self._folder.glob(f"{self.prefix}-*.json")}
+        numbers = sorted(name.removesuffix(".json") for name in names if name.count(".") == 1)
+        return [
+            each for each in numbers if not {f"{each}.issued.json", f"{each}.void.json"} & names
+        ]
+
+    @property
+    def _folder(self) -> Path:
+        return self.letterhead / FOLDER
+
+    def _write(self, name: str, content: Mapping[str, object]) -> None:
+        """Write a new file, durably; raise FileExistsError if there is one."""
+        with _explained(self._folder):
+            self._folder.mkdir(exist_ok=True)
+        with _explained(self._folder / name, FileExistsError):
+            with (self._folder / name).open("x", encoding="utf-8") as file:
+                json.dump(content, file, ensure_ascii=False, indent=1)
+                file.write("\n")
+                file.flush()
+                os.fsync(file.fileno())
+            sync_folder(self._folder)
+
+
+@contextmanager
+def _explained(path: Path, *passed: type[OSError]) -> Iterator[None]:
+    try:
+        yield
+    except passed:
+        raise
+    except OSError as error:
+        raise DataError(
+            f"cannot keep the number in {path}: {error.strerror or error}",
+            hint="the letterhead's folder must be writable: it holds the sequence",
+        ) from error
+
+
+def _sequence(path: Path, stem: str) -> int:
+    found = re.match(r"\d+", path.name.removeprefix(stem))
+    return int(found[0]) if found else 0

@@ -1,0 +1,89 @@
+"""What was found, with its uncertainty, and what was decided on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.analysis import StartPoint
+from rigrunner.api.certificate import Conformity, LimitStatement, PointResult, Results
+from rigrunner.api.errors import DataError
+from rigrunner.certificate.numerals import finite, percent, printed, stated
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint, PeakPoint
+    from rigrunner.api.results import Decision, LimitDecision, Result
+
+
+def results_of(result: Result) -> Results:
+    """Return the results of the primary method; raise DataError where it gave none."""
+    if result.headline is None:
+        reason = result.notes[0] if result.notes else "its procedure names no primary method"
+        raise DataError(f"{result.run.run_id} has no result to certify: {reason}")
+    points = result.compensations[result.primary].points
+    return Results(
+        headline=stated(result.headline, "the result"),
+        motion="start" if any(isinstance(each, StartPoint) for each in result.loaded) else "swing",
+        points=tuple(_point(each, result.loaded) for each in points),
+    )
+
+
+def conformity_of(decision: Decision | None) -> Conformity | None:
+    """Return the statement of conformity; None where nothing was to be decided."""
+    if decision is None:
+        return None
+    name, _, words = decision.rule.partition(": ")
+    others = (each for each in decision.parts if each.of != decision.of)
+    return Conformity(
+        verdict=str(decision.verdict),
+        rule=name,
+        rule_words=words,
+        statements=tuple(_statement(each) for each in (decision, *others)),
+    )
+
+
+def _statement(found: LimitDecision) -> LimitStatement:
+    probability = finite(found.probability_of_conformity)
+    band = finite(found.guard_band_nm)
+    decimals = 0 if found.result is None else stated(found.result, found.of).decimals
+    return LimitStatement(
+        of=found.of,
+        verdict=str(found.verdict),
+        reason=found.reason,
+        limit=found.limit_text,
+        lower_nm=finite(found.lower_nm),
+        upper_nm=finite(found.upper_nm),
+        source=found.limit_source,
+        measurand="" if found.measurand is None else str(found.measurand),
+        load_n=found.load_n,
+        guard_band_nm=band,
+        printed_guard_band="" if band is None else f"{printed(band, decimals)} N·m",
+        stated_risk=finite(found.stated_risk),
+        probability_of_conformity=probability,
+        printed_probability="" if probability is None else percent(probability),
+        uncompensated=str(found.uncompensated),
+        marginal=found.marginal,
+    )
+
+
+def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResult:
+    point = _recorded(found, recorded)
+    torque = stated(found.torque, f"the result of {point.recording}")
+    return PointResult(
+        recording=point.recording,
+        set_frequency_hz=found.set_frequency_hz,
+        frequency_hz=found.frequency_hz,
+        load_n=point.load_n,
+        cycles=point.cycles,
+        cycles_rejected=int((~point.peak_kept).sum()),
+        raw_nm=found.raw_nm,
+        printed_raw=printed(found.raw_nm, torque.decimals),
+        torque=torque,
+    )
+
+
+def _recorded(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PeakPoint:
+    """Return the recording of a result: the same set-point, the nearest in frequency."""
+    same = [each for each in recorded if each.set_frequency_hz == found.set_frequency_hz]
+    return min(same, key=lambda each: abs(each.frequency_hz.value - found.frequency_hz))

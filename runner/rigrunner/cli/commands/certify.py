@@ -1,0 +1,75 @@
+"""`rigrunner certify`: a certificate on a stored run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigrunner.cli.options import lab_option, run_argument, runs_option
+from rigrunner.cli.ordering import letterhead_option, order_options, order_values, out_option
+from rigrunner.cli.output import message, result
+
+
+@click.command(name="certify")
+@run_argument
+@click.option("--authorised-by", required=True, metavar="NAME", help="Who authorises it.")
+@click.option("--role", default="", help="That person's function in the laboratory.")
+@letterhead_option
+@click.option(
+    "--order",
+    "order_file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="A YAML file with what is known of the order; options go first.",
+)
+@order_options
+@click.option("--lang", default="", help="The language, in place of the letterhead's.")
+@click.option(
+    "--not-for-certification",
+    is_flag=True,
+    help="Make a specimen that says so on every page.",
+)
+@out_option
+@runs_option
+@lab_option
+def command(
+    *,
+    run: str,
+    authorised_by: str,
+    role: str,
+    letterhead: Path,
+    order_file: Path | None,
+    lang: str,
+    not_for_certification: bool,
+    out: Path | None,
+    runs: Path,
+    station: str | None,
+    **given: str | None,
+) -> None:
+    """Issue a certificate on a stored run.
+
+    It is written as JSON, HTML and PDF, under the next number of the laboratory's sequence. The
+    paths of the files are printed.
+    """
+    from rigrunner.api.certificate import Authorisation
+    from rigrunner.certificate.order import Order, read_order
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.clock import WallClock
+    from rigrunner.workflow.certify import Request, certify
+    from rigrunner.workflow.locate import find_run
+
+    request = Request(
+        letterhead=letterhead,
+        order=read_order(order_file) if order_file else Order(),
+        authorisation=Authorisation(by=authorised_by, role=role),
+        not_for_certification=not_for_certification,
+        language=lang,
+        out=out,
+        given=order_values(given),
+    )
+    registry = lab_registry(station)
+    issued = certify(find_run(run, runs), request, registry, WallClock().utc())
+    for note in issued.notes:
+        message(note)
+    for path in issued.files:
+        result(str(path))

@@ -1,0 +1,113 @@
+"""From a stored run to its certificate: JSON, and every printed form that can be made here."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.certificate.content import (
+    Issue,
+    Source,
+    certifiable,
+    make_certificate,
+    restrictions_of,
+)
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.order import complete
+from rigrunner.clock import utc_text
+from rigrunner.runfile import read, read_truth
+from rigrunner.workflow.office import Issued, Office
+from rigrunner.workflow.provenance import software
+from rigrunner.workflow.stored import analyse_run
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Authorisation, Certificate, Restriction
+    from rigrunner.certificate.order import Order
+    from rigrunner.registry import Registry
+
+RUN_FILE = "run.h5"
+_WHY = {
+    "draft_procedure": "its procedure was not approved",
+    "simulated": "its data are simulated",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What is asked for."""
+
+    letterhead: Path
+    """The laboratory's folder; the sequence of numbers is kept in it."""
+    order: Order
+    authorisation: Authorisation
+    not_for_certification: bool = False
+    language: str = ""
+    out: Path | None = None
+    """The folder to write into; None for that of the run."""
+    given: Mapping[str, object] = field(default_factory=dict)
+    """Fields of the order that go before it."""
+
+
+def certify(run: Path, request: Request, registry: Registry, now: datetime) -> Issued:
+    """Issue a certificate on a stored run.
+
+    Nothing takes a number before everything that can be known to be missing is there. Raises
+    UsageError for what is missing or not allowed, DataError where the run allows no certificate.
+    """
+    letterhead = read_letterhead(request.letterhead, request.language)
+    source = read_source(run, registry)
+    certifiable(source)
+    restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
+    _refuse_restricted(source, restrictions, request)
+    order = complete(request.order, request.given, source.stored.header.inputs)
+    _refuse_late_receipt(source, order)
+
+    def content(number: str) -> Certificate:
+        issue = Issue(
+            number=number,
+            issued_utc=utc_text(now),
+            authorisation=request.authorisation,
+            restrictions=restrictions,
+            software=software(registry),
+        )
+        return make_certificate(source, order, letterhead, issue)
+
+    folder = request.out or (run if run.is_dir() else run.parent)
+    return Office(request.letterhead, letterhead, registry, now).issue(content, folder)
+
+
+def read_source(run: Path, registry: Registry) -> Source:
+    """Read and analyse a stored run; raise DataError."""
+    stored = read(run)
+    file = run / RUN_FILE if run.is_dir() else run
+    return Source(
+        stored=stored,
+        result=analyse_run(run, registry),
+        file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
+        simulated=bool(read_truth(run)),
+    )
+
+
+def _refuse_restricted(
+    source: Source, restrictions: tuple[Restriction, ...], request: Request
+) -> None:
+    if restrictions and not request.not_for_certification:
+        why = " and ".join(_WHY[each.code] for each in restrictions)
+        raise UsageError(
+            f"{source.stored.header.run_id} cannot be certified: {why}",
+            hint="--not-for-certification makes a specimen that says so on every page",
+        )
+
+
+def _refuse_late_receipt(source: Source, order: Order) -> None:
+    started = source.stored.header.started_utc[:10]
+    if order.received is not None and order.received.isoformat() > started:
+        raise UsageError(
+            f"--received {order.received} is after the test, which began on {started} (UTC)"
+        )

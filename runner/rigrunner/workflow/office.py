@@ -1,0 +1,117 @@
+"""Where a document gets its number and its files: the number first, nothing ever overwritten."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.certificate import certificate_json
+from rigrunner.api.errors import DataError, MissingPackageError, RigrunnerError
+from rigrunner.api.hooks import CertificateFormatRecord
+from rigrunner.api.letterhead import CertificateInput
+from rigrunner.certificate.numbers import SPECIMEN, Numbers
+from rigrunner.clock import utc_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from datetime import datetime
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate
+    from rigrunner.api.letterhead import Letterhead
+    from rigrunner.registry import Registry
+
+KIND = "certificate_format"
+NO_NUMBER = "0000"
+"""In the place of a number in the trial that goes before it is taken."""
+
+
+@dataclass(frozen=True)
+class Issued:
+    """What was written."""
+
+    certificate: Certificate
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+    """What a person should know: forms that could not be made, numbers that were broken off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Office:
+    """Issues documents under a laboratory's letterhead."""
+
+    folder: Path
+    """The letterhead's folder, which holds the sequence of numbers."""
+    letterhead: Letterhead
+    registry: Registry
+    now: datetime
+
+    def issue(self, content: Callable[[str], Certificate], out: Path) -> Issued:
+        """Write the document that `content` gives for a number, in every form, into a folder.
+
+        It is made once before a number is taken, so that what can fail fails without one. Raises
+        what the making raises, and DataError if the files cannot be written: the number is void.
+        """
+        makers, notes = self._makers()
+        draft = content(NO_NUMBER)
+        for make in makers.values():
+            make(CertificateInput(draft, self.letterhead))
+        numbers = Numbers(self.folder, self._prefix(draft))
+        broken = [f"{each} was taken, and nothing was issued" for each in numbers.broken_off()]
+        number = numbers.reserve(self.now.year, self._known(draft))
+        try:
+            certificate = content(number)
+            files = {".json": certificate_json(certificate).encode()}
+            for suffix, make in makers.items():
+                files[suffix] = make(CertificateInput(certificate, self.letterhead))
+            paths = _write(out, number, files)
+        except (RigrunnerError, OSError) as error:
+            numbers.void(number, str(error))
+            raise
+        sha256 = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+        numbers.issued(number, {"folder": str(out), "sha256": sha256})
+        return Issued(certificate, paths, (*notes, *broken))
+
+    def _prefix(self, draft: Certificate) -> str:
+        prefix = self.letterhead.prefix
+        return f"{SPECIMEN}-{prefix}" if draft.restrictions else prefix
+
+    def _known(self, draft: Certificate) -> dict[str, str]:
+        return {
+            "by": draft.authorisation.by,
+            "utc": utc_text(self.now),
+            "run": draft.evidence.run.run_id,
+            **({"amends": draft.amends.number} if draft.amends else {}),
+        }
+
+    def _makers(self) -> tuple[dict[str, Callable[[CertificateInput], bytes]], list[str]]:
+        """Return how each printed form is made, by suffix, and why some cannot be."""
+        makers: dict[str, Callable[[CertificateInput], bytes]] = {}
+        notes = []
+        for name in self.registry.names(KIND):
+            record = self.registry.find(KIND, name).record
+            assert isinstance(record, CertificateFormatRecord)  # noqa: S101  (the kind says so)
+            try:
+                makers[record.suffix] = self.registry.make(KIND, name, {})
+            except MissingPackageError as error:
+                notes.append(f"no {record.suffix} was made: {error}")
+        return makers, notes
+
+
+def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path, ...]:
+    """Write new files, durably; nothing is ever overwritten."""
+    paths = tuple(folder / f"{number}{suffix}" for suffix in files)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path, content in zip(paths, files.values(), strict=True):
+            with path.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+    except OSError as error:
+        raise DataError(
+            f"the certificate cannot be written: {error.filename or folder}: {error.strerror}"
+        ) from error
+    return paths

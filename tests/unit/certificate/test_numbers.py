@@ -1,0 +1,82 @@
+"""No number is given twice, whatever happens at the same time, and each gap is explained."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigrunner.api.errors import DataError
+from rigrunner.certificate.numbers import Numbers
+
+KNOWN = {"by": "A. Nother", "run": "r"}
+RESERVE = """
+import sys
+from pathlib import Path
+from rigrunner.certificate.numbers import Numbers
+for _ in range(20):
+    print(Numbers(Path(sys.argv[1]), "RR").reserve(2026, {}))
+"""
+
+
+def test_they_count_from_one_and_per_year_and_prefix(tmp_path):
+    lab = Numbers(tmp_path, "RR")
+    assert [lab.reserve(2026, KNOWN) for _ in range(3)] == [
+        *("RR-2026-0001", "RR-2026-0002", "RR-2026-0003"),
+    ]
+    assert lab.reserve(2027, KNOWN) == "RR-2027-0001"
+    assert Numbers(tmp_path, "RRX").reserve(2026, KNOWN) == "RRX-2026-0001"
+    assert Numbers(tmp_path, "R").reserve(2026, KNOWN) == "R-2026-0001"
+
+
+def test_what_is_known_stands_with_the_number(tmp_path):
+    number = Numbers(tmp_path, "RR").reserve(2026, KNOWN)
+    text = (tmp_path / "numbers" / f"{number}.json").read_text(encoding="utf-8")
+    assert json.loads(text) == {"number": number, **KNOWN}
+
+
+def test_a_lower_number_that_is_free_is_not_given_again(tmp_path):
+    lab = Numbers(tmp_path, "RR")
+    lab.reserve(2026, KNOWN)
+    (tmp_path / "numbers" / "RR-2026-0041.json").write_text("{}")
+    assert lab.reserve(2026, KNOWN) == "RR-2026-0042"
+
+
+def test_two_processes_at_once_never_get_the_same(tmp_path):
+    command = [sys.executable, "-c", RESERVE, str(tmp_path)]
+    with ThreadPoolExecutor(4) as pool:
+        done = list(pool.map(lambda _: subprocess.check_output(command, text=True), range(4)))
+    numbers = " ".join(done).split()
+    assert sorted(numbers) == [f"RR-2026-{each:04d}" for each in range(1, 81)]
+
+
+def test_a_number_that_nothing_became_of_is_told(tmp_path):
+    lab = Numbers(tmp_path, "RR")
+    first, second, third = (lab.reserve(2026, KNOWN) for _ in range(3))
+    lab.issued(first, {})
+    lab.void(third, "disk full")
+    assert lab.broken_off() == [second]
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "numbers").write_text("a file")
+    with pytest.raises(DataError, match=r"cannot keep the number in .*numbers: "):
+        Numbers(tmp_path, "RR").reserve(2026, KNOWN)
+
+
+@settings(deadline=None, max_examples=25)  # each number is synced to the disk
+@given(st.lists(st.sampled_from(["RR", "R", "RRX"]), max_size=12))
+def test_however_prefixes_mix_all_are_different(tmp_path_factory, prefixes):
+    folder = tmp_path_factory.mktemp("lab")
+    numbers = [Numbers(folder, prefix).reserve(2026, KNOWN) for prefix in prefixes]
+    assert len(set(numbers)) == len(prefixes)
+    for prefix in set(prefixes):
+        count = prefixes.count(prefix)
+        assert [each for each in numbers if each.startswith(f"{prefix}-")] == [
+            f"{prefix}-2026-{each:04d}" for each in range(1, count + 1)
+        ]
