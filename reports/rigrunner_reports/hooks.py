@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import NoSettings, ReportFormatRecord, hookimpl
+from rigrunner.api.hooks import CertificateFormatRecord, NoSettings, ReportFormatRecord, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.results import ReportInput
 
 
@@ -25,7 +26,38 @@ def rigrunner_report_formats() -> list[ReportFormatRecord]:
     ]
 
 
+@hookimpl
+def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
+    """Return the printed forms of certificates."""
+    return [
+        CertificateFormatRecord(
+            name="html",
+            help="One self-contained page, for the screen and for A4",
+            suffix=".html",
+            factory=_certificate_html,
+        ),
+        CertificateFormatRecord(
+            name="pdf",
+            help="Tagged A4 pages with bookmarks and page numbers, for the record",
+            suffix=".pdf",
+            factory=_certificate_pdf,
+        ),
+    ]
+
+
 def _html(settings: NoSettings) -> Callable[[ReportInput], bytes]:  # noqa: ARG001  (nothing to set)
     from rigrunner_reports.render import html  # noqa: PLC0415  (matplotlib takes most of a second)
 
     return html
+
+
+def _certificate_html(settings: NoSettings) -> Callable[[CertificateInput], bytes]:  # noqa: ARG001  (nothing to set)
+    from rigrunner_reports.certificate.render import html  # noqa: PLC0415  (loads matplotlib)
+
+    return html
+
+
+def _certificate_pdf(settings: NoSettings) -> Callable[[CertificateInput], bytes]:  # noqa: ARG001  (nothing to set)
+    from rigrunner_reports.certificate.pdf import pdf_maker  # noqa: PLC0415  (loads matplotlib)
+
+    return pdf_maker()

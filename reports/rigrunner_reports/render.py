@@ -27,9 +27,12 @@ def html(report: ReportInput) -> bytes:
 
 
 def css_string(text: str) -> Markup:
-    """Return a CSS string that cannot end itself, nor the <style> element that it stands in."""
+    """Return a CSS string that cannot end itself, nor the <style> element that it stands in.
+
+    A blank ends each escape: without it, one that follows in the text would be taken for that end.
+    """
     safe = "".join(
-        char if char.isascii() and (char.isalnum() or char in " .-_") else f"\\{ord(char):06x}"
+        char if char.isascii() and (char.isalnum() or char in " .-_") else f"\\{ord(char):06x} "
         for char in text
     )
     return Markup(f'"{safe}"')  # noqa: S704  (everything but letters and digits is escaped)

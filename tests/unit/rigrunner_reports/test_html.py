@@ -216,7 +216,7 @@ def test_a_run_of_one_point_without_fits_is_reported():
 def test_a_text_for_css_cannot_end_its_string():
     assert (
         css_string('a"; } </style>\n')
-        == r'"a\000022\00003b \00007d \00003c\00002fstyle\00003e\00000a"'
+        == r'"a\000022 \00003b  \00007d  \00003c \00002f style\00003e \00000a "'
     )
 
 

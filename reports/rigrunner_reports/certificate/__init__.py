@@ -1,0 +1,1 @@
+"""Certificates as HTML and PDF: fixed texts by language, templates, one figure."""

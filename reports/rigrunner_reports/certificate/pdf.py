@@ -1,0 +1,62 @@
+"""From a certificate to a tagged PDF with bookmarks, page numbers and the data attached."""
+
+from __future__ import annotations
+
+import hashlib
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.api.certificate import certificate_json
+from rigrunner.api.errors import MissingPackageError
+from rigrunner_reports.certificate.render import html
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.letterhead import CertificateInput
+
+VARIANT = "pdf/ua-1"
+"""Tagged, with title and language, as PDF/UA asks; validators may still find fault."""
+MISSING = "WeasyPrint is not installed"
+HINT = "pip install 'rigrunner[pdf]', or print the HTML from a browser"
+
+
+def pdf_maker() -> Callable[[CertificateInput], bytes]:
+    """Return the function that makes a PDF; raise MissingPackageError without WeasyPrint."""
+    try:
+        import weasyprint  # noqa: F401, PLC0415  (optional, and a second to load)
+    except ImportError as error:
+        raise MissingPackageError(MISSING, hint=HINT) from error
+    except OSError as error:
+        raise MissingPackageError(
+            f"WeasyPrint does not find the library Pango: {error}",
+            hint="on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0",
+        ) from error
+    return pdf
+
+
+def pdf(given: CertificateInput) -> bytes:
+    """Return the certificate as PDF; nothing is fetched from anywhere."""
+    from weasyprint import HTML, Attachment  # noqa: PLC0415  (see `pdf_maker`)
+    from weasyprint.urls import URLFetcher  # noqa: PLC0415  (see `pdf_maker`)
+
+    certificate = given.certificate
+    data = certificate_json(certificate)
+    issued = datetime.fromisoformat(certificate.issued_utc)
+    attachment = Attachment(
+        string=data,
+        name=f"{certificate.number}.json",
+        description=f"{certificate.number} (JSON)",
+        created=issued,
+        modified=issued,
+        relationship="Source",
+    )
+    offline = URLFetcher(allowed_protocols=("data",), allow_redirects=False)
+    document = HTML(string=html(given).decode("utf-8"), url_fetcher=offline)
+    made = document.write_pdf(
+        attachments=[attachment],
+        pdf_identifier=hashlib.sha256(data.encode()).digest()[:16],
+        pdf_variant=VARIANT,
+    )
+    assert isinstance(made, bytes)  # noqa: S101  (without a target it is bytes)
+    return made

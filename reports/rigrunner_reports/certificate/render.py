@@ -1,0 +1,108 @@
+"""From a certificate and a letterhead to one self-contained HTML page."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from jinja2 import (
+    ChoiceLoader,
+    DictLoader,
+    PackageLoader,
+    StrictUndefined,
+    TemplateError,
+    TemplateSyntaxError,
+)
+from jinja2.sandbox import SandboxedEnvironment
+from markupsafe import Markup
+
+from rigrunner.api.certificate import certificate_json
+from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner_reports.certificate.figure import over_frequency
+from rigrunner_reports.certificate.texts import texts
+from rigrunner_reports.certificate.wording import Wording
+from rigrunner_reports.render import css_string
+
+if TYPE_CHECKING:
+    from rigrunner.api.letterhead import CertificateInput, Letterhead, Logo
+
+PACKAGE = "rigrunner_reports"
+TEMPLATES = "certificate/templates"
+TEMPLATE = "certificate.html.j2"
+_OF_STYLE = str.maketrans({"<": "\\3c "})
+"""What must not stand in a <style> element, as CSS escapes it."""
+
+
+def html(given: CertificateInput) -> bytes:
+    """Return the certificate as UTF-8, its JSON inside it; the same input gives the same bytes.
+
+    Raises InvalidFileError where the letterhead's texts or templates are wrong.
+    """
+    certificate, letterhead = given.certificate, given.letterhead
+    wording = Wording(texts(certificate.appearance.language, letterhead.texts))
+    style = files(PACKAGE).joinpath(TEMPLATES, "certificate.css").read_text(encoding="utf-8")
+    try:
+        text = (
+            _environment(letterhead)
+            .get_template(TEMPLATE)
+            .render(
+                c=certificate,
+                t=wording.texts,
+                w=wording,
+                plot=over_frequency(certificate, wording),
+                logo=_logo(letterhead.logo),
+                style=Markup(style + letterhead.style.translate(_OF_STYLE)),  # noqa: S704  (escaped)
+                css_string=css_string,
+                page=page_counter(wording),
+                data=Markup(certificate_json(certificate)),  # noqa: S704  (escapes <, > and &)
+            )
+        )
+    except (TemplateError, TypeError, KeyError, ValueError, AttributeError) as error:
+        if not letterhead.templates:
+            raise
+        raise InvalidFileError([_problem(error, letterhead)]) from error
+    return text.encode("utf-8")
+
+
+def page_counter(wording: Wording) -> Markup:
+    """Return 'page x of y' in a language, as the content of a CSS margin box."""
+    marks = {"page": "\0p\0", "pages": "\0q\0"}
+    counters = {"p": Markup("counter(page)"), "q": Markup("counter(pages)")}
+    parts = wording.texts("page", **marks).split("\0")
+    return Markup(" ").join(counters.get(part) or css_string(part) for part in parts if part)
+
+
+def _environment(letterhead: Letterhead) -> SandboxedEnvironment:
+    """Return what renders; a laboratory's templates are found first, and can do no harm."""
+    return SandboxedEnvironment(
+        loader=ChoiceLoader([DictLoader(letterhead.templates), PackageLoader(PACKAGE, TEMPLATES)]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def _logo(logo: Logo | None) -> dict[str, str] | None:
+    if logo is None:
+        return None
+    content = b64encode(logo.content).decode("ascii")
+    return {"uri": f"data:{logo.media_type};base64,{content}", "text": logo.text}
+
+
+def _problem(error: Exception, letterhead: Letterhead) -> Problem:
+    """Return where in the laboratory's own templates something went wrong."""
+    name = line = None
+    if isinstance(error, TemplateSyntaxError):
+        name, line = error.name, error.lineno
+    trace = error.__traceback__
+    while trace is not None and not isinstance(error, TemplateSyntaxError):
+        file = trace.tb_frame.f_code.co_filename
+        if file in letterhead.templates or file == "<template>":
+            name, line = trace.tb_frame.f_globals.get("__name__", file), trace.tb_lineno
+        trace = trace.tb_next
+    where = Location(f"templates/{name}" if name in letterhead.templates else "templates", line)
+    hint = "the shipped template of that name shows what there is"
+    return Problem(f"{type(error).__name__}: {error}", where, hint=hint)

@@ -1,0 +1,122 @@
+"""How a certificate's facts are written in a language: numbers, dates, verdicts, rules."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner_reports.numbers import MINUS, plain, significant
+from rigrunner_reports.view.budget import MANY_DOF
+from rigrunner_reports.view.headline import SYMBOLS
+
+if TYPE_CHECKING:
+    from rigrunner.api.certificate import (
+        Certificate,
+        InstrumentEntry,
+        Method,
+        PointResult,
+        StatedResult,
+    )
+    from rigrunner_reports.certificate.texts import Texts
+
+SYMBOL_OF = {str(verdict): symbol for verdict, symbol in SYMBOLS.items()}
+_POINT = re.compile(r"(?<=\d)\.(?=\d)")
+_NEGATIVE = re.compile(r"(?<![\w.])-(?=\d)")
+
+
+@dataclass(frozen=True)
+class Wording:
+    """Writes facts with the texts of one language."""
+
+    texts: Texts
+
+    def number(self, printed: str) -> str:
+        """Return a printed number, or words with numbers, with the language's decimal sign."""
+        with_minus = _NEGATIVE.sub(MINUS, printed)
+        return _POINT.sub(self.texts("decimal"), with_minus)
+
+    def plain(self, value: float) -> str:
+        """Return a set value as a person wrote it."""
+        return self.number(plain(value))
+
+    def load(self, newtons: float) -> str:
+        """Return a load with four significant digits."""
+        return self.number(significant(newtons))
+
+    def day(self, utc: str) -> str:
+        """Return the date of a time: ISO 8601, which every language reads alike."""
+        return utc[:10]
+
+    def moment(self, utc: str) -> str:
+        """Return a time to the second."""
+        return f"{utc[:19].replace('T', ' ')} UTC"
+
+    def period(self, start_utc: str, end_utc: str) -> str:
+        """Return a period of time."""
+        start, end = (self.moment(utc) for utc in (start_utc, end_utc))
+        return self.texts("tested.period", start=start, end=end)
+
+    def interval(self, result: StatedResult) -> str:
+        """Return value, expanded uncertainty and unit."""
+        value, u = self.number(result.printed), self.number(result.printed_uncertainty)
+        return f"({value} ± {u}) {result.unit}"
+
+    def dof(self, result: StatedResult) -> str:
+        """Return effective degrees of freedom, rounded downwards as in GUM G.4.1."""
+        found = result.degrees_of_freedom
+        return self.texts("infinite") if found is None or found > MANY_DOF else f"{int(found)}"
+
+    def percent(self, probability: float) -> str:
+        """Return a probability in per cent, with at most two decimals."""
+        return self.number(f"{100 * probability:.2f}".rstrip("0").rstrip("."))
+
+    def verdict(self, verdict: str) -> str:
+        """Return a verdict in words."""
+        return self.texts.or_else(f"verdict.{verdict}", verdict)
+
+    def symbol(self, verdict: str) -> str:
+        """Return the symbol of a verdict."""
+        return SYMBOL_OF.get(verdict, "?")
+
+    def tone(self, verdict: str) -> str:
+        """Return a verdict as a CSS class."""
+        return verdict.replace(" ", "-") if verdict in SYMBOL_OF else "inconclusive"
+
+    def rule(self, name: str, words: str) -> str:
+        """Return a decision rule in words: ours, or those of the run for a rule that is not."""
+        return self.texts.or_else(f"rule.{name}", words or name)
+
+    def judged(self, of: str) -> str:
+        """Return what a limit applies to."""
+        return self.texts.or_else(f"conformity.of.{of}", self.number(of))
+
+    def quantity(self, name: str) -> str:
+        """Return the name of a condition."""
+        return self.texts.or_else(f"quantity.{name}", name)
+
+    def accuracy(self, entry: InstrumentEntry) -> list[str]:
+        """Return the limits of error, one a line."""
+        return [
+            f"{self.texts.or_else(f'accuracy.{part}', part)} {self.number(value)}"
+            for part, value in entry.uncertainty.items()
+        ]
+
+    def used(self, point: PointResult) -> str:
+        """Return how many cycles of all are in a mean."""
+        used = point.cycles - point.cycles_rejected
+        return self.texts("points.cycles.of", used=used, all=point.cycles)
+
+    def entered(self, certificate: Certificate) -> list[tuple[str, str]]:
+        """Return what was entered at the run and does not stand elsewhere."""
+        told = {certificate.item.identification, certificate.performance.operator}
+        inputs = certificate.performance.inputs
+        return [(name, value) for name, value in inputs.items() if value not in told]
+
+    def digests(self, method: Method) -> list[tuple[str, str]]:
+        """Return the digests of the procedure and of those that it calls."""
+        called = (
+            (self.texts("method.called", file=file), sha256)
+            for file, sha256 in method.called.items()
+        )
+        return [(self.texts("method.sha256"), method.sha256), *called]
