@@ -14,6 +14,7 @@ import numpy as np
 
 from rigrunner.api.analysis import Component
 from rigrunner.signal.averaging import jackknife
+from rigrunner.signal.sensor import undivided
 from rigrunner_plugins.compensations.bearing import (
     Reversals,
     bearing_torque,
@@ -86,6 +87,7 @@ class Budget:
             _rectangular("sensor gain", accuracy.gain * torque),
             _rectangular("sensor non-linearity", NONLINEAR_SLOPE * accuracy.nonlinearity * torque),
             _rectangular("sensor drift", accuracy.drift / (2 * cycles)),
+            *undivided(self.instrument),
         )
 
     def _identification(self, pair: Pair) -> Component:

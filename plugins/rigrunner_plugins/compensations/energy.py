@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Trace
 from rigrunner.api.data import Estimate
 from rigrunner.signal.averaging import jackknife, leave_one_out_means, robust_mean
+from rigrunner.signal.sensor import undivided
 from rigrunner.signal.swings import with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
@@ -77,10 +78,11 @@ class Energy:
             "sensor non-linearity": 4 * accuracy.nonlinearity * torque,
             "support friction under load": self.settings.support_load_dependence * rig,
         }
-        return tuple(
+        parts = tuple(
             Component(name, abs(value) / sqrt(3), inf, "rectangular", common=True)
             for name, value in half_widths.items()
         )
+        return (*parts, *undivided(sweep.instrument))
 
 
 def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Component:

@@ -7,7 +7,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Component, MotionSource
-from rigrunner.signal.sensor import rectangular
+from rigrunner.signal.sensor import rectangular, undivided
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -43,6 +43,7 @@ def sensor_components(
         rectangular("sensor gain", accuracy.gain * gain_acts_on_nm),
         rectangular("sensor non-linearity", accuracy.nonlinearity * instrument.full_scale),
         replace(drift, u=drift.u * sqrt(runs)),
+        *undivided(instrument),
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.instruments import OtherInstrument, RigDescription, TorqueInstrument
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -113,3 +113,9 @@ class RunData:
     """SHA-256 over recordings and measurements, by which other files name this run."""
     measurements: tuple[Measurement, ...] = ()
     """What `measure` steps found, in order."""
+    other_instruments: tuple[OtherInstrument, ...] = ()
+    """The rest of the station's register: load cell, angle encoder, thermometer, ..."""
+    people: Mapping[str, str] = field(default_factory=dict)
+    """Who did what, by role: 'operator'."""
+    approval: Mapping[str, str] = field(default_factory=dict)
+    """The state of the procedure when the run began, as in the run's header."""

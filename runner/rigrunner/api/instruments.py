@@ -2,22 +2,47 @@
 
 from __future__ import annotations
 
+import difflib
 import math
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from rigrunner.api.calibration import (
+    Accuracy,
+    CalibratedRange,
+    CalibrationConditions,
+    CalibrationPoint,
+    StatedTorqueAccuracy,
+    TorqueAccuracy,
+)
+from rigrunner.api.quantity import UNITS, QuantityError
 from rigrunner.api.settings import (
     Angle,
     Frequency,
     IsoDate,
     Length,
+    ListOf,
     MomentOfInertia,
-    Ratio,
     RotationalDamping,
     Settings,
     Torque,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+_OTHER_QUANTITIES = tuple(dict.fromkeys(u.dimension for u in UNITS if u.dimension != "torque"))
+
+
+def _dimension(text: str) -> str:
+    if text not in _OTHER_QUANTITIES:
+        near = difflib.get_close_matches(text, ("torque", *_OTHER_QUANTITIES), n=1)
+        known = f"allowed is torque or one of: {', '.join(_OTHER_QUANTITIES)}"
+        hint = f"did you mean '{near[0]}'?" if near else known
+        raise QuantityError(f"'{text[:40]}' is no quantity", hint=hint)
+    return text
 
 
 class LowPass(Settings):
@@ -31,22 +56,12 @@ class LowPass(Settings):
     """Where its gain is down by 3 dB."""
 
 
-class TorqueAccuracy(Settings):
-    """Limits of error of a torque transducer, each half the width of a rectangular distribution."""
-
-    gain: Annotated[Ratio, Field(ge=0)]
-    """Of the reading."""
-    offset: Annotated[Torque, Field(ge=0)]
-    """Of the zero, before it is taken out by a zero step."""
-    drift: Annotated[Torque, Field(ge=0)]
-    """Of the zero, in the course of a run."""
-    nonlinearity: Annotated[Ratio, Field(ge=0, description="of full scale")]
-
-
-class TorqueInstrument(Settings):
-    """A torque transducer with its amplifier, as the register has it."""
+class Instrument(Settings):
+    """What the register has of any instrument."""
 
     channel: Annotated[str, Field(description="role.channel, such as tester.torque")]
+    id: str = ""
+    """The laboratory's own number of it."""
     maker: str = ""
     """Who made it."""
     type: str = ""
@@ -60,12 +75,139 @@ class TorqueInstrument(Settings):
     calibrated: IsoDate | None = None
     """When it was calibrated."""
     due: IsoDate | None = None
-    """When it is to be calibrated again."""
+    """When it is to be calibrated again; it may be used on that day."""
+    calibration: Literal["simulated", "recorded"] | None = None
+    """Why there is nothing to calibrate: the device is `simulated`, or its values were `recorded`
+    before, and are only read from a file. Left out: the instrument is calibrated."""
+    range_: Annotated[CalibratedRange | None, Field(alias="range")] = None
+    """Between which values the calibration holds."""
+    points: ListOf[CalibrationPoint] = ()
+    """The table of the certificate."""
+    conditions: CalibrationConditions | None = None
+    """In which surroundings the calibration holds."""
+
+    @property
+    def quantity(self) -> str:
+        """The dimension of what it measures, such as 'torque'."""
+        raise NotImplementedError
+
+    @property
+    def name(self) -> str:
+        """The laboratory's number, or else the serial number."""
+        return self.id or self.serial
+
+    @property
+    def calibrated_range(self) -> tuple[float, float] | None:
+        """Lowest and highest value, in SI, for which the calibration holds; None: not stated.
+
+        As entered, or else as far as the calibration points reach, zero included.
+        """
+        if self.range_ is not None:
+            lowest = self.range_.min
+            return (-math.inf if lowest is None else lowest.si), self.range_.max.si
+        if not self.points:
+            return None
+        applied = [point.applied.si for point in self.points]
+        return min(0.0, *applied), max(0.0, *applied)
+
+    @model_validator(mode="after")
+    def _calibrated_before_it_is_due(self) -> Self:
+        if self.calibrated and self.due and self.calibrated > self.due:
+            raise ValueError(f"calibrated ({self.calibrated}) must not be after due ({self.due})")
+        return self
+
+    @model_validator(mode="after")
+    def _one_quantity(self) -> Self:
+        written = [("range", self.range_.max)] if self.range_ else []
+        written += [("points", point.applied) for point in self.points]
+        for name, value in written:
+            if value.dimension != self.quantity:
+                message = (
+                    f"{name} has '{value}', a {value.dimension}; measured is a {self.quantity}"
+                )
+                raise ValueError(message)
+        return self
+
+
+class TorqueInstrument(Instrument):
+    """A torque transducer with its amplifier, with what the analysis needs to know of it."""
+
+    measures: Literal["torque"] = "torque"
+    """The quantity."""
     full_scale: Annotated[Torque, Field(gt=0)]
     """Its nominal torque."""
-    accuracy: TorqueAccuracy
+    accuracy_: Annotated[StatedTorqueAccuracy | None, Field(alias="accuracy")] = None
+    """Its limits of error; needless where there are calibration points."""
     low_pass: LowPass | None = None
     """Methods that undo the filter need it."""
+
+    @model_validator(mode="after")
+    def _has_an_accuracy(self) -> Self:
+        if self.accuracy_ is None and not self.points:
+            raise ValueError("the key 'accuracy' is missing, or calibration 'points'")
+        return self
+
+    @property
+    def quantity(self) -> str:
+        """Torque."""
+        return self.measures
+
+    @property
+    def accuracy(self) -> TorqueAccuracy:
+        """The limits of error: as stated, or else what the calibration points allow.
+
+        Readings are not corrected by the points. So the limit is the greatest of |deviation| + U
+        among them, the same over the whole range (after GUM F.2.4.5).
+        """
+        if self.accuracy_ is not None:
+            return self.accuracy_
+        limits = (abs(p.deviation) + p.k * p.standard_uncertainty for p in self.points)
+        return TorqueAccuracy.in_one_figure(max(limits) / self.full_scale)
+
+    @property
+    def calibrated_range(self) -> tuple[float, float] | None:
+        """Lowest and highest torque, in N·m: both ways alike where `range` has no `min`.
+
+        Where neither range nor points are entered it is full scale, both ways.
+        """
+        found = super().calibrated_range
+        if found is None:
+            return -self.full_scale, self.full_scale
+        lowest, highest = found
+        return (-highest if math.isinf(lowest) else lowest), highest
+
+
+class OtherInstrument(Instrument):
+    """An instrument of any other channel: load cell, angle encoder, thermometer, ..."""
+
+    measures: Annotated[
+        str, AfterValidator(_dimension), Field(json_schema_extra={"enum": list(_OTHER_QUANTITIES)})
+    ]
+    """The quantity, such as force, angle or temperature."""
+    accuracy: Accuracy | None = None
+    """Its limits of error, such as '0.5 % FS', '1 % reading' or '0.2 K'."""
+
+    @property
+    def quantity(self) -> str:
+        """The dimension of what it measures."""
+        return self.measures
+
+
+def _torque_or_other(value: object) -> str:
+    measures = value.get("measures") if isinstance(value, dict) else getattr(value, "quantity", "")
+    return "torque" if measures in {None, "torque"} else "other"
+
+
+AnyInstrument = Annotated[
+    Annotated[TorqueInstrument, Tag("torque")] | Annotated[OtherInstrument, Tag("other")],
+    Discriminator(_torque_or_other),
+]
+"""One entry of the register: a torque transducer unless `measures` says something else."""
+
+
+def torque_instruments(register: Iterable[Instrument]) -> dict[str, TorqueInstrument]:
+    """Return the torque transducers of a register by channel."""
+    return {each.channel: each for each in register if isinstance(each, TorqueInstrument)}
 
 
 class RigDescription(Settings):

@@ -29,7 +29,7 @@ from rigrunner.runfile.measurements import (
     measurements_of,
     write_measurements,
 )
-from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
+from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import read_recording
 
 if TYPE_CHECKING:
@@ -69,6 +69,8 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     write_texts(texts, CALLED, header.called_texts)
     write_texts(entry, "inputs", header.inputs)
     write_texts(entry, "provenance", header.provenance)
+    write_texts(entry, "people", header.people)
+    write_texts(entry, "approval", header.approval)
     write_values(entry, "zeros", *journal.zeros())
     write_measurements(entry, measurements_of(journal.events))
     _write_events(entry, journal.events)
@@ -121,6 +123,8 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
             called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
             inputs=read_texts(entry["inputs"]),
             provenance=read_texts(entry["provenance"]),
+            people=_read_texts(entry, "people"),
+            approval=_read_texts(entry, "approval") or dict(DRAFT),
         ),
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),
@@ -185,6 +189,11 @@ def _write_plot(analysis: h5py.Group, plot: SweepPlot) -> None:
             "axes": ["frequency"],
         }
     )
+
+
+def _read_texts(entry: h5py.Group, name: str) -> dict[str, str]:
+    """Read a table that runs of earlier versions do not have; they read as empty."""
+    return read_texts(entry[name]) if name in entry else {}
 
 
 def _read_document(entry: h5py.Group) -> dict[str, Any] | None:

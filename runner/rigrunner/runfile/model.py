@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping  # noqa: TC003  (read at run time, where records are checked)
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 """The version of the journal and of `run.h5`; a reader refuses a newer one."""
+
+
+DRAFT: Mapping[str, str] = MappingProxyType({"state": "draft"})
+"""The approval of a run of which nothing else is known."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +39,11 @@ class RunHeader:
     inputs: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
     """Versions of program, packages and plugins, identities of devices: name to text."""
+    people: Mapping[str, str] = field(default_factory=dict)
+    """Who did what, by role: 'operator'."""
+    approval: Mapping[str, str] = field(default_factory=lambda: dict(DRAFT))
+    """The state of the procedure: 'state' is 'approved' or 'draft', 'by' and 'utc' say by whom and
+    when, 'sha256' of which texts, 'note' what is to be said of it. Older runs count as drafts."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument, TorqueInstrument
     from rigrunner.yamlfile import Document
 
 
@@ -32,9 +33,14 @@ class LoadedStation:
     text: str
 
     @property
-    def instruments(self) -> dict[str, TorqueInstrument]:
+    def register(self) -> dict[str, Instrument]:
         """The instrument register by channel, 'role.name'."""
         return {each.channel: each for each in self.model.instruments}
+
+    @property
+    def instruments(self) -> dict[str, TorqueInstrument]:
+        """The torque transducers of the register by channel."""
+        return torque_instruments(self.model.instruments)
 
 
 def load_station(path: Path) -> LoadedStation:

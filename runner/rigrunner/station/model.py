@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from rigrunner.api.instruments import RigDescription, TorqueInstrument
+from rigrunner.api.instruments import AnyInstrument, RigDescription
 from rigrunner.api.settings import ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
@@ -36,7 +36,7 @@ class Station(Settings):
     rig: RigDescription
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
     """Role to the device that fills it."""
-    instruments: ListOf[TorqueInstrument] = ()
-    """The register: what is known of each transducer."""
+    instruments: ListOf[AnyInstrument] = ()
+    """The register: what is known of each transducer and of any other instrument."""
     plugins: Text | None = None
     """The folder of the lab's own plugins, relative to the station file."""

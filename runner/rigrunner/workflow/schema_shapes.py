@@ -31,7 +31,7 @@ def with_merged_steps(schema: Schema) -> Schema:
 
     def change(node: Schema) -> Schema:
         choices = [definitions.get(_target(each), {}) for each in node.get("oneOf", ())]
-        if not choices or not all("properties" in choice for choice in choices):
+        if not choices or not all(len(choice.get("properties", ())) == 1 for choice in choices):
             return node
         steps[_STEP] = _one_of_keys(choices, definitions)
         return {"$ref": _POINTER + _STEP}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
+from rigrunner.api.instruments import OtherInstrument, torque_instruments
 from rigrunner.procedure import AnalysisSpec, parse_procedure
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
@@ -76,7 +77,12 @@ def run_data(stored: StoredRun) -> RunData:
         outcome=info.outcome,
         inputs=header.inputs,
         rig=station.rig,
-        instruments={instrument.channel: instrument for instrument in station.instruments},
+        instruments=torque_instruments(station.instruments),
+        other_instruments=tuple(
+            each for each in station.instruments if isinstance(each, OtherInstrument)
+        ),
+        people=header.people,
+        approval=header.approval,
         zeros=stored.zeros,
         recordings=stored.recordings,
         digest=stored.digest,

@@ -11,6 +11,7 @@ import numpy as np
 
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.devices import DeviceContext
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.workflow.study_rigs import FREQUENCIES_HZ, LOAD_N, nested
 
@@ -141,5 +142,5 @@ def _rig(setup: _Setup) -> RigDescription:
 
 
 def _instrument(setup: _Setup) -> TorqueInstrument:
-    (instrument,) = setup.station.instruments
+    (instrument,) = torque_instruments(setup.station.instruments).values()
     return instrument
