@@ -17,6 +17,7 @@ from rigrunner_reports.view.checks import check_rows
 from rigrunner_reports.view.cycles import named_runs, rejections
 from rigrunner_reports.view.fits import fit_views
 from rigrunner_reports.view.frequency_table import frequency_table
+from rigrunner_reports.view.instruments import instruments
 from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.paper import paper_on_this_run
@@ -56,6 +57,8 @@ class Page:
     run_id: str
     simulated: bool
     facts: run.Facts
+    restrictions: tuple[str, ...]
+    overrides: tuple[str, ...]
     warnings: tuple[str, ...]
     headline: head.Headline
     raw: head.Raw | None
@@ -71,7 +74,7 @@ class Page:
     rejections: RejectionTable
     events: tuple[Mapping[str, str], ...]
     notes: tuple[str, ...]
-    instruments: tuple[run.InstrumentRow, ...]
+    instruments: tuple[run.Facts, ...]
     settings: run.Facts
     provenance: run.Facts
     figures: Figures
@@ -86,6 +89,8 @@ def make_page(report: ReportInput) -> Page:
         run_id=result.run.run_id,
         simulated=bool(report.truth),
         facts=run.facts(result),
+        restrictions=run.restrictions(result),
+        overrides=run.overrides(report.events),
         warnings=warnings,
         headline=head.headline(result, points),
         raw=head.raw(result),
@@ -101,7 +106,7 @@ def make_page(report: ReportInput) -> Page:
         rejections=rejections(result),
         events=report.events,
         notes=result.notes,
-        instruments=run.instruments(result.run),
+        instruments=instruments(result.run),
         settings=run.settings(result),
         provenance=_provenance(report),
         figures=_figures(result, points),

@@ -3,38 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner_reports.numbers import plain, with_sign
-
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import LowPass, TorqueInstrument
     from rigrunner.api.results import Result
 
 COMPLETED = "completed"
+APPROVED = "approved"
+OVERRIDE = "override"
 STEP = " \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK} "
 """Between the parts of a setting's path."""
 
 Facts = tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
-class InstrumentRow:
-    """One line of the instrument register."""
-
-    channel: str
-    instrument: str
-    serial: str
-    certificate: str
-    due: str
-    full_scale: str
-    accuracy: str
-    low_pass: str
-    zero: str
 
 
 def facts(result: Result) -> Facts:
@@ -43,9 +26,10 @@ def facts(result: Result) -> Facts:
     pairs = [
         ("Run", run.run_id),
         ("Procedure", f"{run.procedure_id}, revision {run.procedure_revision}"),
+        ("State of the procedure", _state(run)),
         ("Station", f"{run.station_id}, mandrel {run.rig.mandrel}"),
         ("Performed", _period(run.started_utc, run.ended_utc)),
-        *((name.capitalize(), value) for name, value in run.inputs.items()),
+        *((name.capitalize(), value) for name, value in {**run.people, **run.inputs}.items()),
         ("Outcome", run.outcome),
     ]
     if no_load is not None:
@@ -63,6 +47,26 @@ def warnings(result: Result) -> tuple[str, ...]:
     )
 
 
+def restrictions(result: Result) -> tuple[str, ...]:
+    """Return for what the run must not be used, as its procedure was no approved one."""
+    if result.run.approval.get("state") == APPROVED:
+        return ()
+    note = result.run.approval.get("note", "")
+    return (f"Not for certification: {note or 'the procedure of this run was a draft'}.",)
+
+
+def overrides(events: Iterable[Mapping[str, str]]) -> tuple[str, ...]:
+    """Return what was let pass before the run, by whom and why."""
+    return tuple(event["text"] for event in events if event["kind"] == OVERRIDE)
+
+
+def _state(run: RunData) -> str:
+    approval = run.approval
+    if approval.get("state") == APPROVED:
+        return f"approved by {approval['by']} on {approval['utc'][:10]}"
+    return "draft, not for certification"
+
+
 def moment(utc: str) -> str:
     """Return '2026-03-02 09:15:00' of an ISO time."""
     return utc[:19].replace("T", " ")
@@ -74,53 +78,9 @@ def _period(start_utc: str, end_utc: str) -> str:
     return f"{start} to {end[day:] if end[:day] == start[:day] else end} UTC"
 
 
-def instruments(run: RunData) -> tuple[InstrumentRow, ...]:
-    """Return the register's entries, with the zero reading of each."""
-    return tuple(_instrument(run, name, each) for name, each in run.instruments.items())
-
-
 def settings(result: Result) -> Facts:
     """Return the settings of the analysis, one a line."""
     return tuple(_flat(result.settings, ()))
-
-
-def _instrument(run: RunData, name: str, each: TorqueInstrument) -> InstrumentRow:
-    made = " ".join(part for part in (each.maker, each.type) if part)
-    certificate = ", ".join(part for part in (each.certificate, each.laboratory) if part)
-    zero = run.zeros.get(name)
-    return InstrumentRow(
-        channel=name,
-        instrument=made or "not stated",
-        serial=each.serial,
-        certificate=certificate or "not stated",
-        due=_due(run, each),
-        full_scale=f"{plain(each.full_scale)} N·m",
-        accuracy=_accuracy(each),
-        low_pass=_low_pass(each.low_pass),
-        zero="not zeroed" if zero is None else f"{with_sign(zero, 4)} N·m",
-    )
-
-
-def _accuracy(each: TorqueInstrument) -> str:
-    limits = each.accuracy
-    return (
-        f"gain ±{plain(100 * limits.gain)} %, offset ±{plain(limits.offset)} N·m, "
-        f"drift ±{plain(limits.drift)} N·m, "
-        f"non-linearity ±{plain(100 * limits.nonlinearity)} % of full scale"
-    )
-
-
-def _due(run: RunData, each: TorqueInstrument) -> str:
-    if each.due is None:
-        return "not stated"
-    overdue = each.due.isoformat() < run.started_utc[:10]
-    return f"{each.due.isoformat()}{', OVERDUE at this run' if overdue else ''}"
-
-
-def _low_pass(each: LowPass | None) -> str:
-    if each is None:
-        return "not stated"
-    return f"{each.type.capitalize()}, order {each.order}, {plain(each.corner)} Hz"
 
 
 def _flat(value: object, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:

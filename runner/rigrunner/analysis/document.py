@@ -74,6 +74,8 @@ def _run(run: RunData) -> Json:
         "ended_utc": run.ended_utc,
         "outcome": run.outcome,
         "inputs": dict(run.inputs),
+        "people": dict(run.people),
+        "approval": dict(run.approval),
         "zeros": {name: quantity(value, TORQUE) for name, value in run.zeros.items()},
         "instruments": {
             name: {"serial": each.serial, "certificate": each.certificate}

@@ -105,6 +105,8 @@ class Intervention(Event):
     action: str
     by: str
     reason: str = ""
+    subject: str = ""
+    """What it is about, in a sentence: of an override what stood against the run."""
 
 
 @dataclass(frozen=True, kw_only=True)

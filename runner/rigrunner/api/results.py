@@ -124,4 +124,5 @@ class ReportInput:
     provenance: Mapping[str, str]
     """Program and package versions, files and digests, as printed on the report's last page."""
     events: tuple[Mapping[str, str], ...] = ()
-    """Answers, alarms and interventions, each with 'utc', 'kind' and 'text'."""
+    """Answers, alarms and interventions, each with 'utc', 'kind' and 'text'; the kind of an
+    intervention is its action, such as 'override'."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SUMMARIES = {
     "demo": "Run both procedures on the simulated rig and write the report.",
     "run": "Run a procedure on a station.",
+    "approve": "Approve a procedure as it stands, or show who did.",
     "check": "Check a procedure, and how it fits a station, without a rig.",
     "plan": "Show each action of a run, its torque, time and disk.",
     "analyse": "Analyse a stored run again.",

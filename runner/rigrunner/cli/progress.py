@@ -142,8 +142,8 @@ def _tell(event: Event) -> None:
         case Alarm():
             message(f"alarm: {event.source}: {event.text}")
         case Intervention():
-            reason = f": {event.reason}" if event.reason else ""
-            message(f"{event.action} by {event.by}{reason}")
+            told = [text for text in (event.subject, event.reason) if text]
+            message(": ".join((f"{event.action} by {event.by}", *told)))
 
 
 def _new_bar() -> Progress:

@@ -30,7 +30,20 @@ def identity(document: Document) -> str:
     """Return which procedure and which run the result is of."""
     run = document["run"]
     title, name, revision = (run["procedure"][key] for key in ("title", "id", "revision"))
-    return pairs([("procedure", f"{title} ({name}, revision {revision})"), ("run", run["id"])])
+    return pairs(
+        [
+            ("procedure", f"{title} ({name}, revision {revision})"),
+            ("state", _state(run.get("approval", {}))),
+            ("run", run["id"]),
+        ]
+    )
+
+
+def _state(approval: Mapping[str, str]) -> str:
+    """Return the state of the procedure when the run began; of older runs nothing is known."""
+    if approval.get("state") == "approved":
+        return f"approved by {approval['by']} on {approval['utc'][:10]}"
+    return "draft: not for certification"
 
 
 def _headline(document: Document) -> Iterator[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """Runs a plan on a rig, emits events, always makes safe."""
 
 from rigrunner.engine.answers import AnswerSource, UnattendedAnswers
+from rigrunner.engine.overrides import Override
 from rigrunner.engine.run import RunSummary, run_plan
 
-__all__ = ["AnswerSource", "RunSummary", "UnattendedAnswers", "run_plan"]
+__all__ = ["AnswerSource", "Override", "RunSummary", "UnattendedAnswers", "run_plan"]

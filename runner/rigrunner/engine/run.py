@@ -26,11 +26,12 @@ from rigrunner.engine.steps import Measured, perform
 from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.bus import Bus
     from rigrunner.engine.answers import AnswerSource
+    from rigrunner.engine.overrides import Override
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
 
@@ -48,7 +49,7 @@ class RunSummary:
     """The failures after which the run went on because the procedure says so."""
 
 
-def run_plan(  # noqa: PLR0917  (the seven things that a run is made of)
+def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     plan: Plan,
     rig: Rig,
     bus: Bus,
@@ -56,13 +57,14 @@ def run_plan(  # noqa: PLR0917  (the seven things that a run is made of)
     answers: AnswerSource,
     stop: StopToken,
     run_id: str,
+    overrides: Sequence[Override] = (),
 ) -> RunSummary:
     """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
 
     Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
     tried, and then the rig is made safe. Connecting and closing the rig is the caller's.
     """
-    run = _Run(plan, Session(rig, Emitter(bus, clock), answers, stop))
+    run = _Run(plan, Session(rig, Emitter(bus, clock), answers, stop), overrides)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
@@ -77,8 +79,9 @@ def run_plan(  # noqa: PLR0917  (the seven things that a run is made of)
 class _Run:
     """One run in progress; the first error decides its outcome, the others are put on record."""
 
-    def __init__(self, plan: Plan, session: Session) -> None:
+    def __init__(self, plan: Plan, session: Session, overrides: Sequence[Override]) -> None:
         self._plan = plan
+        self._overrides = overrides
         self._session = session
         self._emit = session.emit
         self._noted: list[BaseException] = []
@@ -89,6 +92,9 @@ class _Run:
         """Do all steps up to the teardown, those of called procedures included."""
         steps, seconds = self._plan.steps, self._plan.estimated_s
         self._emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
+        for each in self._overrides:
+            told = {"by": each.by, "reason": each.reason, "subject": each.subject}
+            self._emit(Intervention, action="override", **told)
         for index, step in enumerate(steps):
             if self._noted or (step.phase is Phase.TEARDOWN and not step.calls):
                 return

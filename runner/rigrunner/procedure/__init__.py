@@ -12,6 +12,7 @@ from rigrunner.procedure.loading import (
 )
 from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.questions import Input
+from rigrunner.procedure.texts import texts_digest
 
 __all__ = [
     "Acceptance",
@@ -28,4 +29,5 @@ __all__ = [
     "Procedure",
     "load_procedure",
     "parse_procedure",
+    "texts_digest",
 ]

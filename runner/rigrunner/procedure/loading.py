@@ -11,6 +11,7 @@ from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure.consistency import inconsistencies
 from rigrunner.procedure.model import Procedure
 from rigrunner.procedure.references import resolve, with_given
+from rigrunner.procedure.texts import texts_digest
 from rigrunner.yamlfile import parse, validate
 
 if TYPE_CHECKING:
@@ -48,6 +49,19 @@ class LoadedProcedure:
         for each in self.all_called():
             asked = {**each.model.inputs, **asked}
         return asked
+
+    @property
+    def called_texts(self) -> dict[str, str]:
+        """The text of each procedure that is called, by its path from the folder of this one."""
+        return {
+            Path(each.document.name).relative_to(self.folder).as_posix(): each.text
+            for each in self.all_called()
+        }
+
+    @property
+    def digest_with_called(self) -> str:
+        """SHA-256 over this text and all that is called: what an approval is bound to."""
+        return texts_digest(self.text, self.called_texts)
 
     def all_called(self) -> Iterator[LoadedProcedure]:
         """Yield the procedures that it calls, and that these call."""

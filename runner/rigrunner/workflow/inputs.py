@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Input, LoadedProcedure
     from rigrunner.yamlfile import Document
 
+OPERATOR = "operator"
+"""The input, and the role among the people of a run, of who does it."""
+
 
 def answer_inputs(
     procedure: LoadedProcedure, given: Mapping[str, str], answers: AnswerSource
@@ -29,6 +32,23 @@ def answer_inputs(
     asked = procedure.inputs
     taken = {name: _accepted(procedure, name, given[name]) for name in given}
     return {name: taken.get(name) or _asked(name, asked[name], answers) for name in asked}
+
+
+def with_operator(
+    given: Mapping[str, str], operator: str | None, procedure: LoadedProcedure
+) -> dict[str, str]:
+    """Return the given inputs, with the operator where the procedure asks for one.
+
+    Raises UsageError for an operator without a name, and where two are given.
+    """
+    if operator is None:
+        return dict(given)
+    if not operator.strip():
+        raise UsageError("the operator has no name", hint="such as --operator 'A. Jones'")
+    if given.get(OPERATOR, operator) != operator:
+        both = f"'{given[OPERATOR]}' and '{operator}'"
+        raise UsageError(f"two operators are given: {both}", hint="give one, by --operator")
+    return {**given, OPERATOR: operator} if OPERATOR in procedure.inputs else dict(given)
 
 
 def read_answers(path: Path, procedure: LoadedProcedure) -> dict[str, str]:

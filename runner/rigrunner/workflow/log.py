@@ -65,7 +65,8 @@ def event_text(event: Event) -> str:  # noqa: PLR0911  (one line for each kind o
         case Alarm():
             return f"ALARM {event.source}: {event.text}"
         case Intervention():
-            return f"{event.action} by {event.by}: {event.reason}"
+            about = f"{event.subject}; reason: " if event.subject else ""
+            return f"{event.action} by {event.by}: {about}{event.reason}"
         case RunEnded():
             return f"run {event.outcome}{f': {event.reason}' if event.reason else ''}"
         case _:

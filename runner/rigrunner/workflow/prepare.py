@@ -12,6 +12,7 @@ from rigrunner.plan.actions import Record
 from rigrunner.procedure import InconsistentProcedureError, load_procedure
 from rigrunner.registry import with_drop_ins
 from rigrunner.station import load_station
+from rigrunner.workflow.approval import approval_state
 from rigrunner.workflow.noload import LoadedRun, find_no_load
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
+    from rigrunner.workflow.approval import ApprovalState
 
 _T = TypeVar("_T")
 
@@ -37,6 +39,7 @@ class Planned:
     plan: Plan
     registry: Registry
     clock: Clock
+    approval: ApprovalState
 
     def prediction(self) -> Prediction:
         """Return what torque is to be expected where, and how much disk the run takes."""
@@ -61,9 +64,10 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
         for role, entry in loaded_station.model.devices.items()
     }
     plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
-    if plan is None or problems:
+    approval = problems.without(lambda: approval_state(loaded_procedure))
+    if plan is None or approval is None or problems:
         raise InvalidFileError(problems)
-    return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock)
+    return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock, approval)
 
 
 class _Problems(list[Problem]):

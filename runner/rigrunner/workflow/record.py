@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
@@ -19,6 +18,7 @@ from rigrunner.plan import plan_text
 from rigrunner.rig import Rig
 from rigrunner.runfile import RunHeader, RunWriter, create_run_folder
 from rigrunner.workflow.log import RunLog
+from rigrunner.workflow.overrides import require_overridden
 from rigrunner.workflow.plot import sweep_plot
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.report import write_report
@@ -27,12 +27,12 @@ from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.api.results import Result
-    from rigrunner.engine import AnswerSource, RunSummary
-    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.engine import AnswerSource, Override, RunSummary
     from rigrunner.workflow.prepare import Planned
 
 RESULT_FILE = "result.json"
@@ -84,23 +84,30 @@ def execute(
     answers: AnswerSource,
     stop: StopToken,
     listeners: Sequence[EventSink] = (),
+    operator: str = "",
+    overrides: Sequence[Override] = (),
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
-    Raises a DeviceError if the rig cannot be connected or another run has it, and DataError if the
-    folder cannot be made; from then on what happens is in the FinishedRun, and the rig is made safe
-    on every way.
+    `operator` is who does it, or else the input of that name. Raises InvalidFileError where a
+    calibration keeps the run from starting and is not overridden, a DeviceError if the rig cannot
+    be connected or another run has it, and DataError if the folder cannot be made; from then on
+    what happens is in the FinishedRun, and the rig is made safe on every way.
     """
+    require_overridden(planned, overrides)
+    people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
     errors: list[BaseException] = []
     with rig_lock(planned):
         rig = Rig(planned.devices, planned.clock)
         identified = rig.connect()
         try:
-            writer = _new_folder(planned, runs, inputs, identified)
+            writer = _new_folder(planned, runs, inputs, people, identified)
             with RunLog(writer.folder / "run.log") as log:
                 bus = Bus(critical=[writer], guarded=[log, *listeners])
                 run_id = writer.folder.name
-                summary = run_plan(planned.plan, rig, bus, planned.clock, answers, stop, run_id)
+                summary = run_plan(
+                    planned.plan, rig, bus, planned.clock, answers, stop, run_id, overrides
+                )
         finally:
             rig.make_safe()
             with _kept(errors):
@@ -111,7 +118,11 @@ def execute(
 
 
 def _new_folder(
-    planned: Planned, runs: Path, inputs: Mapping[str, str], identified: Mapping[str, Identity]
+    planned: Planned,
+    runs: Path,
+    inputs: Mapping[str, str],
+    people: Mapping[str, str],
+    identified: Mapping[str, Identity],
 ) -> RunWriter:
     procedure, station = planned.procedure, planned.station
     started = planned.clock.utc()
@@ -126,19 +137,13 @@ def _new_folder(
         procedure_text=procedure.text,
         station_text=station.text,
         plan_text=plan_text(planned.plan),
-        called_texts=_called_texts(procedure),
+        called_texts=procedure.called_texts,
         inputs=inputs,
+        people=people,
+        approval=planned.approval.texts(),
         provenance=software(planned.registry) | identities(identified),
     )
     return RunWriter(folder, header)
-
-
-def _called_texts(procedure: LoadedProcedure) -> dict[str, str]:
-    """Return the text of each called procedure by its path from the folder of the caller."""
-    return {
-        Path(each.document.name).relative_to(procedure.folder).as_posix(): each.text
-        for each in procedure.all_called()
-    }
 
 
 def _finish(

@@ -80,7 +80,9 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
             question = event.text
         elif isinstance(event, Answer):
             yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
-        elif isinstance(event, (Alarm, Intervention, Note)):
+        elif isinstance(event, Intervention):
+            yield _line(event, event.action, event_text(event))
+        elif isinstance(event, (Alarm, Note)):
             yield _line(event, type(event).__name__.lower(), event_text(event))
         elif isinstance(event, RunEnded):
             yield _line(event, "end", event_text(event))

@@ -14,6 +14,7 @@ from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from rigrunner.api.results import Result
@@ -62,6 +63,11 @@ def analyse_run(path: Path, registry: Registry, no_load: Path | None = None) -> 
     )
 
 
+def _operator(inputs: Mapping[str, str]) -> dict[str, str]:
+    """Return who did a run of which only its inputs say so."""
+    return {"operator": inputs["operator"]} if inputs.get("operator") else {}
+
+
 def run_data(stored: StoredRun) -> RunData:
     """Return what an analysis may know of a stored run."""
     header, info = stored.header, stored.info
@@ -81,7 +87,7 @@ def run_data(stored: StoredRun) -> RunData:
         other_instruments=tuple(
             each for each in station.instruments if isinstance(each, OtherInstrument)
         ),
-        people=header.people,
+        people=header.people or _operator(header.inputs),
         approval=header.approval,
         zeros=stored.zeros,
         recordings=stored.recordings,

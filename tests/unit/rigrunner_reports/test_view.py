@@ -18,6 +18,7 @@ from helpers_report import (
     report_input,
 )
 from rigrunner.api.analysis import MotionSource
+from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.api.results import Verdict
 from rigrunner_reports.view import headline as head
 from rigrunner_reports.view import run
@@ -26,6 +27,7 @@ from rigrunner_reports.view.checks import check_rows
 from rigrunner_reports.view.cycles import rejections
 from rigrunner_reports.view.fits import fit_views
 from rigrunner_reports.view.frequency_table import frequency_table
+from rigrunner_reports.view.instruments import instruments
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.points import set_points, true_parameter, true_torque
 
@@ -222,17 +224,77 @@ def test_fits_have_coefficients_with_uncertainty_or_a_reason(result):
 def test_an_overdue_instrument_is_called_overdue(result):
     late = INSTRUMENT.model_copy(update={"due": date(2026, 3, 1)})
     on_the_day = INSTRUMENT.model_copy(update={"due": date(2026, 3, 2)})
-    rows = run.instruments(replace(result.run, instruments={"a": late, "b": on_the_day}))
-    assert [row.due for row in rows] == ["2026-03-01, OVERDUE at this run", "2026-03-02"]
-    assert [row.zero for row in rows] == ["not zeroed", "not zeroed"]
+    unzeroed = replace(result.run, instruments={"a": late, "b": on_the_day}, zeros={})
+    rows = [dict(facts) for facts in instruments(unzeroed)]
+    assert [row["Calibration due"] for row in rows] == [
+        "2026-03-01, OVERDUE at this run",
+        "2026-03-02",
+    ]
+    assert [row["Zero taken off"] for row in rows] == ["not zeroed", "not zeroed"]
 
 
 def test_accuracy_limits_are_shown_in_their_units(result):
-    (row,) = run.instruments(result.run)
-    assert row.accuracy == (
+    (row,) = map(dict, instruments(result.run))
+    assert row["Accuracy"] == (
         "gain ±0.3 %, offset ±0.02 N·m, drift ±0.02 N·m, non-linearity ±0.05 % of full scale"
     )
-    assert (row.low_pass, row.zero) == ("Butterworth, order 2, 1000 Hz", "+0.0123 N·m")
+    assert row["Low-pass filter"] == "Butterworth, order 2, 1000 Hz"
+    assert row["Zero taken off"] == "+0.0123 N·m"
+
+
+def test_an_entry_says_what_its_calibration_covers(result):
+    cell = {
+        "channel": "tester.load",
+        "measures": "force",
+        "id": "LC-3",
+        "serial": "77",
+        "certificate": "D-1",
+        "laboratory": "A lab",
+        "calibrated": "2026-01-02",
+        "due": "2027-01-02",
+        "range": {"min": "100 N", "max": "5 kN"},
+        "accuracy": "0.1 % FS",
+    }
+    angle = {"channel": "t.angle", "measures": "angle", "serial": "1", "calibration": "simulated"}
+    others = tuple(OtherInstrument.model_validate(each) for each in (cell, angle))
+    load, encoder = map(dict, instruments(replace(result.run, other_instruments=others))[1:])
+    assert load["Number"] == "LC-3"
+    assert load["Certificate"] == "D-1, A lab"
+    assert (load["Calibrated"], load["Calibration due"]) == ("2026-01-02", "2027-01-02")
+    assert (load["Calibrated range"], load["Accuracy"]) == ("100 N to 5 kN", "±0.1 % FS")
+    assert encoder["Calibration"] == "none: the instrument is simulated"
+
+
+def test_an_accuracy_in_one_figure_says_where_it_is_from(result):
+    points = [{"applied": "5 N·m", "indicated": "5.04 N·m", "U": "0.01 N·m"}]
+    entry = {"channel": "t.torque", "serial": "1", "full_scale": "10 N·m"}
+    for told, words in (
+        ({"accuracy": "0.5 % FS"}, "±0.5 % of full scale"),
+        ({"points": points}, "±0.5 % of full scale, from the calibration points"),
+    ):
+        found = TorqueInstrument.model_validate(entry | told)
+        (row,) = map(dict, instruments(replace(result.run, instruments={"t.torque": found})))
+        assert row["Accuracy"] == words
+
+
+def test_a_run_on_a_draft_is_not_for_certification(result):
+    approved = {"state": "approved", "by": "A. Jones", "utc": "2026-02-01T10:00:00Z"}
+    changed = {"state": "draft", "note": "the procedure was changed after its approval"}
+    of = {
+        name: replace(result, run=replace(result.run, approval=approval))
+        for name, approval in (("approved", approved), ("changed", changed), ("unknown", {}))
+    }
+    assert run.restrictions(of["approved"]) == ()
+    assert "changed after its approval" in run.restrictions(of["changed"])[0]
+    assert "Not for certification" in run.restrictions(of["unknown"])[0]
+    assert dict(run.facts(of["approved"]))["State of the procedure"] == (
+        "approved by A. Jones on 2026-02-01"
+    )
+
+
+def test_what_was_let_pass_stands_above_the_number():
+    events = [{"utc": "", "kind": kind, "text": kind} for kind in ("note", "override", "abort")]
+    assert run.overrides(events) == ("override",)
 
 
 def test_a_period_over_midnight_has_both_dates(result):

@@ -21,14 +21,19 @@ def command(procedure: str, station: str | None) -> None:
     """
     from rigrunner.cli.planning import planned_run
     from rigrunner.procedure import load_procedure
+    from rigrunner.workflow.approval import approval_state
+    from rigrunner.workflow.overrides import require_overridden
 
     path = find_procedure(procedure)
     if station is None:
-        model = load_procedure(path).model
+        loaded = load_procedure(path)
         result(
-            f"{path}: {model.id} is valid; with --station its plugins and limits are checked too"
+            f"{path}: {loaded.model.id} is valid; with --station its plugins and limits are"
+            f" checked too\n{approval_state(loaded).sentence()}"
         )
         return
     planned = planned_run(path, find_station(station))
+    require_overridden(planned, ())
     steps, seconds = planned.plan.steps, planned.plan.estimated_s
     result(f"{path}: can be run on {station}: {len(steps)} steps, {clock_text(seconds)}")
+    result(planned.approval.sentence())

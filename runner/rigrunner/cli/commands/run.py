@@ -38,6 +38,16 @@ if TYPE_CHECKING:
 )
 @click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
 @click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@click.option("--operator", metavar="NAME", help="Who does the run.")
+@click.option(
+    "--override",
+    "overridden",
+    multiple=True,
+    metavar="INSTRUMENT",
+    help="Start although this instrument's calibration is overdue, missing or out of range.",
+)
+@click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
+@click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
 @json_option
 def command(
     procedure: str,
@@ -46,6 +56,10 @@ def command(
     given: tuple[str, ...],
     no_load: str | None,
     *,
+    overridden: tuple[str, ...],
+    operator: str | None,
+    by: str,
+    reason: str,
     answers_file: Path | None,
     unattended: bool,
     realtime: bool,
@@ -57,18 +71,23 @@ def command(
     """
     from rigrunner.cli.answers import TerminalAnswers
     from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.output import message
     from rigrunner.cli.planning import planned_run
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
-    from rigrunner.workflow.inputs import answer_inputs, read_answers
+    from rigrunner.workflow.inputs import answer_inputs, read_answers, with_operator
+    from rigrunner.workflow.overrides import overrides_for
     from rigrunner.workflow.prepare import no_load_for
     from rigrunner.workflow.record import execute
 
-    named = named_values(given)
     planned = planned_run(find_procedure(procedure), find_station(station), realtime=realtime)
+    overrides = overrides_for(planned, overridden, by, reason)
+    named = with_operator(named_values(given), operator, planned.procedure)
     filed = read_answers(answers_file, planned.procedure) if answers_file else {}
     chosen = no_load_for(planned, runs, no_load)
+    if planned.approval.is_draft:
+        message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     with stop_on_signals() as stop, shown_progress() as progress:
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
         finished = execute(
@@ -79,6 +98,8 @@ def command(
             answers=answers,
             stop=stop,
             listeners=[progress],
+            operator=operator or "",
+            overrides=overrides,
         )
     tell_finished(finished, as_json=as_json)
     return finished.exit_code

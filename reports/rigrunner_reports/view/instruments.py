@@ -1,0 +1,103 @@
+"""The instrument register: what each instrument is, and what its calibration says."""
+
+from __future__ import annotations
+
+from math import isinf
+from typing import TYPE_CHECKING
+
+from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.quantity import readable
+from rigrunner_reports.numbers import plain, with_sign
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.data import RunData
+    from rigrunner.api.instruments import Instrument, LowPass, OtherInstrument
+
+Facts = tuple[tuple[str, str], ...]
+
+NO_CALIBRATION = {
+    "simulated": "none: the instrument is simulated",
+    "recorded": "none at this run: the values were recorded before it",
+}
+
+
+def instruments(run: RunData) -> tuple[Facts, ...]:
+    """Return the register's entries, each as name and text of what is known of it."""
+    registered = (*run.instruments.values(), *run.other_instruments)
+    return tuple(tuple(_facts(run, each)) for each in registered)
+
+
+def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
+    made = " ".join(part for part in (each.maker, each.type) if part)
+    yield "Channel", each.channel
+    yield "Instrument", made or "not stated"
+    if each.id:
+        yield "Number", each.id
+    yield "Serial number", each.serial
+    yield from _calibration(run, each)
+    yield "Calibrated range", _range(each)
+    if isinstance(each, TorqueInstrument):
+        yield from _torque_facts(run, each)
+    else:
+        yield "Accuracy", _stated(each)
+
+
+def _calibration(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
+    if each.calibration is not None:
+        yield "Calibration", NO_CALIBRATION[each.calibration]
+        return
+    certificate = ", ".join(part for part in (each.certificate, each.laboratory) if part)
+    yield "Certificate", certificate or "not stated"
+    yield "Calibrated", each.calibrated.isoformat() if each.calibrated else "not stated"
+    yield "Calibration due", _due(run, each)
+
+
+def _due(run: RunData, each: Instrument) -> str:
+    if each.due is None:
+        return "not stated"
+    overdue = each.due.isoformat() < run.started_utc[:10]
+    return f"{each.due.isoformat()}{', OVERDUE at this run' if overdue else ''}"
+
+
+def _range(each: Instrument) -> str:
+    bounds = each.calibrated_range
+    if bounds is None or not (each.range_ or each.points):
+        return "not stated"
+    lowest, highest = bounds
+    top = str(readable(highest, each.quantity))
+    return f"up to {top}" if isinf(lowest) else f"{readable(lowest, each.quantity)} to {top}"
+
+
+def _torque_facts(run: RunData, each: TorqueInstrument) -> Iterator[tuple[str, str]]:
+    zero = run.zeros.get(each.channel)
+    yield "Full scale", f"{plain(each.full_scale)} N·m"
+    yield "Accuracy", _accuracy(each)
+    yield "Low-pass filter", _low_pass(each.low_pass)
+    yield "Zero taken off", "not zeroed" if zero is None else f"{with_sign(zero, 4)} N·m"
+
+
+def _accuracy(each: TorqueInstrument) -> str:
+    limits = each.accuracy
+    if limits.of_full_scale:
+        points = ", from the calibration points" if each.accuracy_ is None else ""
+        return f"±{plain(100 * limits.of_full_scale)} % of full scale{points}"
+    return (
+        f"gain ±{plain(100 * limits.gain)} %, offset ±{plain(limits.offset)} N·m, "
+        f"drift ±{plain(limits.drift)} N·m, "
+        f"non-linearity ±{plain(100 * limits.nonlinearity)} % of full scale"
+    )
+
+
+def _stated(each: OtherInstrument | Instrument) -> str:
+    stated = getattr(each, "accuracy", None)
+    if stated:
+        return f"±{stated}"
+    return "as of the calibration points" if each.points else "not stated"
+
+
+def _low_pass(each: LowPass | None) -> str:
+    if each is None:
+        return "not stated"
+    return f"{each.type.capitalize()}, order {each.order}, {plain(each.corner)} Hz"

@@ -1,0 +1,46 @@
+"""`rigrunner approve`: a person approves a procedure as it stands, or its state is shown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import procedure_argument
+from rigrunner.workflow.locate import find_procedure
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+
+@click.command(name="approve")
+@procedure_argument
+@click.option("--by", metavar="NAME", help="Who approves it.")
+@click.option(
+    "--date",
+    "on",
+    type=click.DateTime(["%Y-%m-%d"]),
+    metavar="DATE",
+    help="When, such as 2026-01-31; now if it is left out.",
+)
+@click.option("--show", is_flag=True, help="Show the state, and change nothing.")
+def command(procedure: str, by: str | None, on: datetime | None, *, show: bool) -> None:
+    """Approve a procedure as it stands, with all that it calls.
+
+    The approval is kept in a file beside it. Once the procedure is edited it is a draft again.
+    """
+    from rigrunner.api.errors import UsageError
+    from rigrunner.cli.output import message, result
+    from rigrunner.clock import WallClock
+    from rigrunner.procedure import load_procedure
+    from rigrunner.workflow.approval import approval_state, approve, moment_of
+
+    if show == bool(by or on):
+        raise UsageError("say who approves, or --show", hint="such as --by 'A. Jones'")
+    loaded = load_procedure(find_procedure(procedure))
+    if not show:
+        day = on.date() if on else None
+        path = approve(loaded, by or "", moment_of(day, WallClock().utc()))
+        message(f"Wrote {path}.")
+    model, state = loaded.model, approval_state(loaded)
+    result(f"{model.id}, revision {model.revision}: {state.sentence()}")

@@ -1,0 +1,77 @@
+"""Starting a run although a calibration lacks something: by name and with a reason, on record."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import InvalidFileError, UsageError
+from rigrunner.engine import Override
+from rigrunner.workflow.calibration import calibration_findings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rigrunner.workflow.calibration import Finding
+    from rigrunner.workflow.prepare import Planned
+
+
+def overrides_for(
+    planned: Planned, wanted: Sequence[str], by: str, reason: str
+) -> tuple[Override, ...]:
+    """Return what lets a planned run start; none where nothing stands against it.
+
+    `wanted` names instruments (channel, number or serial number) or what is lacking (missing,
+    overdue, range). Raises InvalidFileError with all that is not overridden, and UsageError for an
+    override that nobody answers for, that has no reason, or that fits nothing.
+    """
+    by, reason = by.strip(), reason.strip()
+    _check_answered_for(wanted, by, reason)
+    findings = calibration_findings(planned)
+    for word in wanted:
+        if not any(_means(word, finding) for finding in findings):
+            raise UsageError(f"'--override {word}' fits nothing", hint=_open(findings))
+    found = tuple(
+        Override(_key(finding), finding.problem.message, by, reason)
+        for finding in findings
+        if any(_means(word, finding) for word in wanted)
+    )
+    require_overridden(planned, found)
+    return found
+
+
+def require_overridden(planned: Planned, overrides: Iterable[Override]) -> None:
+    """Raise InvalidFileError with all that keeps a run from starting and is not overridden."""
+    known = {each.what for each in overrides}
+    left = [each.problem for each in calibration_findings(planned) if _key(each) not in known]
+    if left:
+        raise InvalidFileError(left)
+
+
+def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
+    if wanted and not (by and reason):
+        missing = " and ".join(
+            option for option, given in (("--by NAME", by), ("--reason TEXT", reason)) if not given
+        )
+        raise UsageError(
+            f"an override needs {missing}", hint="both stand in the run file and on the report"
+        )
+    if (by or reason) and not wanted:
+        raise UsageError(
+            "--by and --reason belong to an override, and there is none",
+            hint="say what is overridden: --override INSTRUMENT, or leave them out",
+        )
+
+
+def _means(word: str, finding: Finding) -> bool:
+    return word == finding.lack or word in finding.names
+
+
+def _key(finding: Finding) -> str:
+    return f"{finding.lack} {finding.channel}"
+
+
+def _open(findings: Iterable[Finding]) -> str:
+    what = [f"{finding.names[-1]} ({finding.lack})" for finding in findings]
+    if not what:
+        return "nothing keeps this run from starting"
+    return f"what keeps this run from starting: {', '.join(what)}"

@@ -1,0 +1,177 @@
+"""A calibration that is missing, overdue or too short of range keeps a run from starting."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from helpers_language import problems_of
+from helpers_register import bench, planned
+from rigrunner.api.errors import InvalidFileError, UsageError
+from rigrunner.api.events import Intervention
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.runfile import read
+from rigrunner.workflow.calibration import calibration_findings, entering_channels
+from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.overrides import overrides_for
+from rigrunner.workflow.record import execute
+
+# what is changed in the register, what is lacking, what is said, the field
+CASES = {
+    "overdue": (
+        ("due: 2026-06-01\n    full_scale", "due: 2026-02-28\n    full_scale"),
+        "overdue", "the calibration of TQ-7 (tester.torque) was due on 2026-02-28, 1 day before",
+        "instruments[0].due",
+    ),
+    "no due date": (
+        ("    due: 2026-06-01\n    full_scale", "    full_scale"),
+        "missing", "TQ-7 (tester.torque) has no due", "instruments[0]",
+    ),
+    "no certificate": (
+        ("    certificate: D-K-2\n    due: 2026-06-01\n", ""),
+        "missing", "A-1 (tester.angle) has no certificate and no due", "instruments[1]",
+    ),
+    "not in the register": (
+        ("channel: tester.load", "channel: tester.spare"),
+        "missing", "there is no instrument for tester.load, whose value enters the result",
+        "instruments",
+    ),
+    "said to be simulated": (
+        ("    due: 2026-06-01\n    full_scale", "    calibration: simulated\n    full_scale"),
+        "missing", "TQ-7 (tester.torque) is entered as simulated, but 'bench_tester' is a device",
+        "instruments[0].calibration",
+    ),
+    "calibrated tomorrow": (
+        ("calibrated: 2025-06-01", "calibrated: 2026-03-02"),
+        "missing", "has its calibration on 2026-03-02, which is to come",
+        "instruments[0].calibrated",
+    ),
+    "torque beyond": (
+        ("full_scale: 10 N·m", "full_scale: 10 N·m\n    range: {max: 5 N·m}"),
+        "range", "is calibrated from -5 N·m to 5 N·m, but recording", "instruments[0].range",
+    ),
+    "one direction only": (
+        ("full_scale: 10 N·m", "full_scale: 10 N·m\n    range: {min: 0 N·m, max: 10 N·m}"),
+        "range", "is calibrated from 0 N·m to 10 N·m, but recording", "instruments[0].range",
+    ),
+    "load below": (
+        ("min: 100 N", "min: 1500 N"),
+        "range", "(tester.load) is calibrated from 1500 N to 5 kN, but tester.load is set to 1 kN",
+        "instruments[2].range",
+    ),
+    "swing beyond": (
+        ("{min: -5 deg, max: 5 deg}", "{min: -2 deg, max: 2 deg}"),
+        "range", "A-1 (tester.angle) is calibrated from -2 deg to 2 deg, but the swing goes to",
+        "instruments[1].range",
+    ),
+    "no range": (
+        ("    range: {min: 100 N, max: 5 kN}\n", ""),
+        "range", "LC-3 (tester.load) has no calibrated range", "instruments[2]",
+    ),
+}  # fmt: skip
+
+
+def test_the_channels_whose_values_enter_the_result(tmp_path):
+    found = planned(tmp_path, bench(tmp_path))
+    assert set(entering_channels(found)) == {"tester.angle", "tester.torque", "tester.load"}
+
+
+def test_a_calibrated_register_lets_the_run_start(tmp_path):
+    assert calibration_findings(planned(tmp_path, bench(tmp_path))) == ()
+
+
+def test_an_instrument_may_be_used_on_the_day_when_it_is_due(tmp_path):
+    station = bench(tmp_path, ("due: 2026-06-01", "due: 2026-03-01"))
+    assert calibration_findings(planned(tmp_path, station)) == ()
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_what_a_calibration_lacks(tmp_path, case):
+    change, lack, message, field = case
+    (finding,) = calibration_findings(planned(tmp_path, bench(tmp_path, change)))
+    assert finding.lack == lack
+    assert message in finding.problem.message
+    assert finding.problem.field == field
+    assert finding.problem.location.file == str(tmp_path / "station.yaml")
+    assert "or start with --override" in finding.problem.hint
+
+
+def test_nothing_has_to_be_entered_for_a_simulated_device(tmp_path):
+    gone = bench(tmp_path, ("plugin: bench_tester", "plugin: swing_tester_sim"))
+    text = gone.read_text(encoding="utf-8")
+    gone.write_text(text[: text.index("  - channel: tester.angle")], encoding="utf-8")
+    assert calibration_findings(planned(tmp_path, gone)) == ()
+
+
+def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
+    changes = ("plugin: bench_tester", "plugin: swing_tester_sim"), ("2026-06-01", "2026-02-01")
+    found = calibration_findings(planned(tmp_path, bench(tmp_path, *changes)))
+    assert [(each.lack, each.channel) for each in found] == [
+        ("overdue", "tester.angle"),
+        ("overdue", "tester.torque"),
+        ("overdue", "tester.load"),
+    ]
+
+
+def do(plan, runs, overrides=()):
+    answers = UnattendedAnswers()
+    inputs = answer_inputs(plan.procedure, {}, answers)
+    stop = threading.Event()
+    return execute(
+        plan, runs=runs, inputs=inputs, no_load=None, answers=answers, stop=stop,
+        operator="B. Lee", overrides=overrides,
+    )  # fmt: skip
+
+
+def overdue(tmp_path):
+    station = bench(tmp_path, ("due: 2026-06-01", "due: 2026-02-01"))
+    return planned(tmp_path, station, "no_load_inertia_sweep")
+
+
+def test_nothing_is_connected_before_the_register_is_in_order(tmp_path):
+    with pytest.raises(InvalidFileError) as caught:
+        do(overdue(tmp_path), tmp_path / "runs")
+    assert len(caught.value.problems) == 3
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    "wanted", [["overdue"], ["tester.torque", "A-1", "LC-3"], ["T-1", "tester.angle", "L-1"]]
+)
+def test_an_override_stands_in_run_file_and_report(tmp_path, wanted):
+    plan = overdue(tmp_path)
+    overrides = overrides_for(plan, wanted, "A. Jones", "Certificates are on their way")
+    finished = do(plan, tmp_path / "runs", overrides)
+
+    stored = read(finished.folder)
+    found = [each for each in stored.events if isinstance(each, Intervention)]
+    assert [(each.action, each.by) for each in found] == [("override", "A. Jones")] * 3
+    assert {each.reason for each in found} == {"Certificates are on their way"}
+    assert any("TQ-7 (tester.torque) was due on 2026-02-01" in each.subject for each in found)
+    assert stored.header.people == {"operator": "B. Lee"}
+    report = finished.report.read_text(encoding="utf-8")
+    assert report.count("Deviation:") == 3
+    assert "OVERDUE at this run" in report
+    assert finished.result.run.people == {"operator": "B. Lee"}
+
+
+@pytest.mark.parametrize(
+    ("wanted", "by", "reason", "message"),
+    [
+        (["overdue"], "", "", "needs --by NAME and --reason TEXT"),
+        (["overdue"], "A. Jones", "  ", "needs --reason TEXT"),
+        (["overdue"], " ", "why", "needs --by NAME"),
+        ([], "A. Jones", "", "belong to an override"),
+        (["overdue", "range"], "A. Jones", "why", "'--override range' fits nothing"),
+        (["TQ-8"], "A. Jones", "why", "'--override TQ-8' fits nothing"),
+    ],
+)
+def test_an_override_that_is_none(tmp_path, wanted, by, reason, message):
+    with pytest.raises(UsageError, match=message):
+        overrides_for(overdue(tmp_path), wanted, by, reason)
+
+
+def test_what_is_not_overridden_is_told(tmp_path):
+    problems = problems_of(overrides_for, overdue(tmp_path), ["TQ-7", "LC-3"], "A. Jones", "why")
+    assert [problem.field for problem in problems] == ["instruments[1].due"]
