@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 )
 @click.option("--show", is_flag=True, help="Show the state, and change nothing.")
 def command(procedure: str, by: str | None, on: datetime | None, *, show: bool) -> None:
-    """Approve a procedure as it stands, with all that it calls.
+    """Approve a procedure as it stands, or show who did.
 
-    The approval is kept in a file beside it. Once the procedure is edited it is a draft again.
+    The approval is kept in a file beside it. Once the procedure, or one that it calls, is edited,
+    it is a draft again.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner.cli.output import message, result
