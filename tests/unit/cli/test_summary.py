@@ -87,6 +87,7 @@ def test_a_run_without_compensation_shows_its_peaks_and_their_fits():
 def test_the_result_says_whose_it_is():
     assert identity(LOADED).splitlines() == [
         "procedure  A test (P, revision A)",
+        "state      draft: not for certification",
         "run        R1",
     ]
 
