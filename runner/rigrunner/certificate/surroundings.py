@@ -10,8 +10,9 @@ from rigrunner.certificate.numerals import printed
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.calibration import TorqueAccuracy
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import TorqueAccuracy, TorqueInstrument
+    from rigrunner.api.instruments import TorqueInstrument
 
 _KELVIN = 273.15
 _SHOWN: Mapping[str, tuple[str, float, float, int]] = {
@@ -77,6 +78,8 @@ def _entry(channel: str, each: TorqueInstrument, day: str) -> InstrumentEntry:
 
 
 def _accuracy(limits: TorqueAccuracy) -> dict[str, str]:
+    if limits.of_full_scale:
+        return {"of full scale": f"±{100 * limits.of_full_scale:.6g} %"}
     return {
         "gain": f"±{100 * limits.gain:.6g} %",
         "offset": f"±{limits.offset:.6g} N·m",
