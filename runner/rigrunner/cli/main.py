@@ -27,6 +27,7 @@ SUMMARIES = {
     "certify": "Issue a certificate on a stored run.",
     "runs": "List the stored runs.",
     "show": "Show what a stored run holds and found.",
+    "diff": "Tell in words what changed between two procedures or two runs.",
     "plugins": "List the plugins and what each can be told.",
     "init": "Make a lab folder with station, procedures and a plugin.",
     "schema": "Print the JSON Schema of procedures, stations, letterheads, orders or certificates.",

@@ -1,0 +1,54 @@
+"""`rigrunner diff`: what changed between two procedures or two runs, in words."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import json_option, runs_option
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.api.errors import ExitCode
+    from rigrunner.workflow.diff import Comparison
+
+
+@click.command(name="diff")
+@click.argument("before", metavar="A")
+@click.argument("after", metavar="B")
+@runs_option
+@json_option
+def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
+    """Tell in words what changed between two procedures or two runs.
+
+    A and B are procedures, or stored runs. Ends with 0 where nothing changed that matters, and
+    with 1 otherwise. Results matter where they differ by more than their combined uncertainty.
+    """
+    from rigrunner.api.errors import ExitCode
+    from rigrunner.cli.output import result, result_json
+    from rigrunner.workflow.diff import compare
+
+    found = compare(before, after, runs)
+    if as_json:
+        told = [asdict(each) for each in found.changes]
+        result_json({"a": found.before, "b": found.after, "same": found.same, "changes": told})
+    else:
+        result("\n".join(_lines(found)))
+    return ExitCode.PASS if found.same else ExitCode.FAIL
+
+
+def _lines(found: Comparison) -> Iterator[str]:
+    yield f"A  {found.before}"
+    yield f"B  {found.after}"
+    for section, group in groupby(found.changes, key=lambda each: each.section):
+        yield f"\n{section}"
+        for each in group:
+            yield f"  {each.text}"
+    yield ""
+    count = sum(each.matters for each in found.changes)
+    yield found.verdict if found.same else f"{count} difference{'s' if count > 1 else ''}"

@@ -1,0 +1,91 @@
+"""How far two results are apart, against what they are uncertain by."""
+
+from __future__ import annotations
+
+from math import hypot, inf, sqrt
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.workflow.diff_tree import Change, changes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    Json = Mapping[str, Any]
+
+SECTION = "results"
+
+
+def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
+    """Yield how the results of two runs differ, from their result documents.
+
+    Each value is compared by E_n = |difference| / sqrt(U1² + U2²), with the expanded uncertainties
+    (ISO/IEC 17043:2023, B.3.1.3; ISO 13528:2022, 9.7): above 1 they do not agree. It takes the
+    two as independent; what they have in common, such as the sensor, makes them agree better.
+    """
+    if before is None or after is None:
+        yield from changes(SECTION, _presence(before), _presence(after))
+        return
+    yield from changes(SECTION, _verdict(before), _verdict(after), ("verdict",))
+    yield from changes(SECTION, _method(before), _method(after), ("method",))
+    name = before["measurand"]["name"]
+    yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
+    first, second = _by_frequency(before), _by_frequency(after)
+    for frequency in sorted(set(first) & set(second)):
+        yield from _apart(f"at {frequency:g} Hz", first[frequency], second[frequency])
+
+
+def _presence(document: Json | None) -> str:
+    return "no result" if document is None else "a result"
+
+
+def _verdict(document: Json) -> str:
+    return str((document["decision"] or {}).get("verdict", "no verdict"))
+
+
+def _method(document: Json) -> str:
+    return str(document["headline"]["method"] or "")
+
+
+def _by_frequency(document: Json) -> dict[float, Json | None]:
+    """Return the torque at each set-point: compensated by the primary method, or else the peak."""
+    method = document["compensations"].get(_method(document))
+    points = document["points"]
+    if method and method["points"]:
+        values = [point["torque"] for point in method["points"]]
+    else:
+        values = [_raw_peak(point["raw_peak"]) for point in points]
+    frequencies = [point["set_frequency"]["value"] for point in points]
+    return dict(zip(frequencies, values, strict=False))
+
+
+def _raw_peak(peak: Json) -> Json:
+    """Return a mean peak with the expanded uncertainty of its scatter (GUM 4.2.3, G.3.4).
+
+    What the sensor adds is not in it.
+    """
+    kept, deviation = peak["cycles_kept"], peak["standard_deviation"]["value"]
+    known = kept > 1 and deviation is not None
+    expanded = coverage_factor(kept - 1) * deviation / sqrt(kept) if known else None
+    return {**peak["mean"], "expanded_uncertainty_95": expanded, "note": " from scatter alone"}
+
+
+def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Change]:
+    if not before or not after or before["value"] is None or after["value"] is None:
+        return
+    difference = after["value"] - before["value"]
+    unit = after["unit"]
+    values = f"{before['value']:.4f} and {after['value']:.4f} {unit}: {difference:+.4f} {unit}"
+    if difference == 0:
+        return
+    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
+    if any(each is None for each in expanded):
+        text = f"{what}: {values}; whether they agree is not known, as an uncertainty is missing"
+        yield Change(SECTION, text)
+        return
+    combined = hypot(*expanded)
+    ratio = round(abs(difference) / combined, 2) if combined else inf
+    agrees = ratio <= 1
+    words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
+    text = f"{what}: {values}, {words} of {combined:.4f} {unit}"
+    yield Change(SECTION, f"{text} (E_n = {ratio:.2f})", matters=not agrees)

@@ -1,0 +1,185 @@
+"""What changed between two trees of a YAML file, in words; '1 kN' and '1000 N' are the same."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.quantity import Quantity, QuantityError, parse_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+_LONGEST = 70
+_STEPS = {"setup", "main", "teardown", "steps"}
+_BETWEEN = " > "
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that is different, in a sentence."""
+
+    section: str
+    text: str
+    matters: bool = True
+    """False: worth knowing, but no difference in what is done or found."""
+
+
+def changes(section: str, before: Any, after: Any, path: tuple[str, ...] = ()) -> Iterator[Change]:
+    """Yield what is different between two trees of mappings, lists and scalars.
+
+    None stands for what is not there.
+    """
+    if same(before, after):
+        return
+    if isinstance(before, dict) and isinstance(after, dict):
+        for key in dict.fromkeys([*before, *after]):
+            yield from changes(section, before.get(key), after.get(key), (*path, str(key)))
+    elif isinstance(before, list) and isinstance(after, list):
+        yield from _of_lists(section, before, after, path)
+    else:
+        subject = _BETWEEN.join(path) or section
+        yield Change(section, f"{subject} {_verb(before, after)}")
+
+
+def same(before: Any, after: Any) -> bool:
+    """Return whether two trees say the same: quantities count by their SI value."""
+    return bool(_normal(before) == _normal(after))
+
+
+def _of_lists(
+    section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
+) -> Iterator[Change]:
+    first, second = _named(before), _named(after)
+    nested = any(isinstance(item, (dict, list)) for item in (*before, *after))
+    if (path or (section,))[-1] in _STEPS or (nested and not (first and second)):
+        yield from _of_sequences(section, before, after, path)
+    elif nested:
+        yield from changes(section, first, second, path)
+        yield from _of_order(section, list(first), list(second), path)
+    else:
+        yield from _of_values(section, before, after, path)
+
+
+def _of_order(
+    section: str, before: list[str], after: list[str], path: tuple[str, ...]
+) -> Iterator[Change]:
+    """Tell of another order: the first fit, for one, is the one that others build on."""
+    first, second = [n for n in before if n in after], [n for n in after if n in before]
+    if first != second:
+        subject = _BETWEEN.join(path) or section
+        yield Change(section, f"{subject}: now in the order {', '.join(second)}")
+
+
+def _of_values(
+    section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
+) -> Iterator[Change]:
+    """Tell of plain values, such as set-points, which came and which went."""
+    had, have = Counter(map(_normal, before)), Counter(map(_normal, after))
+    gone = [shown(item) for item in before if _normal(item) in had - have]
+    new = [shown(item) for item in after if _normal(item) in have - had]
+    both = ((new, "added"), (gone, "removed"))
+    told = [f"{', '.join(items)} {verb}" for items, verb in both if items]
+    subject = _BETWEEN.join(path) or section
+    yield Change(section, f"{subject}: {'; '.join(told) or 'the same values in another order'}")
+
+
+def _of_sequences(
+    section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
+) -> Iterator[Change]:
+    """Tell which entries of a list came, went or were changed, by their number from 1."""
+    first, second = ([json.dumps(_normal(item)) for item in items] for items in (before, after))
+    for kind, a, b, c, d in SequenceMatcher(None, first, second, autojunk=False).get_opcodes():
+        if kind == "equal":
+            continue
+        if b - a == d - c and all(map(_alike, before[a:b], after[c:d])):
+            for index in range(b - a):
+                at = (*path[:-1], f"{_entry(path)} {c + index + 1}")
+                yield from changes(section, before[a + index], after[c + index], at)
+            continue
+        what = _BETWEEN.join(path) or section
+        for index, item in enumerate(before[a:b], a + 1):
+            yield Change(section, f"{what}: number {index} was removed: {shown(item)}")
+        for index, item in enumerate(after[c:d], c + 1):
+            yield Change(section, f"{what}: number {index} was added: {shown(item)}")
+
+
+def _entry(path: tuple[str, ...]) -> str:
+    """Return what one entry of the list at a path is called."""
+    return path[-1] if path and path[-1] not in _STEPS else "step"
+
+
+def _alike(before: Any, after: Any) -> bool:
+    """Return whether an entry is the other one changed: mappings that begin with the same key."""
+    both = isinstance(before, dict) and isinstance(after, dict) and before and after
+    return bool(both and next(iter(before)) == next(iter(after)))
+
+
+def _named(items: Sequence[Any]) -> dict[str, Any]:
+    """Return entries by their names, instruments or plugins with settings; none without names."""
+    named = dict(filter(None, map(_name_and_content, items)))
+    return named if len(named) == len(items) else {}
+
+
+def _name_and_content(item: Any) -> tuple[str, Any] | None:
+    if isinstance(item, str):
+        return (item, {}) if _quantity(item) is None else None
+    if not isinstance(item, dict) or not item:
+        return None
+    if "channel" in item:
+        return str(item["channel"]), item
+    name = next((key for key in item if key != "as"), "")
+    settings = item[name] if isinstance(item.get(name), dict) else {}
+    return (str(item["as"]), {"plugin": name, **settings}) if "as" in item else (name, settings)
+
+
+def _verb(before: Any, after: Any) -> str:
+    if before is None or after is None:
+        verb, value = ("was added", after) if before is None else ("was removed", before)
+        return f"{verb}: {shown(value)}" if value not in ({}, []) else verb
+    first, second = _quantity(before), _quantity(after)
+    if first and second and first.dimension == second.dimension:
+        how = "raised" if second.si > first.si else "lowered"
+        return f"was {how} from {first} to {second}"
+    return f"was changed from {shown(before)} to {shown(after)}"
+
+
+def shown(value: Any) -> str:
+    """Return a value as it may stand in YAML, on one line, shortened where it is long."""
+    if isinstance(value, str):
+        text = value if _quantity(value) else f"'{value}'"
+    elif isinstance(value, dict):
+        text = "{" + ", ".join(f"{key}: {_bare(item)}" for key, item in value.items()) + "}"
+    elif isinstance(value, list):
+        text = "[" + ", ".join(map(_bare, value)) + "]"
+    else:
+        text = json.dumps(value)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def _bare(value: Any) -> str:
+    return value if isinstance(value, str) else shown(value)
+
+
+def _quantity(value: Any) -> Quantity | None:
+    if not isinstance(value, str):
+        return None
+    try:
+        return parse_quantity(value)
+    except QuantityError:
+        return None
+
+
+def _normal(value: Any) -> Any:
+    """Return a value that is equal for all ways to write the same."""
+    if isinstance(value, dict):
+        return tuple(sorted((str(key), _normal(item)) for key, item in value.items()))
+    if isinstance(value, list):
+        return tuple(map(_normal, value))
+    quantity = _quantity(value)
+    if quantity is not None:
+        return (quantity.dimension, f"{quantity.si:.9e}")
+    return (type(value).__name__, str(value))
