@@ -37,7 +37,7 @@ def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
         yield "Number", each.id
     yield "Serial number", each.serial
     yield from _calibration(run, each)
-    yield "Calibrated range", _range(each)
+    yield "Range", _range(each)
     if isinstance(each, TorqueInstrument):
         yield from _torque_facts(run, each)
     else:

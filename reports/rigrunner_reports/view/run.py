@@ -26,10 +26,10 @@ def facts(result: Result) -> Facts:
     pairs = [
         ("Run", run.run_id),
         ("Procedure", f"{run.procedure_id}, revision {run.procedure_revision}"),
-        ("State of the procedure", _state(run)),
+        ("State", _state(run)),
         ("Station", f"{run.station_id}, mandrel {run.rig.mandrel}"),
         ("Performed", _period(run.started_utc, run.ended_utc)),
-        *((name.capitalize(), value) for name, value in {**run.people, **run.inputs}.items()),
+        *((name.capitalize(), value) for name, value in {**run.inputs, **run.people}.items()),
         ("Outcome", run.outcome),
     ]
     if no_load is not None:
@@ -49,10 +49,17 @@ def warnings(result: Result) -> tuple[str, ...]:
 
 def restrictions(result: Result) -> tuple[str, ...]:
     """Return for what the run must not be used, as its procedure was no approved one."""
-    if result.run.approval.get("state") == APPROVED:
-        return ()
-    note = result.run.approval.get("note", "")
-    return (f"Not for certification: {note or 'the procedure of this run was a draft'}.",)
+    runs = [("this run", result.run), ("the no-load run", result.no_load_run)]
+    return tuple(
+        f"Not for certification: the procedure of {name} was a draft{_why(run)}."
+        for name, run in runs
+        if run is not None and run.approval.get("state") != APPROVED
+    )
+
+
+def _why(run: RunData) -> str:
+    note = run.approval.get("note", "")
+    return f" ({note})" if note else ""
 
 
 def overrides(events: Iterable[Mapping[str, str]]) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
+OVERRIDE = "override"
 DEFAULT_FORMAT = "html"
 
 
@@ -54,7 +55,7 @@ def report_input(path: Path, registry: Registry, result: Result | None = None) -
         document=document(found),
         truth=read_truth(path),
         provenance=_provenance(stored, found),
-        events=tuple(_told(stored)),
+        events=(*_let_pass(stored.no_load), *_told(stored)),
     )
 
 
@@ -86,6 +87,13 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
             yield _line(event, type(event).__name__.lower(), event_text(event))
         elif isinstance(event, RunEnded):
             yield _line(event, "end", event_text(event))
+
+
+def _let_pass(no_load: StoredRun | None) -> Iterator[dict[str, str]]:
+    """Yield what was overridden for the no-load run: the result rests on that run as well."""
+    for event in no_load.events if no_load else ():
+        if isinstance(event, Intervention) and event.action == OVERRIDE:
+            yield _line(event, event.action, f"no-load run: {event_text(event)}")
 
 
 def _line(event: Event, kind: str, text: str) -> dict[str, str]:

@@ -261,7 +261,7 @@ def test_an_entry_says_what_its_calibration_covers(result):
     assert load["Number"] == "LC-3"
     assert load["Certificate"] == "D-1, A lab"
     assert (load["Calibrated"], load["Calibration due"]) == ("2026-01-02", "2027-01-02")
-    assert (load["Calibrated range"], load["Accuracy"]) == ("100 N to 5 kN", "±0.1 % FS")
+    assert (load["Range"], load["Accuracy"]) == ("100 N to 5 kN", "±0.1 % FS")
     assert encoder["Calibration"] == "none: the instrument is simulated"
 
 
@@ -284,12 +284,16 @@ def test_a_run_on_a_draft_is_not_for_certification(result):
         name: replace(result, run=replace(result.run, approval=approval))
         for name, approval in (("approved", approved), ("changed", changed), ("unknown", {}))
     }
+    no_load = replace(of["changed"].run, approval=approved)
+    of["approved"] = replace(of["approved"], no_load_run=no_load)
     assert run.restrictions(of["approved"]) == ()
+    on_draft = replace(of["approved"], no_load_run=replace(no_load, approval={}))
+    assert run.restrictions(on_draft) == (
+        "Not for certification: the procedure of the no-load run was a draft.",
+    )
     assert "changed after its approval" in run.restrictions(of["changed"])[0]
     assert "Not for certification" in run.restrictions(of["unknown"])[0]
-    assert dict(run.facts(of["approved"]))["State of the procedure"] == (
-        "approved by A. Jones on 2026-02-01"
-    )
+    assert dict(run.facts(of["approved"]))["State"] == ("approved by A. Jones on 2026-02-01")
 
 
 def test_what_was_let_pass_stands_above_the_number():

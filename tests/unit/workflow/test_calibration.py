@@ -114,12 +114,12 @@ def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
     ]
 
 
-def do(plan, runs, overrides=()):
+def do(plan, runs, overrides=(), no_load=None):
     answers = UnattendedAnswers()
     inputs = answer_inputs(plan.procedure, {}, answers)
     stop = threading.Event()
     return execute(
-        plan, runs=runs, inputs=inputs, no_load=None, answers=answers, stop=stop,
+        plan, runs=runs, inputs=inputs, no_load=no_load, answers=answers, stop=stop,
         operator="B. Lee", overrides=overrides,
     )  # fmt: skip
 
@@ -154,6 +154,18 @@ def test_an_override_stands_in_run_file_and_report(tmp_path, wanted):
     assert report.count("Deviation:") == 3
     assert "OVERDUE at this run" in report
     assert finished.result.run.people == {"operator": "B. Lee"}
+
+
+def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_path):
+    first = overdue(tmp_path)
+    overrides = overrides_for(first, ["TQ-7", "A-1", "LC-3"], "A. Jones", "why")
+    no_load = do(first, tmp_path / "runs", overrides)
+    second = planned(tmp_path, bench(tmp_path))
+    finished = do(second, tmp_path / "runs", no_load=no_load.folder)
+
+    report = finished.report.read_text(encoding="utf-8")
+    assert report.count("Deviation:</strong> no-load run: override by A. Jones") == 3
+    assert "<dd>B. Lee</dd>" in report
 
 
 @pytest.mark.parametrize(
