@@ -31,6 +31,7 @@ def command(procedure: str, station: str, *, as_json: bool) -> None:
     Nothing is connected. Torque is an upper estimate from the station's design values.
     """
     from rigrunner.cli.planning import planned_run
+    from rigrunner.workflow.calibration import calibration_findings
 
     planned = planned_run(find_procedure(procedure), find_station(station))
     prediction = planned.prediction()
@@ -40,6 +41,8 @@ def command(procedure: str, station: str, *, as_json: bool) -> None:
     result("\n\n".join(_sections(planned, prediction)))
     for torque in prediction.overloads:
         message(f"warning: {torque.recording} would overload the instrument")
+    for finding in calibration_findings(planned):
+        message(f"warning: {finding.problem.message}")
 
 
 def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
