@@ -14,6 +14,7 @@ import pytest
 
 from helpers_docs import ROOT, code_blocks, pages
 from helpers_lsp import YamlServer
+from rigrunner.station import parse_station
 
 PROCEDURES = ROOT / "procedures"
 SERVER = "yaml-language-server"
@@ -83,6 +84,22 @@ instruments:
     full_scale: 10 N·m
     accuracy: {gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}
 """
+REGISTER = f"""\
+{STATION}    points: [{{applied: 5 N·m, indicated: 5.01 N·m, U: 0.01 N·m, k: 2}}]
+    range: {{min: -10 N·m, max: 10 N·m}}
+  - channel: tester.angle
+    measures: angle
+    serial: "1"
+    calibration: simulated
+  - channel: tester.load
+    measures: force
+    id: LC-3
+    serial: "2"
+    certificate: K-1
+    due: 2027-01-31
+    accuracy: 0.1 % FS
+    conditions: {{temperature: {{min: 18 °C, max: 28 °C}}}}
+"""
 SHIPPED = sorted(PROCEDURES.rglob("*.yaml"))
 
 
@@ -138,6 +155,28 @@ def test_what_is_shipped_is_not_complained_of(server, path):
     assert text.startswith("# yaml-language-server: $schema=")
     folder = path.parent.relative_to(PROCEDURES)
     assert told(Editor(server, text, folder).complaints) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("id: bench-1", "id: bench-1"),
+        ("{gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}", "0.5 % FS"),
+    ],
+)
+def test_a_whole_register_is_not_complained_of(server, old, new):
+    text = edited(REGISTER, old, new)
+    assert told(Editor(server, text).complaints) == []
+    assert parse_station(text, "s.yaml").model.instruments
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("measures: force", "measures: forze"), ("k: 2", "k: two"), ("id: LC-3", "idd: LC-3")],
+)
+def test_a_mistake_in_the_register_is_underlined(server, old, new):
+    wrong = edited(REGISTER, old, new)
+    assert told(Editor(server, wrong).complaints)
 
 
 def pages_with_files():
