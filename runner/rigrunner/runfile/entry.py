@@ -33,11 +33,12 @@ from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import read_recording
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Container, Iterable, Mapping
     from pathlib import Path
 
     import h5py
 
+    from rigrunner.api.data import Recording
     from rigrunner.api.events import Event
     from rigrunner.runfile.loose import Journal
     from rigrunner.runfile.model import SweepPlot
@@ -52,6 +53,7 @@ _HEADER_TEXTS = (
 )
 _VERBATIM = ("procedure_text", "station_text", "plan_text")
 CALLED = "called"
+SUPERSEDED = "superseded"
 _END_TEXTS = ("ended_utc", "outcome", "reason")
 
 
@@ -81,15 +83,21 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
         write_text(truth[name], "name", recording)
 
 
-def add_recordings(entry: h5py.Group, parts: Iterable[Path]) -> None:
-    """Copy the recordings out of files of their own into an entry, in order, byte by byte."""
+def add_recordings(entry: h5py.Group, parts: Iterable[Path], replaced: Container[str]) -> None:
+    """Copy the recordings out of files of their own into an entry, in order, byte by byte.
+
+    `replaced` are the names of those whose point was repeated.
+    """
     finished = new_group(entry, "recordings", "NXcollection")
     incomplete = new_group(entry, "incomplete", "NXcollection")
+    former = new_group(entry, SUPERSEDED, "NXcollection")
     for path in parts:
         with open_file(path) as file:
             part = file[PART_GROUP]
-            group = finished if part.attrs["complete"] else incomplete
-            file.copy(part, group, free_name(group, str(part.attrs["name"])))
+            name = str(part.attrs["name"])
+            complete = former if name in replaced else finished
+            group = complete if part.attrs["complete"] else incomplete
+            file.copy(part, group, free_name(group, name))
     recordings = _in_order(finished)
     entry.attrs["sha256"] = _digest(entry, recordings)
     for first in recordings[:1]:
@@ -139,6 +147,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         info=read_entry_info(entry, path),
         recordings=tuple(read_recording(group) for group in _in_order(entry["recordings"])),
         incomplete=tuple(read_recording(group) for group in _in_order(entry["incomplete"])),
+        superseded=_former(entry),
         zeros=read_values(entry["zeros"])[0],
         measurements=measurements_of(events),
         events=events,
@@ -151,6 +160,11 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     """Read what a simulator knew, by recording."""
     groups = entry["verification"].values()
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
+
+
+def _former(entry: h5py.Group) -> tuple[Recording, ...]:
+    groups = _in_order(entry[SUPERSEDED]) if SUPERSEDED in entry else []
+    return tuple(read_recording(group) for group in groups)
 
 
 def _write_events(entry: h5py.Group, events: tuple[Event, ...]) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded, StepStarted
+from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import open_file
@@ -131,7 +132,9 @@ def read_loose(files: RunFolder) -> StoredRun:
         facts = samples.facts(journal.events)
         found.append((facts, *assemble(facts, samples.blocks())))
     found.sort(key=lambda one: one[0].number)
-    finished = [one for one in found if one[0].complete]
+    replaced = superseded(journal.events)
+    complete = [one for one in found if one[0].complete]
+    finished = [one for one in complete if one[0].name not in replaced]
     measurements = measurements_of(journal.events)
     ended_utc, outcome, reason = journal.end()
     return StoredRun(
@@ -149,6 +152,7 @@ def read_loose(files: RunFolder) -> StoredRun:
         ),
         recordings=tuple(recording for _, recording, _ in finished),
         incomplete=tuple(recording for facts, recording, _ in found if not facts.complete),
+        superseded=tuple(recording for facts, recording, _ in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
         measurements=measurements,
         events=journal.events,

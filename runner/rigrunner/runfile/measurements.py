@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.data import Measurement
-from rigrunner.api.events import StepEnded
+from rigrunner.runfile.attempts import last_measured
 from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 
 if TYPE_CHECKING:
@@ -17,15 +17,17 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigrunner.api.events import Event
+    from rigrunner.api.events import Event, StepEnded
 
 
 def measurements_of(events: Iterable[Event]) -> tuple[Measurement, ...]:
-    """Return what the `measure` steps found that did not fail, in order."""
+    """Return what the `measure` steps found that did not fail, in order.
+
+    Of one that was repeated the last is taken.
+    """
     return tuple(
         Measurement(event.measurement, event.utc, event.setpoints, event.values, _units_in(event))
-        for event in events
-        if isinstance(event, StepEnded) and event.measurement and event.ok
+        for event in last_measured(events)
     )
 
 

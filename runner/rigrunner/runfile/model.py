@@ -73,6 +73,8 @@ class StoredRun:
     recordings: tuple[Recording, ...]
     incomplete: tuple[Recording, ...]
     """What was saved of recordings that were broken off."""
+    superseded: tuple[Recording, ...] = ()
+    """Good recordings of points that were repeated: kept, but no analysis uses them."""
     zeros: Mapping[str, float]
     """The latest zero reading of each zeroed channel, in SI units."""
     measurements: tuple[Measurement, ...] = ()

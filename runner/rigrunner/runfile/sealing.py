@@ -6,6 +6,7 @@ import shutil
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.entry import add_recordings, write_analysis, write_entry
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import new_file, new_group, open_file
@@ -66,8 +67,9 @@ def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> N
 
 
 def _write_loose(entry: h5py.Group, files: RunFolder) -> None:
-    write_entry(entry, read_journal(files))
-    add_recordings(entry, files.finished_parts())
+    journal = read_journal(files)
+    write_entry(entry, journal)
+    add_recordings(entry, files.finished_parts(), superseded(journal.events))
 
 
 def _embed(entry: h5py.Group, no_load: Path) -> None:

@@ -61,15 +61,15 @@ def test_full_disk_stops_the_run_safely_and_keeps_what_was_finished(tmp_path, si
     kept = 0
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        for one in big[:2]:
-            start_recording(emit, one)
+        for index, one in enumerate(big[:2]):
+            start_recording(emit, one, index)
             send_samples(emit, one, 10)
-            end_recording(emit, one)
+            end_recording(emit, one, index)
             kept += 1
         with disk_full_beyond(size), pytest.raises(DataError, match=r"cannot write .*disk full"):  # noqa: PT012  (the limit falls where it falls)
-            start_recording(emit, big[2])
+            start_recording(emit, big[2], 2)
             send_samples(emit, big[2], 10)
-            end_recording(emit, big[2])
+            end_recording(emit, big[2], 2)
     found = read(tmp_path / "run")
     assert len(found.recordings) >= kept
     assert [one.name for one in found.recordings[:2]] == ["000", "001"]
