@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
-    from rigrunner.engine import RunSummary
+    from rigrunner.engine import Pauses, RunSummary
 
 RATE_HZ = 1000.0
 BLOCK = 100
@@ -193,6 +193,7 @@ def run(
     stop: StopToken | None = None,
     answers: object = None,
     clock: SimulatedClock | None = None,
+    pauses: Pauses | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig of one fake tester, in simulated time."""
     clock = clock or SimulatedClock()
@@ -206,6 +207,7 @@ def run(
         answers or UnattendedAnswers(),
         stop or threading.Event(),
         "test-run",
+        pauses=pauses,
     )
 
 

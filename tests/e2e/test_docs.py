@@ -135,7 +135,7 @@ def test_the_exit_codes_of_the_page_are_those_of_the_code():
 def test_every_step_and_its_terms_are_on_the_page_of_the_language():
     text = (ROOT / "docs/reference/procedure-language.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
-    assert rows == [*STEPS, "timeout", "retries", "limits", "on_fail"]
+    assert rows == [*STEPS, "timeout", "retries", "repeatable", "limits", "on_fail"]
 
 
 def test_every_hook_is_on_its_page():

@@ -164,6 +164,19 @@ class Streaming(Protocol):
 
 
 @runtime_checkable
+class Pausable(Protocol):
+    """Can stand still for a while and go on from there."""
+
+    def pause(self) -> None:
+        """Stop what moves, as far as it can be gone on with; return when it stands."""
+        ...
+
+    def resume(self) -> None:
+        """Bring every drive back to where it was when paused; return when it is there."""
+        ...
+
+
+@runtime_checkable
 class KnowsTruth(Protocol):
     """A simulator that knows what no instrument can: kept apart, never shown to the analysis."""
 

@@ -133,6 +133,12 @@ class DataError(RigrunnerError):
 
 
 class AbortedError(RigrunnerError):
-    """The run was stopped: by a person, an interlock or a signal."""
+    """The run was stopped: by a person, an interlock or a signal; `by` says by which."""
 
     exit_code = ExitCode.ABORTED
+
+    def __init__(
+        self, message: str, *, location: Location | None = None, hint: str = "", by: str = ""
+    ) -> None:
+        super().__init__(message, location=location, hint=hint)
+        self.by = by

@@ -99,6 +99,36 @@ class Alarm(Event):
 
 
 @dataclass(frozen=True, kw_only=True)
+class InterlockTripped(Alarm):
+    """The channel of an interlock is not what it should be."""
+
+    interlock: str
+    does: str
+    """What follows: forbid, pause, abort or make_safe."""
+    latency_s: float
+    """How long it may have been so before it was detected: since it was last known to be good."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InterlockCleared(Note):
+    """The channel of an interlock is again what it should be."""
+
+    interlock: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeSafe(Event):
+    """A drive, or a whole device, was brought to its safe state, or could not be."""
+
+    what: str
+    """The drive, 'role.drive', or the device's role."""
+    read_back: Mapping[str, float] = field(default_factory=dict)
+    """What was read back afterwards: 'role.drive' in SI units."""
+    problems: tuple[str, ...] = ()
+    """Why it does not count as safe; empty where the read-back confirms it."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Intervention(Event):
     """A person or a signal interfered: pause, abort, skip, override."""
 

@@ -1,13 +1,16 @@
-"""How a signal stops a run: through the stop token, so that the rig is made safe first."""
+"""How signals and Ctrl-C stop or pause a run: by tokens, so that the rig is made safe first."""
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import AbortedError
+from rigrunner.api.errors import AbortedError, ExitCode
+from rigrunner.api.events import Event, RunEnded, RunStarted
+from rigrunner.engine.pausing import PauseWantedError, StopNow
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -16,18 +19,56 @@ if TYPE_CHECKING:
 _SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
 )
+KEYBOARD = "keyboard"
+_ABORT, _STOP_NOW = 2, 3
+"""What so many Ctrl-C mean; the first one pauses, where somebody is there to go on."""
+
+
+class InterruptedRunError(AbortedError):
+    """Ctrl-C ended the run."""
+
+    exit_code = ExitCode.INTERRUPTED
 
 
 class SignalStop:
-    """A stop token that SIGTERM and SIGHUP set."""
+    """A stop token that SIGTERM, SIGHUP and Ctrl-C set, and where Ctrl-C asks for a pause first.
 
-    def __init__(self) -> None:
+    It listens to the run's events: outside of a run Ctrl-C ends the program as ever.
+    """
+
+    def __init__(self, *, attended: bool = False) -> None:
         self._event = threading.Event()
-        self._asking = False
+        self._reason: AbortedError | None = None
+        self._attended = attended
+        self._running = self._asking = False
+        self._presses = 0
+
+    def __call__(self, event: Event) -> None:
+        """Take note of whether a run is going on."""
+        if isinstance(event, RunStarted):
+            self._running = True
+        elif isinstance(event, RunEnded):
+            self._running = False
 
     def is_set(self) -> bool:
-        """Return True once a signal has come."""
+        """Return True once the run is to stop."""
         return self._event.is_set()
+
+    def reason(self) -> AbortedError:
+        """Return what stopped the run."""
+        return self._reason or AbortedError("stopped on request")
+
+    def pause_wanted(self) -> str:
+        """Return who asks for a pause; an empty text while nobody does."""
+        return KEYBOARD if self._presses else ""
+
+    def paused(self) -> None:
+        """Take note that the run is paused: the next Ctrl-C aborts it."""
+        self._presses = 1
+
+    def resumed(self) -> None:
+        """Take note that the run goes on: the next Ctrl-C pauses it."""
+        self._presses = 0
 
     @contextmanager
     def while_asking(self) -> Iterator[None]:
@@ -40,18 +81,51 @@ class SignalStop:
 
     def handle(self, number: int, _frame: FrameType | None) -> None:
         """Take a signal: set the token; while a person is asked, raise AbortedError."""
+        self._stop(AbortedError(f"stopped by {signal.Signals(number).name}", by="signal"))
+
+    def interrupt(self, _number: int, _frame: FrameType | None) -> None:
+        """Take a Ctrl-C: pause, then abort, then stop at once; after that the rig is made safe."""
+        if not self._running:
+            raise KeyboardInterrupt
+        self._presses += 1
+        presses = self._presses if self._attended else self._presses + 1
+        if presses > _STOP_NOW:
+            _say("The rig is being made safe; please wait.")
+        elif presses == _STOP_NOW:
+            _say("Stopping now: no teardown, the rig is made safe.")
+            raise StopNow
+        elif presses == _ABORT:
+            _say("Aborting: teardown, then the rig is made safe. Ctrl-C stops at once.")
+            self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
+        else:
+            _say("Pausing at the next safe point. Ctrl-C aborts the run.")
+            if self._asking:
+                raise PauseWantedError("a pause was asked for", KEYBOARD)
+
+    def _stop(self, reason: AbortedError) -> None:
+        self._reason = self._reason or reason
         self._event.set()
         if self._asking:
-            raise AbortedError(f"stopped by {signal.Signals(number).name}")
+            raise self.reason()
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[SignalStop]:
-    """Give a stop token that signals set, and put the former handlers back afterwards."""
-    stop = SignalStop()
+def stop_on_signals(*, attended: bool = False) -> Iterator[SignalStop]:
+    """Give a stop token that signals set, and put the former handlers back afterwards.
+
+    `attended`: somebody is there to decide how a paused run goes on.
+    """
+    stop = SignalStop(attended=attended)
     former = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
+    former[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
     try:
         yield stop
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)
+
+
+def _say(text: str) -> None:
+    """Write to stderr past its buffer, which a signal may find in use; or to nobody."""
+    with suppress(OSError):
+        os.write(2, f"\n{text}\n".encode())

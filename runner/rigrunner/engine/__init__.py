@@ -2,6 +2,17 @@
 
 from rigrunner.engine.answers import AnswerSource, UnattendedAnswers
 from rigrunner.engine.overrides import Override
+from rigrunner.engine.pausing import Choice, Decision, Paused, Pauses
 from rigrunner.engine.run import RunSummary, run_plan
 
-__all__ = ["AnswerSource", "Override", "RunSummary", "UnattendedAnswers", "run_plan"]
+__all__ = [
+    "AnswerSource",
+    "Choice",
+    "Decision",
+    "Override",
+    "Paused",
+    "Pauses",
+    "RunSummary",
+    "UnattendedAnswers",
+    "run_plan",
+]

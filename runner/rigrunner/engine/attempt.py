@@ -20,13 +20,15 @@ class Attempt:
     index: int
     step: PlannedStep
     number: int
+    total: int
+    """The so-manieth all in all, where the step was repeated."""
 
     @property
     def action(self) -> Action:
         """What is done; each try makes a recording of its own."""
         action = self.step.action
-        if isinstance(action, Record) and self.number > 1:
-            return replace(action, name=f"{action.name}_try{self.number}")
+        if isinstance(action, Record) and self.total > 1:
+            return replace(action, name=f"{action.name}_try{self.total}")
         return action
 
     @property

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import AbortedError, DeviceError, RigrunnerError
-from rigrunner.api.events import (
-    Alarm,
-    Event,
-    Intervention,
-    Note,
-    Outcome,
-    RunEnded,
-    RunStarted,
-    StepEnded,
-    StepStarted,
-)
+from rigrunner.api.errors import DeviceError
+from rigrunner.api.events import Alarm, Intervention, MadeSafe, RunEnded, RunStarted
 from rigrunner.bus import Emitter
-from rigrunner.engine.attempt import Attempt
-from rigrunner.engine.limits import judge
-from rigrunner.engine.session import Session, check_stop
-from rigrunner.engine.steps import Measured, perform
+from rigrunner.engine.breaks import take_break
+from rigrunner.engine.interlocks import Guard, InterlockError
+from rigrunner.engine.notes import Notes
+from rigrunner.engine.pausing import Choice, PauseWantedError, StopNow
+from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
+from rigrunner.engine.session import Session
+from rigrunner.engine.tries import do_step
 from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.api.events import Outcome
     from rigrunner.bus import Bus
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.overrides import Override
+    from rigrunner.engine.pausing import Decision, Pauses
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
 
@@ -46,7 +42,7 @@ class RunSummary:
     """The first error; what is no RigrunnerError or KeyboardInterrupt is a bug to be shown."""
     safe: bool
     passed_over: tuple[str, ...] = ()
-    """The failures after which the run went on because the procedure says so."""
+    """The failures and skips after which the run went on, as procedure or person said."""
 
 
 def run_plan(  # noqa: PLR0917  (the things that a run is made of)
@@ -58,177 +54,137 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     stop: StopToken,
     run_id: str,
     overrides: Sequence[Override] = (),
+    *,
+    pauses: Pauses | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
 
     Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
-    tried, and then the rig is made safe. Connecting and closing the rig is the caller's.
+    tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
+    whatever asks for a pause aborts the run. Connecting and closing the rig is the caller's.
     """
-    run = _Run(plan, Session(rig, Emitter(bus, clock), answers, stop), overrides)
+    emit = Emitter(bus, clock)
+    guard = Guard(plan.interlocks, rig, emit)
+    run = _Run(plan, Session(rig, emit, answers, stop, guard, pauses), overrides)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
         run.teardown()
     except BaseException as error:  # noqa: BLE001  (an interrupt that fell between two steps)
-        run.note("run", error)
+        run.notes.note("run", error)
     finally:
         reports = rig.make_safe()
     return run.end(reports)
 
 
 class _Run:
-    """One run in progress; the first error decides its outcome, the others are put on record."""
+    """One run in progress."""
 
     def __init__(self, plan: Plan, session: Session, overrides: Sequence[Override]) -> None:
         self._plan = plan
         self._overrides = overrides
         self._session = session
-        self._emit = session.emit
-        self._noted: list[BaseException] = []
-        self._passed_over: list[str] = []
+        self.notes = Notes(session.emit, session.stop)
+        self._tries = Counter[int]()
         self._begun = -1
 
     def forward(self, run_id: str) -> None:
         """Do all steps up to the teardown, those of called procedures included."""
         steps, seconds = self._plan.steps, self._plan.estimated_s
-        self._emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
+        self._session.emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
         for each in self._overrides:
             told = {"by": each.by, "reason": each.reason, "subject": each.subject}
-            self._emit(Intervention, action="override", **told)
-        for index, step in enumerate(steps):
-            if self._noted or (step.phase is Phase.TEARDOWN and not step.calls):
-                return
+            self._session.emit(Intervention, action="override", **told)
+        index, before = 0, list[int]()
+        while index < len(steps) and self.notes.first is None:
+            step = steps[index]
             if step.phase is Phase.TEARDOWN:
+                if not step.calls:
+                    break
                 self._tear_down(index, step)
+                index += 1
                 continue
-            check_stop(self._session.stop)
-            self._begun = index
-            self._step(index, step, self._session)
+            try:
+                for one in (*before, index):
+                    self._go_on(one, at=index)
+                index, before = index + 1, []
+            except PauseWantedError as wanted:
+                decision = take_break(steps, index, wanted, self._session)
+                index = self._next(index, decision)
+                before = settles_before(steps, index) if index < len(steps) else []
+        if self.notes.first is None:
+            self._session.watch(anew=True)  # what came up in the last step must not pass unseen
 
     def teardown(self) -> None:
         """Do what is left of the teardowns: of the calls that the run is in, and its own."""
-        begun = self._begun
-        within = self._plan.steps[begun].calls if begun >= 0 else ()
-        for index, step in enumerate(self._plan.steps):
-            entered = step.calls == within[: len(step.calls)]
-            if index > begun and step.phase is Phase.TEARDOWN and entered:
-                self._tear_down(index, step)
+        everything = range(len(self._plan.steps))
+        for index, step in teardowns_within(self._plan.steps, self._begun, everything):
+            if isinstance(self.notes.last, StopNow):
+                return
+            self._tear_down(index, step)
+
+    def attempt(self, work: Callable[[], None]) -> None:
+        """Do something whose failure must not keep the rig from being made safe."""
+        try:
+            work()
+        except InterlockError as error:
+            self.notes.note("run", error)
+            if error.makes_safe:
+                self._tell_safe(self._session.rig.make_safe())
+        except BaseException as error:  # noqa: BLE001  (kept; what follows must make the rig safe)
+            self.notes.note("run", error)
+
+    def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
+        """Put on record how the rig was left and how the run ended."""
+        self._tell_safe(reports)
+        unsafe = [
+            f"{report.role}: {text}"
+            for report in reports
+            if not report.drive
+            for text in report.problems
+        ]
+        if unsafe:
+            self.notes.keep(DeviceError("the rig is not safe: " + "; ".join(unsafe)))
+        read_back = {name: value for each in reports for name, value in _read_back(each).items()}
+        outcome, reason = self.notes.outcome()
+        self.notes.tell(RunEnded, outcome=outcome, reason=reason, read_back=read_back)
+        passed_over = self.notes.passed_over
+        return RunSummary(*self.notes.outcome(), self.notes.first, not unsafe, passed_over)
+
+    def _go_on(self, index: int, at: int) -> None:
+        """Do a step on the way forward; `at` is how far the run has come."""
+        self._session.check(anew=True)
+        self._begun = at
+        do_step(index, self._plan.steps[index], self._session, self.notes, self._tries)
+
+    def _next(self, index: int, decision: Decision) -> int:
+        """Return the step that follows upon a decision."""
+        steps = self._plan.steps
+        point = point_at(steps, index)
+        if decision.choice not in (Choice.REPEAT, Choice.SKIP):
+            return index
+        for one, step in teardowns_within(steps, self._begun, range(index, point.stop)):
+            self._tear_down(one, step)
+        if decision.choice is Choice.REPEAT:
+            return point.start
+        about = point_name(steps, index)
+        self.notes.pass_over(f"{about}: skipped by {decision.by}: {decision.reason}")
+        return point.stop
 
     def _tear_down(self, index: int, step: PlannedStep) -> None:
         """Do one step of a teardown; nothing keeps the next one from its turn."""
         self._begun = index
-        undisturbed = replace(self._session, emit=self._tell, stop=_Never())
-        self.attempt(partial(self._step, index, step, undisturbed))
+        undisturbed = replace(self._session.ending(), emit=self.notes.tell)
+        self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._tries))
 
-    def attempt(self, work: Callable[[], None]) -> None:
-        try:
-            work()
-        except BaseException as error:  # noqa: BLE001  (kept; what follows must make the rig safe)
-            self.note("run", error)
-
-    def note(self, source: str, error: BaseException) -> None:
-        """Put an error on record, once."""
-        if any(error is noted for noted in self._noted):
-            return
-        self._noted.append(error)
-        if isinstance(error, (AbortedError, KeyboardInterrupt)):
-            self._tell(Intervention, action="abort", by=self._who(error), reason=_words(error))
-        else:
-            self._tell(Alarm, source=source, text=_words(error))
-
-    def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
-        unsafe = [f"{report.role}: {text}" for report in reports for text in report.problems]
-        for text in unsafe:
-            self._tell(Alarm, source="make safe", text=text)
-        if unsafe:
-            self._noted.append(DeviceError("the rig is not safe: " + "; ".join(unsafe)))
-        read_back = {
-            f"{report.role}.{drive}": value
-            for report in reports
-            for drive, value in report.read_back.items()
-        }
-        outcome, reason = self._outcome()
-        self._tell(RunEnded, outcome=outcome, reason=reason, read_back=read_back)
-        passed_over = tuple(self._passed_over)
-        return RunSummary(*self._outcome(), self._first(), not unsafe, passed_over)
-
-    def _step(self, index: int, step: PlannedStep, session: Session) -> None:
-        """Do one step, and again after a failure for as long as its terms allow."""
-        for number in range(1, step.terms.tries + 1):
-            if self._try(Attempt(index, step, number), session):
-                return
-
-    def _try(self, attempt: Attempt, session: Session) -> bool:
-        """Return whether the step is over; raise what ends the run."""
-        step, found = attempt.step, Measured()
-        trial = session.within(step.terms.timeout_s)
-        session.emit(StepStarted, **attempt.started)
-        try:
-            found = perform(step.path, attempt.action, trial)
-            trial.check_time()
-            remarks = judge(step.terms.limits, found.values)
-        except BaseException as error:
-            again, passed_over = self._failed(attempt, error)
-            self._tell(StepEnded, **attempt.ended, ok=False, **_values(found))
-            if again or passed_over:
-                return not again
-            raise
-        for text in remarks:
-            session.emit(Note, step=step.path, text=text)
-        session.emit(StepEnded, **attempt.ended, ok=True, **_values(found), truth=found.truth)
-        return True
-
-    def _failed(self, attempt: Attempt, error: BaseException) -> tuple[bool, bool]:
-        """Put a failure on record; return whether it is tried again, and whether passed over."""
-        path, words = attempt.step.path, _words(error)
-        again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
-        if again:
-            tries = attempt.step.terms.tries
-            self._tell(Alarm, source=path, text=f"{words}; try {attempt.number} of {tries}")
-        elif passed_over:
-            self._passed_over.append(f"{path}: {words}")
-            self._tell(Alarm, source=path, text=f"{words}; the run goes on")
-        else:
-            self.note(path, error)
-        return again, passed_over
-
-    def _tell(self, kind: type[Event], **fields: object) -> None:
-        """Emit what must not raise: a sink that fails now is an error beside the first."""
-        try:
-            self._emit(kind, **fields)
-        except Exception as error:  # noqa: BLE001  (a failed sink gets no more events: this ends)
-            self.note("event sink", error)
-
-    def _who(self, error: BaseException) -> str:
-        if isinstance(error, KeyboardInterrupt):
-            return "keyboard"
-        return "stop request" if self._session.stop.is_set() else "operator"
-
-    def _outcome(self) -> tuple[Outcome, str]:
-        error = self._first()
-        if error is None and self._passed_over:
-            return Outcome.COMPLETED, f"passed over: {'; '.join(self._passed_over)}"
-        if error is None:
-            return Outcome.COMPLETED, ""
-        aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
-        return Outcome.ABORTED if aborted else Outcome.ERROR, _words(error)
-
-    def _first(self) -> BaseException | None:
-        return next(iter(self._noted), None)
+    def _tell_safe(self, reports: tuple[SafetyReport, ...]) -> None:
+        """Put on record how each drive and device was made safe, in order."""
+        for each in reports:
+            for text in each.problems:
+                self.notes.tell(Alarm, source="make safe", text=f"{each.role}: {text}")
+            known = {"read_back": _read_back(each), "problems": each.problems}
+            self.notes.tell(MadeSafe, what=each.what, **known)
 
 
-class _Never:
-    """The stop token of the teardown: a run that was asked to stop still ends in order."""
-
-    def is_set(self) -> bool:
-        return False
-
-
-def _values(found: Measured) -> dict[str, object]:
-    return {"values": found.values, "units": found.units}
-
-
-def _words(error: BaseException) -> str:
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted from the keyboard"
-    return str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
+def _read_back(report: SafetyReport) -> dict[str, float]:
+    return {f"{report.role}.{drive}": value for drive, value in report.read_back.items()}

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import AbortedError, DeviceTimeoutError
+from rigrunner.engine.pausing import PauseWantedError, Reasoned
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
     from rigrunner.engine.answers import AnswerSource
+    from rigrunner.engine.interlocks import Guard
+    from rigrunner.engine.pausing import Pauses
     from rigrunner.rig import Rig
 
 
@@ -30,19 +34,50 @@ class Session:
     emit: Emit
     answers: AnswerSource
     stop: StopToken
+    guard: Guard
+    pauses: Pauses | None = None
+    """Who may pause the run; None where nobody is there to go on."""
     timeout_s: float | None = None
     """How long the present step may take."""
     began_s: float = 0.0
     """When the present step began, by the rig's clock."""
+    is_ending: bool = False
+    """Whether this is a teardown."""
 
     def within(self, timeout_s: float | None) -> Session:
         """Return the session of a step that begins now and may take that long."""
         return replace(self, timeout_s=timeout_s, began_s=self.rig.clock.monotonic_s())
 
-    def check(self) -> None:
-        """Raise AbortedError if the run is asked to stop, DeviceTimeoutError if time is over."""
+    def ending(self) -> Session:
+        """Return the session of a teardown: neither stopped nor paused, interlocks only told."""
+        return replace(self, stop=_Never(), pauses=None, is_ending=True)
+
+    def check(self, *, anew: bool = False) -> None:
+        """Raise what keeps the step from going on; `anew`: all interlocks are read.
+
+        AbortedError if the run is asked to stop or an interlock aborts it, PauseWantedError if it
+        is to pause, DeviceTimeoutError if its time is over.
+        """
         check_stop(self.stop)
+        if self.is_ending:
+            self.guard.look()
+        else:
+            self.guard.check(anew=anew)
+        by = self.pauses.wanted() if self.pauses else ""
+        if by:
+            raise PauseWantedError("a pause was asked for", by)
         self.check_time()
+
+    def watch(self, *, anew: bool = False) -> None:
+        """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
+        check_stop(self.stop)
+        with suppress(PauseWantedError):
+            self.guard.check(anew=anew)
+
+    def set(self, role: str, drive: str, value: float) -> float:
+        """Set a drive and return its read-back; raise InterlockError if that is forbidden."""
+        self.guard.allow(role, drive, value)
+        return self.rig.set(role, drive, value, self.timeout_s)
 
     def check_time(self) -> None:
         """Raise DeviceTimeoutError if the step has taken longer than it may."""
@@ -54,6 +89,13 @@ class Session:
 
 
 def check_stop(stop: StopToken) -> None:
-    """Raise AbortedError once the run is asked to stop."""
+    """Raise AbortedError once the run is asked to stop, in the token's own words if it has any."""
     if stop.is_set():
-        raise AbortedError("stopped on request")
+        raise stop.reason() if isinstance(stop, Reasoned) else AbortedError("stopped on request")
+
+
+class _Never:
+    """The stop token of the teardown: a run that was asked to stop still ends in order."""
+
+    def is_set(self) -> bool:
+        return False

@@ -103,20 +103,28 @@ def _zero(action: Zero, session: Session) -> Measured:
 
 def _set(action: SetDrive, session: Session) -> Measured:
     name = f"{action.role}.{action.drive}"
-    actual = session.rig.set(action.role, action.drive, action.value, session.timeout_s)
-    return Measured({name: actual}, {name: action.unit})
+    session.check()
+    rate_per_s = session.rig.led_rate_per_s(action.role, action.drive)
+    if rate_per_s is None:
+        actual = session.set(action.role, action.drive, action.value)
+        return Measured({name: actual}, {name: action.unit})
+    start = session.rig.standing(action.role, action.drive)
+    seconds = abs(action.value - start) / rate_per_s
+    return _ramp(
+        Ramp(action.role, action.drive, start, action.value, action.unit, seconds), session
+    )
 
 
 def _ramp(action: Ramp, session: Session) -> Measured:
     """Set the drive again and again, so that it stays on the line from start to end."""
-    actual = session.rig.set(action.role, action.drive, action.start, session.timeout_s)
+    actual = session.set(action.role, action.drive, action.start)
     clock = session.rig.clock
     began_s = clock.monotonic_s()
     steps = min(max(ceil(action.duration_s / _NAP_S), 1), _MOST_RAMP_STEPS)
     for step in range(1, steps + 1):
         share = step / steps
         value = action.start + share * (action.end - action.start)
-        actual = session.rig.set(action.role, action.drive, value, session.timeout_s)
+        actual = session.set(action.role, action.drive, value)
         session.check()
         for _ in _naps(began_s + share * action.duration_s - clock.monotonic_s(), session):
             pass

@@ -34,6 +34,7 @@ def checked_stream(
         for block in blocks:
             _check(role, block, channels, rate_hz, received)
             received += block.samples
+            session.guard.feed(role, block)
             yield _with_role(role, block, channels)
             session.check()
     session.check()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.procedure.answers import Expected
@@ -11,7 +12,7 @@ from rigrunner.procedure.answers import Expected
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.quantity import Quantity
+    from rigrunner.api.quantity import Quantity, Unit
 
 
 class Phase(StrEnum):
@@ -160,6 +161,8 @@ class Terms:
     goes_on: bool = False
     """Whether the run goes on after the last failure."""
     limits: tuple[Limit, ...] = ()
+    repeatable: bool = True
+    """Whether it may be done twice; a pause inside one that may not aborts the run."""
 
 
 @dataclass(frozen=True)
@@ -177,6 +180,38 @@ class PlannedStep:
     calls: tuple[str, ...] = ()
     """The calls that it is part of, the outermost first: each a path. A called procedure's teardown
     is run where it stands, and also if the run fails within that call."""
+    points: tuple[str, ...] = ()
+    """The set-points of sweeps and times of repetitions that it is part of, the outermost first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interlock:
+    """A channel that is watched throughout the run; values in its SI unit.
+
+    Tripped outside `minimum` to `maximum`, by a faster change than `rate_per_s`, or if nothing
+    could be read for `stale_s`.
+    """
+
+    name: str
+    member: str
+    """The channel, 'role.channel'."""
+    condition: str
+    """What trips it, in words."""
+    shown: Unit
+    """The unit in which values are shown."""
+    minimum: float = -inf
+    maximum: float = inf
+    rate_per_s: float | None = None
+    stale_s: float | None = None
+    debounce_s: float = 0.0
+    hysteresis: float = 0.0
+    latched: bool = False
+    every_s: float = 0.1
+    does: str = "abort"
+    """forbid, pause, abort or make_safe."""
+    forbids: tuple[str, ...] = ()
+    """Drives, 'role.drive', that may not be led away from their safe value."""
+    overridable: bool = False
 
 
 @dataclass(frozen=True)
@@ -184,6 +219,7 @@ class Plan:
     """The whole run, step by step, in order; teardown steps last."""
 
     steps: tuple[PlannedStep, ...]
+    interlocks: tuple[Interlock, ...] = ()
 
     @property
     def estimated_s(self) -> float:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Readable, Streaming
 from rigrunner.api.quantity import QuantityError, unit
 from rigrunner.plan.problems import suggestion
+from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
@@ -26,8 +27,13 @@ class Bench:
     """Looks up channels and drives by `role.name`; what is not there is added to the problems."""
 
     def __init__(
-        self, procedure: LoadedProcedure, devices: Mapping[str, Device], problems: Problems
+        self,
+        procedure: LoadedProcedure,
+        devices: Mapping[str, Device],
+        problems: Problems,
+        rules: DriveRules | None = None,
     ) -> None:
+        self.rules = rules or DriveRules()
         self._uses = procedure.model.uses
         self._document = procedure.document
         self._devices = devices
@@ -35,7 +41,7 @@ class Bench:
 
     def of(self, procedure: LoadedProcedure) -> Bench:
         """Return the same bench as another procedure sees it."""
-        return Bench(procedure, self._devices, self._problems)
+        return Bench(procedure, self._devices, self._problems, self.rules)
 
     def channel(self, member: str, path: Path, *, key: bool = False) -> ChannelInfo | None:
         """Return the channel, or None after adding the problem; `key`: it is named by a key."""
@@ -49,7 +55,13 @@ class Bench:
         device = self._device(member, path, key=key)
         if device is None:
             return None
-        return self._find(device.drives, "drive", member, path, key=key)
+        found = self._find(device.drives, "drive", member, path, key=key)
+        return found and self.rules.narrowed(member, found)
+
+    def safe_value(self, member: str) -> float:
+        """Return the safe value of a drive of the station."""
+        role, name = split_member(member)
+        return next(info.safe_value for info in self._devices[role].drives if info.name == name)
 
     def cycle_drives(self) -> list[str]:
         """Return all drives, 'role.name', that set the frequency of a cyclic motion."""

@@ -84,7 +84,7 @@ class _Walker:
             phase = section if section is Phase.TEARDOWN else place.phase
             label = f"{place.label}.{section}"
             _Walker(called, scene).section(
-                section.value, Place(phase, (section.value,), label, calls)
+                section.value, Place(phase, (section.value,), label, calls, place.points)
             )
 
     def _single(self, step: language.Step, place: Place) -> None:

@@ -24,6 +24,7 @@ class Place:
     path: Path
     label: str
     calls: tuple[str, ...] = ()
+    points: tuple[str, ...] = ()
 
     def inside(self, *parts: str) -> Place:
         """Return the place of a part of the step."""
@@ -35,7 +36,8 @@ class Place:
 
     def time(self, index: int) -> Place:
         """Return the place of steps done for the so-manieth time; in the file it is the same."""
-        return replace(self, label=f"{self.label}[{index}]")
+        label = f"{self.label}[{index}]"
+        return replace(self, label=label, points=(*self.points, label))
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,13 @@ class Scene:
     ) -> None:
         """Write down one step."""
         step = PlannedStep(
-            place.label, place.phase, action, text, seconds, terms or Terms(), place.calls
+            place.label,
+            place.phase,
+            action,
+            text,
+            seconds,
+            terms or Terms(),
+            place.calls,
+            place.points,
         )
         self.draft.steps.append(step)

@@ -71,7 +71,26 @@ class DriveStates:
             message = f"got '{quantity}', allowed is {limits}"
             hint = f"these are the limits of {member}"
             self._problems.add(self._document, valued_at, message, hint)
+        elif not self._standing.uncertain:
+            self._check_together(member, quantity, valued_at)
         return drive
+
+    def _check_together(self, member: str, quantity: Quantity, valued_at: Path) -> None:
+        """Add a problem for a set-point that is not allowed with where other drives stand."""
+        for combination in self._bench.rules.combinations:
+            others = [each for each in combination.drives if each != member]
+            if len(others) == len(combination.drives):
+                continue
+            stands = {name: self._stands(name) for name in others}
+            if not combination.allows({**stands, member: quantity.si}):
+                at = ", ".join(f"{name} at {value:g}" for name, value in stands.items())
+                message = f"got '{quantity}', not allowed with {at} (SI units)"
+                hint = f"allowed is {combination.words()}"
+                self._problems.add(self._document, valued_at, message, hint)
+
+    def _stands(self, member: str) -> float:
+        value = self._standing.values.get(member)
+        return self._bench.safe_value(member) if value is None else value
 
     def move(self, member: str, drive: DriveInfo, value: float) -> float:
         """Set the drive and return how many seconds it takes; it starts from its safe value."""

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from rigrunner.plan.actions import Plan
 from rigrunner.plan.bench import Bench, check_roles
 from rigrunner.plan.builder import build
+from rigrunner.plan.interlocks import plan_interlocks
 from rigrunner.plan.needs import check_analysis, check_motion, check_register
 from rigrunner.plan.problems import Problems
+from rigrunner.plan.safety import check_order, drive_rules
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,14 +32,17 @@ def make_plan(
     """
     problems = Problems()
     check_roles(procedure, station, problems)
-    draft = build(procedure, Bench(procedure, devices, problems), problems)
+    check_order(station, devices, problems)
+    rules = drive_rules(station, devices, problems)
+    draft = build(procedure, Bench(procedure, devices, problems, rules), problems)
+    interlocks = plan_interlocks(procedure, station, devices, problems)
     check_analysis(procedure, draft, problems)
     check_register(station, draft, problems)
     problems.stop_if_any()
     # Only now: a mistake above that leaves a frequency unset would be told twice.
     check_motion(procedure, draft, problems)
     problems.stop_if_any()
-    return Plan(tuple(draft.steps))
+    return Plan(tuple(draft.steps), interlocks)
 
 
 def plan_text(plan: Plan) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.plan.actions import Limit, Terms
@@ -22,7 +23,7 @@ def tried_terms(step: Tried, place: Place, seconds: float, scene: Scene) -> Term
     if step.timeout is not None and step.timeout < seconds:
         message = f"got {step.timeout:g} s, but the step takes {seconds:.3g} s"
         scene.complain((*place.path, "timeout"), message)
-    return Terms(step.timeout, step.retries + 1)
+    return Terms(step.timeout, step.retries + 1, repeatable=step.repeatable)
 
 
 def judged_terms(
@@ -31,7 +32,7 @@ def judged_terms(
     """Return the terms of a step that finds values of the channels `found`, 'role.name'."""
     terms = tried_terms(step, place, seconds, scene)
     limits = tuple(_limits(step.limits, place, found, scene))
-    return Terms(terms.timeout_s, terms.tries, step.on_fail == "continue", limits)
+    return replace(terms, goes_on=step.on_fail == "continue", limits=limits)
 
 
 def _limits(

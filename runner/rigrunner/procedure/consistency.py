@@ -23,7 +23,7 @@ def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
     """Return every contradiction within a procedure, with its place."""
     return [
         Problem(message, document.where(path, key=document.part(path) is None), dotted(path), hint)
-        for check in (_compensation, _acceptance, _repeated_plugins, _answers)
+        for check in (_compensation, _acceptance, _repeated_plugins, _answers, _tries)
         for path, message, hint in check(procedure)
     ]
 
@@ -76,3 +76,12 @@ def _answers(procedure: Procedure) -> Iterator[Complaint]:
         if isinstance(step, AskStep) and step.ask.into in procedure.inputs:
             message = f"the input '{step.ask.into}' is asked at the start already"
             yield (*path, "ask", "into"), message, "choose another name, or drop the input"
+
+
+def _tries(procedure: Procedure) -> Iterator[Complaint]:
+    for path, step in steps_of(procedure):
+        keyword = next(iter(type(step).model_fields))
+        doing = getattr(step, keyword)
+        if getattr(doing, "retries", 0) and not doing.repeatable:
+            message = "the step is tried again, but is not repeatable"
+            yield (*path, keyword, "retries"), message, "leave one of them out"

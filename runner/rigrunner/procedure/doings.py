@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
-from rigrunner.procedure.options import Limits, OnFail, PositiveDuration, Retries, Timeout
+from rigrunner.procedure.options import (
+    Limits,
+    OnFail,
+    PositiveDuration,
+    Repeatable,
+    Retries,
+    Timeout,
+)
 from rigrunner.procedure.refusals import require_one
 from rigrunner.yamlfile.names import Member, Name, Text
 
@@ -20,6 +27,9 @@ Cycles = Annotated[int, Field(ge=1, le=1_000_000)]
 Channels = Annotated[ListOf[Member], Field(min_length=1)]
 
 
+_OPTIONS = ("timeout", "retries", "repeatable")
+
+
 class Set(Settings):
     """Drives get a set-point each, in the order in which they stand, and are read back."""
 
@@ -27,13 +37,14 @@ class Set(Settings):
     """Role and drive, such as tester.load; written beside the other keys."""
     timeout: Timeout = None
     retries: Retries = 0
+    repeatable: Repeatable = True
 
     @model_validator(mode="before")
     @classmethod
     def _sort_out_drives(cls, value: object) -> object:
         if not isinstance(value, dict):
             return value
-        options = {key: value[key] for key in ("timeout", "retries") if key in value}
+        options = {key: value[key] for key in _OPTIONS if key in value}
         drives = {key: value[key] for key in value if key not in options}
         return {**options, "drives": drives}
 
@@ -66,6 +77,7 @@ class Ramp(Settings):
     """How long it takes."""
     timeout: Timeout = None
     retries: Retries = 0
+    repeatable: Repeatable = True
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -108,6 +120,7 @@ class Zero(Settings):
     limits: Limits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
+    repeatable: Repeatable = True
     on_fail: OnFail = "stop"
 
 
@@ -123,6 +136,7 @@ class Record(Settings):
     limits: Limits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
+    repeatable: Repeatable = True
     on_fail: OnFail = "stop"
 
     @model_validator(mode="after")
@@ -143,4 +157,5 @@ class Measure(Settings):
     limits: Limits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
+    repeatable: Repeatable = True
     on_fail: OnFail = "stop"

@@ -12,6 +12,7 @@ from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analysis_spec import AnalysisSpec
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.steps import Parameter, Step
+from rigrunner.station.interlocks import Interlock
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
 
@@ -52,6 +53,8 @@ class Procedure(Settings):
     """What is asked at the start, by name."""
     uses: Annotated[dict[Name, Text], Field(min_length=1)]
     """Role to the type of device that fills it."""
+    interlocks: ListOf[Interlock] = ()
+    """What is watched throughout the run, beside the station's own interlocks."""
     parameters: dict[Name, Parameter] = Field(default_factory=dict)
     """Values by name; `$name` stands for one anywhere else in the file."""
     setup: ListOf[Step] = ()

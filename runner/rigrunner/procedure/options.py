@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from rigrunner.api.quantity import Quantity, QuantityError
-from rigrunner.api.settings import AnyQuantity, Duration, Settings
+from rigrunner.api.settings import AnyQuantity, Duration, Settings, YesNo
 from rigrunner.yamlfile.names import Member
 
 if TYPE_CHECKING:
@@ -20,6 +20,10 @@ Timeout = Annotated[
 ]
 Retries = Annotated[
     int, Field(ge=0, le=100, description="How often it is tried again after a failure.")
+]
+Repeatable = Annotated[
+    YesNo,
+    Field(description="Whether it may be done twice; a pause inside one that may not aborts."),
 ]
 OnFail = Annotated[
     Literal["stop", "continue"],

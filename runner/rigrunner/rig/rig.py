@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.api.devices import KnowsTruth, Readable, Settable, Streaming
+from rigrunner.api.devices import KnowsTruth, Pausable, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
-from rigrunner.rig.worker import InlineCaller, ThreadCaller
+from rigrunner.rig.drives import agrees, tolerance, travel_s
+from rigrunner.rig.safe_state import make_safe, safe_places
+from rigrunner.rig.worker import InlineCaller, Patience, ThreadCaller
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -17,33 +20,10 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Clock, Device, DriveInfo, Identity, StopToken
+    from rigrunner.rig.safe_state import SafetyReport
     from rigrunner.rig.worker import Caller
 
 _T = TypeVar("_T")
-_ATTEMPTS = 3
-"""How often making one device safe is begun anew after an interrupt."""
-
-
-@dataclass(frozen=True)
-class Patience:
-    """How long a device that may block is waited for, beyond the time that its drives need."""
-
-    connect_s: float = 10.0
-    answer_s: float = 10.0
-
-
-@dataclass(frozen=True)
-class SafetyReport:
-    """Whether one device is safe: what was read back from its drives, and what speaks against."""
-
-    role: str
-    read_back: Mapping[str, float] = field(default_factory=dict)
-    problems: tuple[str, ...] = ()
-
-    @property
-    def safe(self) -> bool:
-        """True if every drive was read back at its safe value."""
-        return not self.problems
 
 
 class Rig:
@@ -54,10 +34,20 @@ class Rig:
     """
 
     def __init__(
-        self, devices: Mapping[str, Device], clock: Clock, patience: Patience | None = None
+        self,
+        devices: Mapping[str, Device],
+        clock: Clock,
+        patience: Patience | None = None,
+        safe_order: Sequence[str] = (),
+        rules: DriveRules | None = None,
     ) -> None:
         self.devices = dict(devices)
         self.clock = clock
+        self._safe_order = tuple(safe_order)
+        self._rules = rules or DriveRules()
+        self._connected: set[str] = set()
+        self._set_points: dict[str, float] = {}
+        self._paused: list[str] = []
         self._patience = patience or Patience()
         self._callers: dict[str, Caller] = {
             role: InlineCaller() if device.non_blocking else ThreadCaller(role)
@@ -96,14 +86,11 @@ class Rig:
         The read-back must agree within the drive's tolerance. It is waited for as long as the drive
         needs and `Patience` adds, or for `timeout_s`.
         """
-        info = self._drive(role, drive)
-        if not info.minimum <= value <= info.maximum:
-            raise DeviceRejectedError(
-                f"{role}: {drive} cannot be set to {value:g} {info.unit}",
-                hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
-            )
+        info, member = self._drive(role, drive), f"{role}.{drive}"
         device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
+        self._rules.check(member, info, value, self._standing)
         limit_s = self._patience.answer_s + travel_s(info) if timeout_s is None else timeout_s
+        self._set_points.pop(member, None)  # until it is read back, where it stands is not known
         self._call(role, f"set {drive}", lambda: device.set(drive, value), limit_s)
         actual = self._call(role, f"read back {drive}", lambda: device.read_back(drive))
         if not agrees(info, actual, value):
@@ -112,7 +99,48 @@ class Rig:
                 f" but reads back {actual:g} {info.unit}",
                 hint=f"allowed: within {tolerance(info):g} {info.unit}",
             )
+        self._set_points[member] = value
         return actual
+
+    def led_rate_per_s(self, role: str, drive: str) -> float | None:
+        """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
+        info, member = self._drive(role, drive), f"{role}.{drive}"
+        led = self._rules.is_led(member, info)
+        return self._rules.narrowed(member, info).rate_per_s if led else None
+
+    def standing(self, role: str, drive: str) -> float:
+        """Return where a drive stands: its last set-point, or else what is read back."""
+        return self._standing(f"{role}.{drive}")
+
+    def leads_away(self, role: str, drive: str, value: float) -> bool:
+        """Say whether a set-point is farther from the safe value than where the drive stands."""
+        safe = self._drive(role, drive).safe_value
+        return abs(value - safe) > abs(self.standing(role, drive) - safe)
+
+    def pause(self) -> list[str]:
+        """Let every device stand still that can, in the order of making safe.
+
+        Returns for each other one, in words, which of its drives stay away from their safe value.
+        """
+        staying = []
+        for role, drive in safe_places(self._safe_order, self.devices):
+            device = self.devices[role]
+            if drive:
+                continue
+            if isinstance(device, Pausable):
+                self._call(role, "pause", device.pause, self._longest_s(role))
+                self._paused.append(role)
+            elif away := self._away(role):
+                staying.append(f"{role} cannot pause: {', '.join(away)}")
+        return staying
+
+    def resume(self) -> None:
+        """Bring back what was paused; the last one that was paused is the first."""
+        while self._paused:
+            role = self._paused[-1]
+            device = self._able(role, Pausable)  # type: ignore[type-abstract]  # a Protocol
+            self._call(role, "resume", device.resume, self._longest_s(role))
+            self._paused.pop()
 
     def stream(
         self, role: str, channels: Sequence[str], duration_s: float, stop: StopToken
@@ -166,9 +194,18 @@ class Rig:
     def make_safe(self) -> tuple[SafetyReport, ...]:
         """Make every device safe, whatever happens to the others; never raises.
 
-        Idempotent. A drive counts as safe once it is read back at its safe value.
+        Idempotent, and in the order that was given: first the drives and devices that it names,
+        then the other devices, those that move in cycles before those that do not. A drive counts
+        as safe once it is read back at its safe value.
         """
-        return tuple(self._make_safe(role, device) for role, device in self.devices.items())
+        answer_s = self._patience.answer_s
+        self._paused.clear()
+        self._set_points.clear()
+        return tuple(
+            make_safe(role, drive, self.devices[role], self._callers[role], answer_s)
+            for role, drive in safe_places(self._safe_order, self.devices)
+            if not drive or role in self._connected
+        )
 
     def close(self) -> None:
         """Close every device; the first error is raised after all were tried."""
@@ -187,21 +224,28 @@ class Rig:
 
     def _connect(self, role: str) -> Identity:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
-        return self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
+        identity = self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
+        self._connected.add(role)
+        return identity
 
-    def _make_safe(self, role: str, device: Device) -> SafetyReport:
-        timeout_s = self._patience.answer_s + sum(travel_s(info) for info in device.drives)
-        for _ in range(_ATTEMPTS):
-            try:
-                read_back = dict(
-                    self._callers[role].call_urgently("make safe", device.make_safe, timeout_s)
-                )
-                return SafetyReport(role, read_back, _unsafe(device, read_back))
-            except KeyboardInterrupt:
-                continue  # impatience must not leave a rig half safe
-            except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
-                return SafetyReport(role, problems=(f"make safe failed: {_words(error)}",))
-        return SafetyReport(role, problems=("make safe was interrupted from the keyboard",))
+    def _standing(self, member: str) -> float:
+        if member in self._set_points:
+            return self._set_points[member]
+        role, drive = split_member(member)
+        device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
+        return self._call(role, f"read back {drive}", lambda: device.read_back(drive))
+
+    def _away(self, role: str) -> list[str]:
+        drives = {info.name: info for info in self.devices[role].drives}
+        stands = {name: self._set_points.get(f"{role}.{name}") for name in drives}
+        return [
+            f"{name} stays at {value:g} {drives[name].unit}"
+            for name, value in stands.items()
+            if value is not None and value != drives[name].safe_value
+        ]
+
+    def _longest_s(self, role: str) -> float:
+        return self._patience.answer_s + sum(map(travel_s, self.devices[role].drives))
 
     def _end_stream(self, role: str, blocks: Iterator[Block]) -> None:
         close = getattr(blocks, "close", None)
@@ -236,39 +280,6 @@ class Rig:
         limit_s = self._patience.answer_s if timeout_s is None else timeout_s
         with _named(role):
             return self._callers[role].call(what, function, limit_s)
-
-
-def tolerance(info: DriveInfo) -> float:
-    """Return how far a read-back may be from the set-point: declared, or 1 % of the range."""
-    if info.tolerance is not None:
-        return info.tolerance
-    return 0.01 * (info.maximum - info.minimum)
-
-
-def agrees(info: DriveInfo, actual: float, value: float) -> bool:
-    """Return True if a drive's actual value is its set-point within the tolerance."""
-    return abs(actual - value) <= tolerance(info)
-
-
-def travel_s(info: DriveInfo) -> float:
-    """Return how long the drive needs from one end of its range to the other, in seconds."""
-    return (info.maximum - info.minimum) / info.rate_per_s if info.rate_per_s else 0.0
-
-
-def _unsafe(device: Device, read_back: Mapping[str, float]) -> tuple[str, ...]:
-    return tuple(
-        f"{info.name} reads back {_value(info, read_back)}, safe is {info.safe_value:g} {info.unit}"
-        for info in device.drives
-        if not agrees(info, read_back.get(info.name, math.nan), info.safe_value)
-    )
-
-
-def _value(info: DriveInfo, read_back: Mapping[str, float]) -> str:
-    return f"{read_back[info.name]:g} {info.unit}" if info.name in read_back else "nothing"
-
-
-def _words(error: BaseException) -> str:
-    return str(error) if isinstance(error, DeviceError) else f"{type(error).__name__}: {error}"
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import Future, wait
+from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -14,6 +15,14 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _Job = tuple["Callable[[], Any]", "Future[Any]"]
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long a device that may block is waited for, beyond the time that its drives need."""
+
+    connect_s: float = 10.0
+    answer_s: float = 10.0
 
 
 class Caller(Protocol):

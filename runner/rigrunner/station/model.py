@@ -8,6 +8,7 @@ from pydantic import Field
 
 from rigrunner.api.instruments import AnyInstrument, RigDescription
 from rigrunner.api.settings import ListOf, Settings
+from rigrunner.station.safety import Safety
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
 
@@ -38,5 +39,7 @@ class Station(Settings):
     """Role to the device that fills it."""
     instruments: ListOf[AnyInstrument] = ()
     """The register: what is known of each transducer and of any other instrument."""
+    safety: Safety = Safety()
+    """How the rig is made safe, and what keeps it so."""
     plugins: Text | None = None
     """The folder of the lab's own plugins, relative to the station file."""

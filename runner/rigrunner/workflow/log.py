@@ -8,7 +8,9 @@ from rigrunner.api.events import (
     Alarm,
     Answer,
     Event,
+    InterlockTripped,
     Intervention,
+    MadeSafe,
     Note,
     Prompt,
     RunEnded,
@@ -47,7 +49,7 @@ class RunLog:
             self._file.flush()
 
 
-def event_text(event: Event) -> str:  # noqa: PLR0911  (one line for each kind of event)
+def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each kind)
     """Return an event in words; an empty text for one that a reader need not see."""
     match event:
         case RunStarted():
@@ -60,6 +62,9 @@ def event_text(event: Event) -> str:  # noqa: PLR0911  (one line for each kind o
             return f"{event.step}: asked: {event.text}"
         case Answer():
             return f"{event.step}: answered '{event.text}' ({event.by})"
+        case InterlockTripped():
+            within = f"detected within {event.latency_s:.2g} s"
+            return f"ALARM {event.source}: {event.text} ({within}); it does: {event.does}"
         case Note():
             return f"{event.step}: note: {event.text}"
         case Alarm():
@@ -67,7 +72,17 @@ def event_text(event: Event) -> str:  # noqa: PLR0911  (one line for each kind o
         case Intervention():
             about = f"{event.subject}; reason: " if event.subject else ""
             return f"{event.action} by {event.by}: {about}{event.reason}"
+        case MadeSafe():
+            return made_safe_text(event)
         case RunEnded():
             return f"run {event.outcome}{f': {event.reason}' if event.reason else ''}"
         case _:
             return ""
+
+
+def made_safe_text(event: MadeSafe) -> str:
+    """Return what was made safe, with what was read back."""
+    if event.problems:
+        return f"NOT SAFE {event.what}: {'; '.join(event.problems)}"
+    read_back = ", ".join(f"{name} {value:g}" for name, value in event.read_back.items())
+    return f"{event.what} is safe{f': read back {read_back}' if read_back else ''}"

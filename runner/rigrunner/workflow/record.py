@@ -8,15 +8,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
-from rigrunner.api.errors import ExitCode, RigrunnerError
+from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import Verdict
 from rigrunner.bus import Bus
 from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan
 from rigrunner.plan import plan_text
-from rigrunner.rig import Rig
+from rigrunner.rig import Patience, Rig
 from rigrunner.runfile import RunHeader, RunWriter, create_run_folder
+from rigrunner.station.drive_rules import DriveRules
 from rigrunner.workflow.log import RunLog
 from rigrunner.workflow.overrides import require_overridden
 from rigrunner.workflow.plot import sweep_plot
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.api.results import Result
-    from rigrunner.engine import AnswerSource, Override, RunSummary
+    from rigrunner.engine import AnswerSource, Override, Pauses, RunSummary
     from rigrunner.workflow.prepare import Planned
 
 RESULT_FILE = "result.json"
@@ -57,7 +58,7 @@ class FinishedRun:
         """How a command that did this run ends."""
         if isinstance(self.error, KeyboardInterrupt):
             return ExitCode.INTERRUPTED
-        if self.outcome is Outcome.ABORTED:
+        if self.outcome is Outcome.ABORTED and not isinstance(self.error, AbortedError):
             return ExitCode.ABORTED
         if isinstance(self.error, RigrunnerError):
             return self.error.exit_code
@@ -86,6 +87,7 @@ def execute(
     listeners: Sequence[EventSink] = (),
     operator: str = "",
     overrides: Sequence[Override] = (),
+    pauses: Pauses | None = None,
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
@@ -98,7 +100,7 @@ def execute(
     people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
     errors: list[BaseException] = []
     with rig_lock(planned):
-        rig = Rig(planned.devices, planned.clock)
+        rig = _rig_of(planned)
         identified = rig.connect()
         try:
             writer = _new_folder(planned, runs, inputs, people, identified)
@@ -106,7 +108,15 @@ def execute(
                 bus = Bus(critical=[writer], guarded=[log, *listeners])
                 run_id = writer.folder.name
                 summary = run_plan(
-                    planned.plan, rig, bus, planned.clock, answers, stop, run_id, overrides
+                    planned.plan,
+                    rig,
+                    bus,
+                    planned.clock,
+                    answers,
+                    stop,
+                    run_id,
+                    overrides,
+                    pauses=pauses,
                 )
         finally:
             rig.make_safe()
@@ -115,6 +125,13 @@ def execute(
     if summary.error is not None:
         errors.insert(0, summary.error)
     return _finish(planned, writer, summary, no_load, errors)
+
+
+def _rig_of(planned: Planned) -> Rig:
+    safety = planned.station.model.safety
+    patience = Patience(safety.patience.connect, safety.patience.answer)
+    rules = DriveRules(safety.drives, safety.combinations)
+    return Rig(planned.devices, planned.clock, patience, safety.order, rules)
 
 
 def _new_folder(

@@ -54,6 +54,11 @@ Text = Annotated[str, Field(min_length=1)]
 """Words for a person."""
 
 
+def is_name_or_member(text: str) -> bool:
+    """Say whether a text is the name of a role, or `role.name`."""
+    return bool(re.fullmatch(rf"{_NAME}(?:\.{_NAME})?", text))
+
+
 def split_member(member: str) -> tuple[str, str]:
     """Return role and name of `role.name`."""
     role, _, name = member.partition(".")

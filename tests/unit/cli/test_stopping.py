@@ -5,8 +5,18 @@ import signal
 
 import pytest
 
-from rigrunner.api.errors import AbortedError
-from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.api.errors import AbortedError, ExitCode
+from rigrunner.api.events import Outcome, RunEnded, RunStarted
+from rigrunner.cli.stopping import InterruptedRunError, stop_on_signals
+from rigrunner.engine.pausing import PauseWantedError, StopNow
+
+STAMP = {"seq": 0, "monotonic_s": 0.0, "utc": ""}
+STARTED = RunStarted(**STAMP, run_id="r", steps=1, estimated_s=1.0)
+ENDED = RunEnded(**STAMP, outcome=Outcome.COMPLETED)
+
+
+def press() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
@@ -15,6 +25,8 @@ def test_a_signal_sets_the_token_and_leaves_the_program_running(number):
         assert not stop.is_set()
         os.kill(os.getpid(), number)
         assert stop.is_set()
+        assert signal.Signals(number).name in str(stop.reason())
+        assert stop.reason().exit_code is ExitCode.ABORTED
 
 
 def test_a_signal_breaks_off_a_question():
@@ -23,8 +35,63 @@ def test_a_signal_breaks_off_a_question():
         os.kill(os.getpid(), signal.SIGTERM)
 
 
+def test_ctrl_c_pauses_then_aborts_then_stops_now_and_then_waits():
+    with stop_on_signals(attended=True) as stop:
+        stop(STARTED)
+        assert stop.pause_wanted() == ""
+        press()
+        assert (stop.pause_wanted(), stop.is_set()) == ("keyboard", False)
+        press()
+        assert stop.is_set()
+        assert isinstance(stop.reason(), InterruptedRunError)
+        assert stop.reason().exit_code is ExitCode.INTERRUPTED
+        with pytest.raises(StopNow):
+            press()
+        press()
+
+
+def test_where_nobody_is_there_ctrl_c_aborts_at_once():
+    with stop_on_signals() as stop:
+        stop(STARTED)
+        press()
+        assert stop.is_set()
+        with pytest.raises(StopNow):
+            press()
+
+
+def test_after_a_pause_ctrl_c_pauses_again():
+    with stop_on_signals(attended=True) as stop:
+        stop(STARTED)
+        press()
+        stop.paused()
+        stop.resumed()
+        assert stop.pause_wanted() == ""
+        press()
+        assert (stop.pause_wanted(), stop.is_set()) == ("keyboard", False)
+
+
+def test_ctrl_c_breaks_off_a_question_to_pause_and_while_paused_to_abort():
+    with stop_on_signals(attended=True) as stop:
+        stop(STARTED)
+        with pytest.raises(PauseWantedError), stop.while_asking():
+            press()
+        stop.paused()
+        with pytest.raises(InterruptedRunError), stop.while_asking():
+            press()
+
+
+@pytest.mark.parametrize("told", [(), (STARTED, ENDED)])
+def test_outside_of_a_run_ctrl_c_ends_the_program(told):
+    with stop_on_signals(attended=True) as stop:
+        for event in told:
+            stop(event)
+        with pytest.raises(KeyboardInterrupt):
+            press()
+        assert not stop.is_set()
+
+
 def test_the_former_handlers_return():
-    before = signal.getsignal(signal.SIGTERM)
+    before = signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGINT)
     with stop_on_signals():
-        assert signal.getsignal(signal.SIGTERM) != before
-    assert signal.getsignal(signal.SIGTERM) == before
+        assert signal.getsignal(signal.SIGTERM) != before[0]
+    assert (signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGINT)) == before

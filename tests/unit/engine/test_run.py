@@ -10,6 +10,7 @@ from rigrunner.api.events import (
     Alarm,
     Answer,
     Intervention,
+    MadeSafe,
     Outcome,
     Prompt,
     RunEnded,
@@ -336,3 +337,18 @@ def test_set_records_the_read_back():
     run(FakeTester(read_back_offset=0.1), plan, critical=[listener])
     assert listener.of(StepEnded)[0].values == {"tester.load": 1000.1}
     assert listener.of(StepEnded)[0].units == {"tester.load": "N"}
+
+
+def test_how_each_device_was_made_safe_is_on_record():
+    listener = Listener()
+    run(FakeTester(), critical=[listener])
+    (made,) = listener.of(MadeSafe)
+    assert (made.what, made.problems) == ("tester", ())
+    assert made.read_back == {"tester.load": 0.0, "tester.frequency": 0.0}
+
+
+def test_a_device_that_could_not_be_made_safe_is_on_record():
+    listener = Listener()
+    run(FakeTester(read_back_offset=0.5), plan_of((), (), ()), critical=[listener])
+    (made,) = listener.of(MadeSafe)
+    assert made.problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)

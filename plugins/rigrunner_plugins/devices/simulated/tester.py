@@ -66,6 +66,7 @@ class SimulatedTester:
         self._repetitions: Counter[tuple[float, float]] = Counter()
         self._readings = 0
         self._truth: Mapping[str, float] = {}
+        self._held_hz: float | None = None
 
     @property
     def channels(self) -> Sequence[ChannelInfo]:
@@ -100,8 +101,22 @@ class SimulatedTester:
         self._connected_s = None
 
     def make_safe(self) -> Mapping[str, float]:
-        """Stop the swing, then take the load away."""
+        """Stop the swing, then take the load away; what was paused is not gone on with."""
+        self._held_hz = None
         return self._drives.make_safe()
+
+    def pause(self) -> None:
+        """Stop the swing under its load."""
+        self._need_connection()
+        self._held_hz = self._drives.actual["frequency"]
+        self._drives.set("frequency", 0.0)
+
+    def resume(self) -> None:
+        """Swing again as before the pause."""
+        self._need_connection()
+        held_hz, self._held_hz = self._held_hz, None
+        if held_hz is not None:
+            self._drives.set("frequency", held_hz)
 
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""

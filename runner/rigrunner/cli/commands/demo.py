@@ -41,7 +41,7 @@ def command(folder: Path) -> ExitCode:
     runs: list[FinishedRun] = []
     try:
         with stop_on_signals() as stop, shown_progress() as progress:
-            runs.extend(run_demo(folder, load_registry(), SimulatedClock(), stop, [progress]))
+            runs.extend(run_demo(folder, load_registry(), SimulatedClock(), stop, [stop, progress]))
     finally:
         for finished in runs:
             tell_finished(finished)

@@ -72,6 +72,7 @@ def command(
     from rigrunner.cli.answers import TerminalAnswers
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.output import message
+    from rigrunner.cli.pausing import TerminalPauses
     from rigrunner.cli.planning import planned_run
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.stopping import stop_on_signals
@@ -88,18 +89,21 @@ def command(
     chosen = no_load_for(planned, runs, no_load)
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
-    with stop_on_signals() as stop, shown_progress() as progress:
+    with stop_on_signals(attended=not unattended) as stop, shown_progress() as progress:
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
+        inputs = answer_inputs(planned.procedure, {**filed, **named}, answers)
+        person = inputs.get("operator", answers.by)
         finished = execute(
             planned,
             runs=runs,
-            inputs=answer_inputs(planned.procedure, {**filed, **named}, answers),
+            inputs=inputs,
             no_load=chosen,
             answers=answers,
             stop=stop,
-            listeners=[progress],
+            listeners=[stop, progress],
             operator=operator or "",
             overrides=overrides,
+            pauses=None if unattended else TerminalPauses(stop, progress, operator or person),
         )
     tell_finished(finished, as_json=as_json)
     return finished.exit_code

@@ -1,0 +1,93 @@
+"""A person at the terminal who decides how a paused run goes on."""
+
+from __future__ import annotations
+
+import select
+import sys
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.cli.output import message, prompt
+from rigrunner.engine.pausing import Choice, Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.cli.progress import ProgressSink
+    from rigrunner.cli.stopping import SignalStop
+    from rigrunner.engine.pausing import Paused
+
+_LOOK_EVERY_S = 0.5
+_HELP = {
+    Choice.RESUME: "go on; what settled settles again, a step that was broken off is done anew",
+    Choice.OVERRIDE: "go on in spite of the interlock, with a reason",
+    Choice.REPEAT: "do {point} again from its start; what was recorded is kept",
+    Choice.SKIP: "leave out the rest of {point}, with a reason",
+    Choice.NOTE: "put a remark on record",
+    Choice.ABORT: "end the run: teardown, and the rig is made safe",
+}
+_WITH_REASON = (Choice.OVERRIDE, Choice.SKIP, Choice.NOTE)
+
+
+class TerminalPauses:
+    """Asks on stderr what is to be done, and reads the answer from stdin."""
+
+    def __init__(self, stop: SignalStop, progress: ProgressSink, by: str) -> None:
+        self._stop = stop
+        self._progress = progress
+        self._by = by
+
+    def wanted(self) -> str:
+        """Return 'keyboard' after Ctrl-C."""
+        return self._stop.pause_wanted()
+
+    def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
+        """Ask until the answer is one of the choices, with its reason where one is needed."""
+        self._stop.paused()
+        with self._progress.paused():
+            _show(paused)
+            choice = self._choice(paused, watch)
+            reason = self._reason(choice, watch) if choice in _WITH_REASON else ""
+        if choice is not Choice.NOTE:
+            self._stop.resumed()
+        return Decision(choice, self._by, reason)
+
+    def _choice(self, paused: Paused, watch: Callable[[], None]) -> Choice:
+        names = "/".join(paused.choices)
+        while True:
+            answer = self._answer(f"What now? [{names}] ", watch).lower()
+            found = [each for each in paused.choices if answer and each.startswith(answer)]
+            if len(found) == 1:
+                return found[0]
+            message(f"Please answer with one of: {', '.join(paused.choices)}.")
+
+    def _reason(self, choice: Choice, watch: Callable[[], None]) -> str:
+        question = "Your note: " if choice is Choice.NOTE else "Why? "
+        while not (reason := self._answer(question, watch)):
+            message("Please give it in words: it goes on record.")
+        return reason
+
+    def _answer(self, question: str, watch: Callable[[], None]) -> str:
+        prompt(question)
+        with self._stop.while_asking():
+            while not _may_be_read():
+                watch()
+            line = sys.stdin.readline()
+        if not line:
+            raise AbortedError("paused, and nobody answered: the input has ended")
+        return line.strip()
+
+
+def _show(paused: Paused) -> None:
+    message(f"Paused at {paused.step}: {paused.reason}.")
+    for text in paused.moving:
+        message(f"  {text}")
+    for choice in paused.choices:
+        message(f"  {choice:9} {_HELP[choice].format(point=paused.point)}")
+
+
+def _may_be_read() -> bool:
+    """Wait a moment for an answer; say at once that it may be read where waiting cannot be done."""
+    if sys.platform == "win32" or not sys.stdin.isatty():
+        return True
+    return bool(select.select([sys.stdin], [], [], _LOOK_EVERY_S)[0])

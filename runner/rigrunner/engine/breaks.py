@@ -1,0 +1,98 @@
+"""A pause: devices stand still where they can, a person decides how the run goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import Alarm, Intervention, Note
+from rigrunner.engine.pausing import Choice, Decision, Paused
+from rigrunner.engine.points import point_at, point_name, unrepeatable
+from rigrunner.plan.actions import Phase
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.engine.pausing import Pauses, PauseWantedError
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.actions import PlannedStep
+
+
+def take_break(
+    steps: Sequence[PlannedStep], index: int, wanted: PauseWantedError, session: Session
+) -> Decision:
+    """Pause before a step, and return how the run goes on; raise AbortedError if it does not.
+
+    Interlocks are watched meanwhile. Where nobody is there to decide, the run is aborted.
+    """
+    session.emit(Intervention, action="pause", by=wanted.by, reason=wanted.message)
+    if session.pauses is None:
+        raise AbortedError(f"{wanted.message}; nobody is there to go on", by=wanted.by)
+    moving = tuple(session.rig.pause())
+    for text in moving:
+        session.emit(Alarm, source="pause", text=text)
+    here = _Break(steps, index, session)
+    decision = here.decision(session.pauses, wanted.message, moving)
+    if decision.choice is Choice.ABORT:
+        reason = f": {decision.reason}" if decision.reason else ""
+        raise AbortedError(f"{here.path}: aborted while paused{reason}", by=decision.by)
+    known = {"by": decision.by, "reason": here.reason(decision)}
+    session.emit(Intervention, action=str(decision.choice), **known)
+    session.rig.resume()
+    return decision
+
+
+@dataclass(frozen=True, eq=False)
+class _Break:
+    """Where a run is paused: before a step, or inside of it."""
+
+    steps: Sequence[PlannedStep]
+    index: int
+    session: Session
+
+    @property
+    def path(self) -> str:
+        return self.steps[self.index].path
+
+    @property
+    def point(self) -> str:
+        return point_name(self.steps, self.index)
+
+    def decision(self, pauses: Pauses, reason: str, moving: tuple[str, ...]) -> Decision:
+        """Ask until the run may go on so, or is to end."""
+        guard, why = self.session.guard, reason
+        while True:
+            choices = tuple(self._choices())
+            paused = Paused(self.path, self.point, why, moving, choices)
+            decision = pauses.decide(paused, self.session.watch)
+            match decision.choice:
+                case Choice.ABORT:
+                    return decision
+                case Choice.NOTE:
+                    text = f"{decision.by}: {decision.reason}"
+                    self.session.emit(Note, step=self.path, text=text)
+                case Choice.OVERRIDE if Choice.OVERRIDE in choices:
+                    guard.override()
+                    return decision
+                case choice if choice in choices and not guard.pausing():
+                    return decision
+                case _:
+                    why = f"{guard.pausing()}; not cleared yet" if guard.pausing() else reason
+
+    def reason(self, decision: Decision) -> str:
+        """Return what goes on record beside the choice."""
+        if decision.choice not in (Choice.REPEAT, Choice.SKIP):
+            return decision.reason
+        return f"{self.point}: {decision.reason}" if decision.reason else self.point
+
+    def _choices(self) -> Iterator[Choice]:
+        yield Choice.RESUME
+        if self.session.guard.may_be_overridden():
+            yield Choice.OVERRIDE
+        if not unrepeatable(self.steps, range(point_at(self.steps, self.index).start, self.index)):
+            yield Choice.REPEAT
+        if self.steps[self.index].phase is Phase.MAIN:
+            yield Choice.SKIP
+        yield Choice.NOTE
+        yield Choice.ABORT

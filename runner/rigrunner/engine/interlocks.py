@@ -1,0 +1,124 @@
+"""Interlocks at work: what each channel was last seen to be, and what follows from it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import InterlockCleared, InterlockTripped
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.watching import Watch
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.data import Block
+    from rigrunner.engine.session import Emit
+    from rigrunner.plan.actions import Interlock
+    from rigrunner.rig import Rig
+
+_ROUNDING_S = 1e-9
+
+
+class InterlockError(AbortedError):
+    """An interlock ends the run; `makes_safe`: the rig is made safe before the teardown."""
+
+    def __init__(self, interlock: Interlock, text: str) -> None:
+        super().__init__(text, by=f"interlock {interlock.name}")
+        self.makes_safe = interlock.does == "make_safe"
+
+
+class Guard:
+    """Watches the channels of all interlocks between blocks, and says what may be set."""
+
+    def __init__(self, interlocks: Sequence[Interlock], rig: Rig, emit: Emit) -> None:
+        self._rig = rig
+        self._emit = emit
+        now_s = rig.clock.monotonic_s()
+        self._watches = [Watch(each, now_s) for each in interlocks]
+
+    @property
+    def tripped(self) -> list[Watch]:
+        """The interlocks that are tripped and that nobody has overridden."""
+        return [each for each in self._watches if each.tripped and not each.overridden]
+
+    def pausing(self) -> str:
+        """Return what is tripped that keeps a paused run from going on, in words."""
+        acting = [each for each in self.tripped if each.interlock.does == "pause"]
+        return "; ".join(each.text for each in acting)
+
+    def may_be_overridden(self) -> bool:
+        """Say whether something is tripped, and a person may go on in spite of all of it."""
+        return bool(self.tripped) and all(each.interlock.overridable for each in self.tripped)
+
+    def override(self) -> None:
+        """Let the run go on in spite of what is tripped now, until that has cleared."""
+        for each in self.tripped:
+            each.overridden = True
+
+    def feed(self, role: str, block: Block) -> None:
+        """Look at the samples of a stream, whose channels are named without the role."""
+        end_s = self._rig.clock.monotonic_s()
+        times_s = end_s - np.arange(block.samples - 1, -1, -1) / block.rate_hz
+        for each in self._watches:
+            watched, channel = split_member(each.interlock.member)
+            if watched == role and channel in block.channels and block.samples:
+                each.take(times_s, np.asarray(block.channels[channel]), end_s)
+
+    def look(self, *, anew: bool = False) -> None:
+        """Read what is due, or all of it `anew`; put on record what has tripped or cleared."""
+        for each in self._watches:
+            now_s = self._rig.clock.monotonic_s()
+            if anew or now_s - each.looked_s >= each.interlock.every_s - _ROUNDING_S:
+                self._read(each)
+        for each in self._watches:
+            self._tell(each)
+
+    def check(self, *, anew: bool = False) -> None:
+        """Look, then raise InterlockError or PauseWantedError for what is tripped."""
+        self.look(anew=anew)
+        acting = [each for each in self.tripped if each.interlock.does != "forbid"]
+        for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
+            if each.interlock.does == "pause":
+                raise PauseWantedError(each.text, by=f"interlock {each.interlock.name}")
+            raise InterlockError(each.interlock, each.text)
+
+    def allow(self, role: str, drive: str, value: float) -> None:
+        """Raise InterlockError if a set-point leads away from safe and is forbidden now."""
+        member = f"{role}.{drive}"
+        against = [each for each in self.tripped if member in each.interlock.forbids]
+        for each in against:
+            if self._rig.leads_away(role, drive, value):
+                text = f"{member} may not be set to {value:g}: {each.text}"
+                raise InterlockError(each.interlock, text)
+
+    def _read(self, watch: Watch) -> None:
+        role, channel = split_member(watch.interlock.member)
+        try:
+            value = self._rig.read(role, (channel,))[watch.interlock.member]
+        except Exception as error:  # noqa: BLE001  (what cannot be read is not known to be good)
+            watch.miss(self._rig.clock.monotonic_s(), str(error))
+            return
+        now_s = self._rig.clock.monotonic_s()
+        watch.take(np.array([now_s]), np.array([value]), now_s)
+
+    def _tell(self, watch: Watch) -> None:
+        for change in _changes(watch):
+            interlock = watch.interlock
+            known = {"interlock": interlock.name, "text": watch.text}
+            if change == "tripped":
+                more = {"latency_s": watch.latency_s, "does": interlock.does}
+                self._emit(InterlockTripped, source=f"interlock {interlock.name}", **known, **more)
+            else:
+                self._emit(InterlockCleared, step=f"interlock {interlock.name}", **known)
+
+
+_GRAVEST = ("make_safe", "abort", "pause")
+
+
+def _changes(watch: Watch) -> Iterator[str]:
+    changes, watch.changes = watch.changes, []
+    yield from changes

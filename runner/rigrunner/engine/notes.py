@@ -1,0 +1,87 @@
+"""What goes wrong in a run, put on record, and the outcome that follows from it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError, RigrunnerError
+from rigrunner.api.events import Alarm, Intervention, Outcome
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import StopToken
+    from rigrunner.api.events import Event
+    from rigrunner.engine.session import Emit
+
+
+class Notes:
+    """The first error decides how a run ends, the others are put on record beside it."""
+
+    def __init__(self, emit: Emit, stop: StopToken) -> None:
+        self._emit = emit
+        self._stop = stop
+        self._noted: list[BaseException] = []
+        self._passed_over: list[str] = []
+
+    @property
+    def first(self) -> BaseException | None:
+        """The first error."""
+        return next(iter(self._noted), None)
+
+    @property
+    def last(self) -> BaseException | None:
+        """The latest error."""
+        return self._noted[-1] if self._noted else None
+
+    @property
+    def passed_over(self) -> tuple[str, ...]:
+        """What the run went on after, though it is not as it should be."""
+        return tuple(self._passed_over)
+
+    def tell(self, kind: type[Event], **fields: object) -> None:
+        """Emit what must not raise: a sink that fails now is an error beside the first."""
+        try:
+            self._emit(kind, **fields)
+        except Exception as error:  # noqa: BLE001  (a failed sink gets no more events: this ends)
+            self.note("event sink", error)
+
+    def note(self, source: str, error: BaseException) -> None:
+        """Put an error on record, once."""
+        if any(error is noted for noted in self._noted):
+            return
+        self._noted.append(error)
+        if isinstance(error, (AbortedError, KeyboardInterrupt)):
+            self.tell(Intervention, action="abort", by=self._who(error), reason=words(error))
+        else:
+            self.tell(Alarm, source=source, text=words(error))
+
+    def keep(self, error: BaseException) -> None:
+        """Let an error that is on record already count for the outcome."""
+        self._noted.append(error)
+
+    def pass_over(self, text: str) -> None:
+        """Let the run go on, and say so at its end."""
+        self._passed_over.append(text)
+
+    def outcome(self) -> tuple[Outcome, str]:
+        """Return how the run ends, and why."""
+        error = self.first
+        if error is None and self._passed_over:
+            return Outcome.COMPLETED, f"passed over: {'; '.join(self._passed_over)}"
+        if error is None:
+            return Outcome.COMPLETED, ""
+        aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
+        return Outcome.ABORTED if aborted else Outcome.ERROR, words(error)
+
+    def _who(self, error: BaseException) -> str:
+        if isinstance(error, KeyboardInterrupt):
+            return "keyboard"
+        if isinstance(error, AbortedError) and error.by:
+            return error.by
+        return "stop request" if self._stop.is_set() else "operator"
+
+
+def words(error: BaseException) -> str:
+    """Return an error as one line."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted from the keyboard"
+    return str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"

@@ -1,0 +1,83 @@
+"""Pausing: who may ask for it, and what a person may decide while the run is paused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from rigrunner.api.errors import RigrunnerError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.errors import AbortedError
+
+
+class Choice(StrEnum):
+    """What a person may decide while a run is paused."""
+
+    RESUME = "resume"
+    OVERRIDE = "override"
+    REPEAT = "repeat"
+    SKIP = "skip"
+    NOTE = "note"
+    ABORT = "abort"
+
+
+@dataclass(frozen=True)
+class Paused:
+    """Where a run is paused and why."""
+
+    step: str
+    point: str
+    """What would be repeated or skipped: the set-point of a sweep, or the step itself."""
+    reason: str
+    moving: tuple[str, ...]
+    """Devices that cannot pause, in words, with where their drives stay."""
+    choices: tuple[Choice, ...]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What was decided, by whom, and why; a note's text is its reason."""
+
+    choice: Choice
+    by: str
+    reason: str = ""
+
+
+class Pauses(Protocol):
+    """Asks for pauses, and decides how they end."""
+
+    def wanted(self) -> str:
+        """Return who asks for a pause, such as 'keyboard'; an empty text while nobody does."""
+        ...
+
+    def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
+        """Return one of the choices; call `watch` often while waiting, and let what it raises out.
+
+        Asks for no pause any more from then on, until somebody does anew.
+        """
+        ...
+
+
+@runtime_checkable
+class Reasoned(Protocol):
+    """A stop token that knows why it is set."""
+
+    def reason(self) -> AbortedError:
+        """Return what ends the run."""
+        ...
+
+
+class StopNow(KeyboardInterrupt):
+    """A person wants no teardown either: the rig is made safe at once."""
+
+
+class PauseWantedError(RigrunnerError):
+    """Leaves a step that a pause breaks off; no user sees it."""
+
+    def __init__(self, reason: str, by: str) -> None:
+        super().__init__(reason)
+        self.by = by

@@ -1,0 +1,86 @@
+"""A step and its tries: done, tried again, passed over, or the end of the run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import Alarm, Note, StepEnded, StepStarted
+from rigrunner.engine.attempt import Attempt
+from rigrunner.engine.limits import judge
+from rigrunner.engine.notes import words
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.steps import Measured, perform
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from rigrunner.engine.notes import Notes
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.actions import PlannedStep
+
+
+def do_step(
+    index: int, step: PlannedStep, session: Session, notes: Notes, tries: Counter[int]
+) -> None:
+    """Do one step, and again after a failure for as long as its terms allow.
+
+    `tries` counts by index how often each step was begun, so that no two recordings have the same
+    name. Raises what ends the run, and PauseWantedError if a pause broke the step off.
+    """
+    for number in range(1, step.terms.tries + 1):
+        tries[index] += 1
+        if _try(Attempt(index, step, number, tries[index]), session, notes):
+            return
+
+
+def _try(attempt: Attempt, session: Session, notes: Notes) -> bool:
+    """Return whether the step is over; raise what ends the run."""
+    step, found = attempt.step, Measured()
+    trial = session.within(step.terms.timeout_s)
+    session.emit(StepStarted, **attempt.started)
+    try:
+        found = perform(step.path, attempt.action, trial)
+        trial.check_time()
+        remarks = judge(step.terms.limits, found.values)
+    except PauseWantedError as wanted:
+        notes.tell(StepEnded, **attempt.ended, ok=False, **_values(found))
+        raise _unless_repeatable(step, wanted) from wanted
+    except BaseException as error:
+        again, passed_over = _failed(attempt, error, notes)
+        notes.tell(StepEnded, **attempt.ended, ok=False, **_values(found))
+        if again or passed_over:
+            return not again
+        raise
+    for text in remarks:
+        session.emit(Note, step=step.path, text=text)
+    session.emit(StepEnded, **attempt.ended, ok=True, **_values(found), truth=found.truth)
+    return True
+
+
+def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception:
+    """Return the pause, or the abort that it is inside a step that cannot be done twice."""
+    if step.terms.repeatable:
+        return PauseWantedError(wanted.message, wanted.by)
+    text = f"{step.path}: {wanted.message}, inside a step that cannot be repeated"
+    return AbortedError(text, by=wanted.by)
+
+
+def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool, bool]:
+    """Put a failure on record; return whether it is tried again, and whether passed over."""
+    path = attempt.step.path
+    again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
+    if again:
+        tries = attempt.step.terms.tries
+        text = f"{words(error)}; try {attempt.number} of {tries}"
+        notes.tell(Alarm, source=path, text=text)
+    elif passed_over:
+        notes.pass_over(f"{path}: {words(error)}")
+        notes.tell(Alarm, source=path, text=f"{words(error)}; the run goes on")
+    else:
+        notes.note(path, error)
+    return again, passed_over
+
+
+def _values(found: Measured) -> dict[str, object]:
+    return {"values": found.values, "units": found.units}

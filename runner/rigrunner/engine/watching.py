@@ -1,0 +1,113 @@
+"""One interlock at work: whether its condition holds, how long it has, and since when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array, Mask
+    from rigrunner.plan.actions import Interlock
+
+_ROUNDING_S = 1e-9
+
+
+@dataclass(eq=False)
+class Watch:
+    """What is known of an interlock's channel; times by the rig's clock, values in SI units."""
+
+    interlock: Interlock
+    good_s: float
+    """When the channel was last known to be as it should; at first, when the watch began."""
+    looked_s: float = -np.inf
+    """When it was last looked at."""
+    tripped: bool = False
+    overridden: bool = False
+    """Whether a person lets the run go on until it clears."""
+    text: str = ""
+    """What was found when it last tripped or cleared."""
+    latency_s: float = 0.0
+    """How long it may have been so before it was detected."""
+    changes: list[Literal["tripped", "cleared"]] = field(default_factory=list)
+    """What has happened and was not told yet."""
+    _bad_since_s: float | None = None
+    _last: tuple[float, float] | None = None
+
+    def take(self, times_s: Array, values: Array, now_s: float) -> None:
+        """Look at consecutive values, each array of shape (n,), n > 0."""
+        self.looked_s = now_s
+        bad = self._bad(times_s, values)
+        worst = float(values[int(np.argmax(bad))])
+        if self._lasts(times_s, bad):
+            self._trip(f"{self._shown(worst)}, {self.interlock.condition}", now_s)
+        if not bad.all():
+            self.good_s = float(times_s[np.flatnonzero(~bad)[-1]])
+        if not bad.any() and self._is_clear(values):
+            self._clear(f"{self._shown(float(values[-1]))} again")
+        self._remember(float(times_s[-1]), float(np.mean(values)))
+
+    def miss(self, now_s: float, why: str) -> None:
+        """Take note that there was nothing to look at."""
+        self.looked_s = now_s
+        since_s = self._bad_since_s = (
+            self.good_s if self._bad_since_s is None else self._bad_since_s
+        )
+        stale_s = self.interlock.stale_s
+        patience_s = self.interlock.debounce_s if stale_s is None else stale_s
+        if now_s - since_s >= patience_s:
+            self._trip(f"{self.interlock.member} cannot be read: {why}", now_s)
+
+    def _bad(self, times_s: Array, values: Array) -> Mask:
+        lock = self.interlock
+        bad = ~((values >= lock.minimum) & (values <= lock.maximum))
+        if lock.rate_per_s is not None and self._last is not None:
+            before_s, before = self._last
+            passed_s = float(times_s[-1]) - before_s
+            far = abs(float(np.mean(values)) - before) > lock.rate_per_s * passed_s
+            bad |= far and passed_s >= self._shortest_s
+        return bad
+
+    @property
+    def _shortest_s(self) -> float:
+        """In what time a rate is told: over a shorter one noise would be taken for a change."""
+        return self.interlock.every_s - _ROUNDING_S
+
+    def _remember(self, time_s: float, mean: float) -> None:
+        if self._last is None or time_s - self._last[0] >= self._shortest_s:
+            self._last = (time_s, mean)
+
+    def _lasts(self, times_s: Array, bad: Mask) -> bool:
+        """Return whether the condition held for the debounce time without a break."""
+        edges = np.diff(np.concatenate(([False], bad, [False])).astype(np.int8))
+        starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+        began_s = times_s[starts]
+        if len(starts) and starts[0] == 0 and self._bad_since_s is not None:
+            began_s[0] = self._bad_since_s
+        self._bad_since_s = float(began_s[-1]) if bad[-1] else None
+        return bool(np.any(times_s[ends] - began_s >= self.interlock.debounce_s - _ROUNDING_S))
+
+    def _is_clear(self, values: Array) -> bool:
+        lock = self.interlock
+        low, high = lock.minimum + lock.hysteresis, lock.maximum - lock.hysteresis
+        return bool(np.all((values >= low) & (values <= high)))
+
+    def _trip(self, text: str, now_s: float) -> None:
+        if self.tripped:
+            return
+        self.tripped, self.text = True, text
+        self.latency_s = max(now_s - self.good_s, 0.0)
+        self.changes.append("tripped")
+
+    def _clear(self, text: str) -> None:
+        if self.tripped and not self.interlock.latched:
+            self.tripped = self.overridden = False
+            self.text = text
+            self.changes.append("cleared")
+
+    def _shown(self, value: float) -> str:
+        shown = self.interlock.shown
+        return (
+            f"{self.interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
+        )

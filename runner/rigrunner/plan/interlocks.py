@@ -1,0 +1,156 @@
+"""From the interlocks of station and procedures to those of the plan, in SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Readable, Streaming
+from rigrunner.api.quantity import unit, units_of
+from rigrunner.plan.actions import Interlock
+from rigrunner.plan.motions import RATES
+from rigrunner.plan.problems import suggestion
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.plan.problems import Problems
+    from rigrunner.procedure import LoadedProcedure
+    from rigrunner.station import LoadedStation
+    from rigrunner.station.interlocks import Interlock as Written
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
+
+
+def plan_interlocks(
+    procedure: LoadedProcedure,
+    station: LoadedStation,
+    devices: Mapping[str, Device],
+    problems: Problems,
+) -> tuple[Interlock, ...]:
+    """Return the interlocks of station, procedure and all that it calls; they hold all the time."""
+    found: dict[str, Interlock] = {}
+    for place in _places(procedure, station, devices, problems):
+        if place.written.name in found:
+            place.complain("name", f"another interlock is called '{place.written.name}'")
+        interlock = place.planned()
+        if interlock is not None:
+            found[interlock.name] = interlock
+    return tuple(found.values())
+
+
+def _places(
+    procedure: LoadedProcedure,
+    station: LoadedStation,
+    devices: Mapping[str, Device],
+    problems: Problems,
+) -> Iterator[_Place]:
+    of_station = station.model.safety.interlocks
+    sources: list[tuple[Document, Path, Iterable[Written]]] = [
+        (station.document, ("safety", "interlocks"), of_station),
+        (procedure.document, ("interlocks",), procedure.model.interlocks),
+    ]
+    called = {each.document.name: each for each in procedure.all_called()}
+    sources += [(each.document, ("interlocks",), each.model.interlocks) for each in called.values()]
+    for document, path, interlocks in sources:
+        for index, written in enumerate(interlocks):
+            yield _Place(written, document, (*path, index), devices, problems)
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """An interlock where it is written."""
+
+    written: Written
+    document: Document
+    path: Path
+    devices: Mapping[str, Device]
+    problems: Problems
+
+    def complain(self, key: str | int, message: str, hint: str = "", *more: str | int) -> None:
+        self.problems.add(self.document, (*self.path, key, *more), message, hint)
+
+    def planned(self) -> Interlock | None:
+        """Return the interlock in SI units; None after adding what is wrong with it."""
+        written = self.written
+        for index, member in enumerate(written.forbids):
+            self._drive(member, index)
+        channel = self._channel()
+        if channel is None or not self._fits(channel):
+            return None
+        bounds = {name: quantity.si for name, quantity in written.bounds.items()}
+        shown = next(iter(written.bounds.values())).unit if bounds else unit(channel.unit)
+        return Interlock(
+            name=written.name,
+            member=written.channel,
+            condition=written.condition,
+            shown=shown,
+            minimum=bounds.get("minimum", -math.inf),
+            maximum=bounds.get("maximum", math.inf),
+            rate_per_s=written.rate.si if written.rate else None,
+            stale_s=written.stale,
+            debounce_s=written.debounce,
+            hysteresis=written.hysteresis.si if written.hysteresis else 0.0,
+            latched=written.latched,
+            every_s=written.every,
+            does=written.does,
+            forbids=written.forbids,
+            overridable=written.overridable,
+        )
+
+    def _channel(self) -> ChannelInfo | None:
+        device = self._device(self.written.channel, "channel")
+        if device is None:
+            return None
+        role, name = split_member(self.written.channel)
+        if not isinstance(device, (Readable, Streaming)):
+            self.complain("channel", f"the device in the role '{role}' has nothing to be read")
+        channels = {info.name: info for info in device.channels}
+        if name not in channels:
+            message = f"the device in the role '{role}' has no channel '{name}'"
+            self.complain("channel", message, suggestion(name, channels, "channels"))
+        return channels.get(name)
+
+    def _drive(self, member: str, index: int) -> DriveInfo | None:
+        device = self._device(member, "forbids", index)
+        if device is None:
+            return None
+        role, name = split_member(member)
+        drives = {info.name: info for info in device.drives}
+        if name not in drives:
+            message = f"the device in the role '{role}' has no drive '{name}'"
+            self.complain("forbids", message, suggestion(name, drives, "drives"), index)
+        return drives.get(name)
+
+    def _device(self, member: str, key: str, *more: int) -> Device | None:
+        role, _ = split_member(member)
+        if role not in self.devices:
+            message = f"the station has no device in the role '{role}'"
+            self.complain(key, message, suggestion(role, self.devices, "roles"), *more)
+        return self.devices.get(role)
+
+    def _fits(self, channel: ChannelInfo) -> bool:
+        """Return whether all quantities have the dimension of the channel, or of its rate."""
+        wanted = unit(channel.unit).dimension
+        given = {name: getattr(self.written, name) for name in ("above", "below", "hysteresis")}
+        fits = [self._has(wanted, quantity, name) for name, quantity in given.items() if quantity]
+        fits += [
+            self._has(wanted, quantity, "outside", index)
+            for index, quantity in enumerate(self.written.outside or ())
+        ]
+        if self.written.rate is not None:
+            fits.append(self._has(RATES.get(wanted, ""), self.written.rate, "rate"))
+        return all(fits)
+
+    def _has(self, dimension: str, quantity: Quantity, key: str, *more: int) -> bool:
+        if quantity.dimension == dimension:
+            return True
+        needed = f"takes a {dimension}" if dimension else "has no unit for its rate"
+        message = f"got '{quantity}', a {quantity.dimension}; {self.written.channel} {needed}"
+        hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
+        self.complain(key, message, hint, *more)
+        return False

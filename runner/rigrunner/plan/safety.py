@@ -1,0 +1,113 @@
+"""Whether what the station says of safety is about devices and drives that it has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.quantity import unit, units_of
+from rigrunner.plan.motions import RATES
+from rigrunner.plan.problems import suggestion
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import Device, DriveInfo
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.plan.problems import Problems
+    from rigrunner.station import LoadedStation
+    from rigrunner.station.limits import Combination, DriveLimits
+    from rigrunner.yamlfile.document import Path
+
+
+def check_order(station: LoadedStation, devices: Mapping[str, Device], problems: Problems) -> None:
+    """Add a problem for every device and drive in the order of making safe that is not there."""
+    lookup = _Drives(station, devices, problems)
+    for index, member in enumerate(station.model.safety.order):
+        path = ("safety", "order", index)
+        if split_member(member)[1]:
+            lookup.drive(member, path)
+        else:
+            lookup.device(member, path)
+
+
+def drive_rules(
+    station: LoadedStation, devices: Mapping[str, Device], problems: Problems
+) -> DriveRules:
+    """Return what the station allows of its drives; what does not fit them is a problem."""
+    safety, lookup = station.model.safety, _Drives(station, devices, problems)
+    drives = {name: each for name, each in safety.drives.items() if lookup.limits_fit(name, each)}
+    fitting = [
+        each for at, each in enumerate(safety.combinations) if lookup.combination_fits(at, each)
+    ]
+    return DriveRules(drives, fitting)
+
+
+@dataclass(frozen=True, eq=False)
+class _Drives:
+    """The drives of a station, for what the station's own file says of them."""
+
+    station: LoadedStation
+    devices: Mapping[str, Device]
+    problems: Problems
+
+    def complain(self, path: Path, message: str, hint: str = "", *, key: bool = False) -> None:
+        self.problems.add(self.station.document, path, message, hint, key=key)
+
+    def device(self, role: str, path: Path, *, key: bool = False) -> Device | None:
+        """Return the device, or None after adding the problem; `key`: it is named by a key."""
+        if role not in self.devices:
+            message = f"there is no device in the role '{role}'"
+            self.complain(path, message, suggestion(role, self.devices, "roles"), key=key)
+        return self.devices.get(role)
+
+    def drive(self, member: str, path: Path, *, key: bool = False) -> DriveInfo | None:
+        """Return the drive, or None after adding the problem."""
+        role, name = split_member(member)
+        device = self.device(role, path, key=key)
+        if device is None:
+            return None
+        drives = {info.name: info for info in device.drives}
+        if name not in drives:
+            message = f"the device in the role '{role}' has no drive '{name}'"
+            self.complain(path, message, suggestion(name, drives, "drives"), key=key)
+        return drives.get(name)
+
+    def limits_fit(self, member: str, limits: DriveLimits) -> bool:
+        path = ("safety", "drives", member)
+        drive = self.drive(member, path, key=True)
+        if drive is None:
+            return False
+        wanted = unit(drive.unit).dimension
+        given = [("min", limits.min, wanted), ("max", limits.max, wanted)]
+        given.append(("rate", limits.rate, RATES.get(wanted, "")))
+        return all(
+            self._has(dimension, quantity, member, (*path, key))
+            for key, quantity, dimension in given
+            if quantity is not None
+        )
+
+    def combination_fits(self, at: int, combination: Combination) -> bool:
+        path = ("safety", "combinations", at, "allowed")
+        fits = True
+        for index, corner in enumerate(combination.allowed):
+            for member, quantity in corner.items():
+                place = (*path, index, member)
+                drive = self.drive(member, place, key=True)
+                fits = (
+                    drive is not None
+                    and self._has(unit(drive.unit).dimension, quantity, member, place)
+                    and fits
+                )
+        return fits
+
+    def _has(self, dimension: str, quantity: Quantity, member: str, path: Path) -> bool:
+        if quantity.dimension == dimension:
+            return True
+        needed = f"takes a {dimension}" if dimension else "has no unit for its rate"
+        hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
+        message = f"got '{quantity}', a {quantity.dimension}; {member} {needed}"
+        self.complain(path, message, hint)
+        return False

@@ -1,0 +1,105 @@
+"""How one drive or device is brought to its safe state, and in which order all are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Settable
+from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.rig.drives import agrees, travel_s
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.devices import Device, DriveInfo
+    from rigrunner.rig.worker import Caller
+
+_ATTEMPTS = 3
+"""How often making one device safe is begun anew after an interrupt."""
+
+
+@dataclass(frozen=True)
+class SafetyReport:
+    """Whether a device, or one drive of it, is safe: what was read back, and what speaks against.
+
+    What follows upon a drive that is not safe is the whole device: only the device's report says
+    how it was left.
+    """
+
+    role: str
+    read_back: Mapping[str, float] = field(default_factory=dict)
+    problems: tuple[str, ...] = ()
+    drive: str = ""
+    """The one drive that was made safe; empty for the whole device."""
+
+    @property
+    def safe(self) -> bool:
+        """True if every drive was read back at its safe value."""
+        return not self.problems
+
+    @property
+    def what(self) -> str:
+        """The device's role, or 'role.drive'."""
+        return f"{self.role}.{self.drive}" if self.drive else self.role
+
+
+def safe_places(order: Sequence[str], devices: Mapping[str, Device]) -> list[tuple[str, str]]:
+    """Return each drive (role, drive) and device (role, '') in the order of making them safe.
+
+    First what the order names, then the devices that it does not name as a whole: the ones that
+    move in cycles before the others.
+    """
+    named = [split_member(each) for each in order]
+    last = sorted(devices, key=lambda role: not _moves_in_cycles(devices[role]))
+    return list(dict.fromkeys([*named, *((role, "") for role in last)]))
+
+
+def make_safe(
+    role: str, drive: str, device: Device, caller: Caller, answer_s: float
+) -> SafetyReport:
+    """Make a device safe, or one of its drives, and read back; never raises.
+
+    `answer_s` is how long it is waited for beyond the time that the drives need.
+    """
+    infos = [info for info in device.drives if drive in ("", info.name)]
+    timeout_s = answer_s + sum(travel_s(info) for info in infos)
+    work = device.make_safe if not drive else lambda: _set_safe(device, drive)
+    for _ in range(_ATTEMPTS):
+        try:
+            read_back = dict(caller.call_urgently("make safe", work, timeout_s))
+            return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive)
+        except KeyboardInterrupt:
+            continue  # impatience must not leave a rig half safe
+        except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
+            return SafetyReport(role, {}, (f"make safe failed: {_words(error)}",), drive)
+    return SafetyReport(role, {}, ("make safe was interrupted from the keyboard",), drive)
+
+
+def _set_safe(device: Device, drive: str) -> Mapping[str, float]:
+    info = next((info for info in device.drives if info.name == drive), None)
+    if info is None or not isinstance(device, Settable):
+        raise DeviceRejectedError(f"there is no drive '{drive}' that can be set")
+    device.set(drive, info.safe_value)
+    return {drive: device.read_back(drive)}
+
+
+def _moves_in_cycles(device: Device) -> bool:
+    return any(info.sets_cycle_frequency for info in device.drives)
+
+
+def _unsafe(infos: Sequence[DriveInfo], read_back: Mapping[str, float]) -> Iterator[str]:
+    for info in infos:
+        if not agrees(info, read_back.get(info.name, math.nan), info.safe_value):
+            got = _value(info, read_back)
+            yield f"{info.name} reads back {got}, safe is {info.safe_value:g} {info.unit}"
+
+
+def _value(info: DriveInfo, read_back: Mapping[str, float]) -> str:
+    return f"{read_back[info.name]:g} {info.unit}" if info.name in read_back else "nothing"
+
+
+def _words(error: BaseException) -> str:
+    return str(error) if isinstance(error, DeviceError) else f"{type(error).__name__}: {error}"

@@ -1,0 +1,56 @@
+"""The limits that hold at the moment of setting: range and combination, of device and station."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from rigrunner.api.devices import DriveInfo
+    from rigrunner.station.limits import Combination, DriveLimits
+
+
+@dataclass(frozen=True)
+class DriveRules:
+    """What a station allows of its drives, by 'role.drive'."""
+
+    drives: Mapping[str, DriveLimits] = field(default_factory=dict)
+    combinations: Sequence[Combination] = ()
+
+    def narrowed(self, member: str, info: DriveInfo) -> DriveInfo:
+        """Return the drive with the station's limits."""
+        limits = self.drives.get(member)
+        return info if limits is None else limits.narrowed(info)
+
+    def is_led(self, member: str, info: DriveInfo) -> bool:
+        """Say whether the station wants the drive to be slower than it is by itself."""
+        return self.narrowed(member, info).rate_per_s != info.rate_per_s
+
+    def check(
+        self, member: str, info: DriveInfo, value: float, standing: Callable[[str], float]
+    ) -> None:
+        """Raise DeviceRejectedError for a set-point beyond the limits.
+
+        `standing` tells where another drive stands, in SI units.
+        """
+        role, drive = member.split(".")
+        known = self.narrowed(member, info)
+        if not known.minimum <= value <= known.maximum:
+            raise DeviceRejectedError(
+                f"{role}: {drive} cannot be set to {value:g} {info.unit}",
+                hint=f"allowed: {known.minimum:g} to {known.maximum:g} {info.unit}",
+            )
+        for combination in self.combinations:
+            if member not in combination.drives:
+                continue
+            values = {n: value if n == member else standing(n) for n in combination.drives}
+            if not combination.allows(values):
+                others = ", ".join(f"{n} at {values[n]:g}" for n in values if n != member)
+                raise DeviceRejectedError(
+                    f"{role}: {drive} cannot be set to {value:g} {info.unit} with {others}",
+                    hint=f"allowed: {combination.words()}",
+                )

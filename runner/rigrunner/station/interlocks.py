@@ -1,0 +1,91 @@
+"""Interlocks: which channel is watched, what it may be, and what happens beyond that."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rigrunner.api.quantity import Quantity, QuantityError
+from rigrunner.api.settings import AnyQuantity, Duration, ListOf, Settings, YesNo
+from rigrunner.yamlfile.names import Member, Name
+
+PositiveDuration = Annotated[Duration, Field(gt=0)]
+CONDITIONS = ("above", "below", "outside", "rate", "stale")
+
+
+def _distance(quantity: Quantity) -> Quantity:
+    if quantity.unit.offset:
+        hint = f"write it in K: '{quantity.number:g} K'"
+        raise QuantityError(f"'{quantity}' is a temperature, not a difference of two", hint=hint)
+    if quantity.si <= 0:
+        raise QuantityError(f"got '{quantity}', allowed is more than 0")
+    return quantity
+
+
+class Interlock(Settings):
+    """A channel that is watched throughout a run. One of above, below, outside, rate, stale."""
+
+    name: Name
+    """How alarms name it."""
+    channel: Member
+    """What is watched, such as tester.temperature."""
+    above: AnyQuantity | None = None
+    """A greater value trips it."""
+    below: AnyQuantity | None = None
+    """A smaller value trips it."""
+    outside: Annotated[ListOf[AnyQuantity] | None, Field(min_length=2, max_length=2)] = None
+    """A value outside of these two trips it, such as [15 °C, 30 °C]."""
+    rate: AnyQuantity | None = None
+    """A faster change, up or down, trips it, such as 2 K/s."""
+    stale: PositiveDuration | None = None
+    """No new value for so long trips it. The others are tripped at once if nothing can be read."""
+    debounce: Annotated[Duration, Field(ge=0)] = 0.0
+    """How long the condition must last without a break."""
+    hysteresis: Annotated[AnyQuantity, AfterValidator(_distance)] | None = None
+    """How far within its limit a value must be to clear it."""
+    latched: YesNo = False
+    """Whether it stays tripped for the rest of the run."""
+    every: PositiveDuration = 0.1
+    """How often the channel is read; samples of a recording are all looked at."""
+    does: Literal["forbid", "pause", "abort", "make_safe"] = "abort"
+    """What it does beyond forbidding: pause or abort the run, or make safe at once and abort."""
+    forbids: ListOf[Member] = ()
+    """Drives that may not move away from their safe value while it is tripped; back they may."""
+    overridable: YesNo = False
+    """Whether a person may resume, with a reason, while it is tripped."""
+
+    @model_validator(mode="after")
+    def _has_one_condition(self) -> Self:
+        given = [name for name in CONDITIONS if getattr(self, name) is not None]
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            raise ValueError(f"got {got}, allowed is one of: {', '.join(CONDITIONS)}")
+        kinds = {quantity.dimension for quantity in self.outside or ()}
+        if self.outside and len(kinds) == 1 and self.outside[0].si >= self.outside[1].si:
+            raise ValueError(f"{self.outside[0]} must be below {self.outside[1]}")
+        if self.does == "forbid" and not self.forbids:
+            raise ValueError("'does: forbid' needs the drives that it forbids")
+        if self.hysteresis is not None and not self.bounds:
+            raise ValueError("hysteresis is a distance from above, below or outside")
+        return self
+
+    @property
+    def bounds(self) -> dict[str, Quantity]:
+        """The lowest and the highest value that is allowed, as 'minimum' and 'maximum'."""
+        low, high = self.outside or (self.below, self.above)
+        given = {"minimum": low, "maximum": high}
+        return {name: quantity for name, quantity in given.items() if quantity is not None}
+
+    @property
+    def condition(self) -> str:
+        """What trips it, in words, such as 'above 60 °C'."""
+        match self:
+            case Interlock(outside=(low, high)):
+                return f"outside {low} to {high}"
+            case Interlock(rate=Quantity() as rate):
+                return f"faster than {rate}"
+            case Interlock(stale=float() as stale):
+                return f"not read for {stale:g} s"
+            case _:
+                return f"above {self.above}" if self.above else f"below {self.below}"

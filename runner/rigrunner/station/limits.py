@@ -1,0 +1,89 @@
+"""What a station allows of its drives beyond what their devices say: range, rate, combinations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.yamlfile.names import Member
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.devices import DriveInfo
+
+_ROUNDING = 1 + 1e-9
+
+
+class DriveLimits(Settings):
+    """A narrower range, or a lower rate, than the device's own."""
+
+    min: AnyQuantity | None = None
+    """The lowest set-point."""
+    max: AnyQuantity | None = None
+    """The highest set-point."""
+    rate: AnyQuantity | None = None
+    """How fast it may move; a faster drive is led."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if not self.model_fields_set:
+            raise ValueError("a limit needs min, max or rate")
+        return self
+
+    def narrowed(self, info: DriveInfo) -> DriveInfo:
+        """Return the drive with the narrower of its own limits and these."""
+        low = info.minimum if self.min is None else max(info.minimum, self.min.si)
+        high = info.maximum if self.max is None else min(info.maximum, self.max.si)
+        rates = [rate for rate in (info.rate_per_s, self.rate and self.rate.si) if rate]
+        return replace(info, minimum=low, maximum=high, rate_per_s=min(rates, default=None))
+
+
+class Combination(Settings):
+    """Drives that may not all be high at once, such as load and frequency."""
+
+    allowed: Annotated[
+        ListOf[Annotated[dict[Member, AnyQuantity], Field(min_length=2)]], Field(min_length=1)
+    ]
+    """Corners: up to all values of one of them, in magnitude, the drives may go together."""
+    reason: str = ""
+    """Why, for those who are refused."""
+
+    @model_validator(mode="after")
+    def _is_about_the_same_drives(self) -> Self:
+        for corner in self.allowed[1:]:
+            if set(corner) != set(self.drives):
+                wanted, got = ", ".join(self.drives), ", ".join(corner)
+                raise ValueError(f"a corner is about {got}, the first one about {wanted}")
+        return self
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """The drives that it is about, 'role.drive'."""
+        return tuple(self.allowed[0])
+
+    def allows(self, values: Mapping[str, float]) -> bool:
+        """Say whether the drives may stand there, in SI units, at the same time.
+
+        What is allowed is a union of boxes around zero: moving one drive at a time between two
+        places that are allowed never leaves it.
+        """
+        return any(
+            all(abs(values[name]) <= high.si * _ROUNDING for name, high in corner.items())
+            for corner in self.allowed
+        )
+
+    def words(self) -> str:
+        """Return what is allowed, in words."""
+        return " or ".join(_corner(corner) for corner in self.allowed)
+
+
+def _corner(corner: Mapping[str, object]) -> str:
+    def parts() -> Iterator[str]:
+        for name, high in corner.items():
+            yield f"{name} up to {high}"
+
+    return " with ".join(parts())

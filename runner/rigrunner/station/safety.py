@@ -1,0 +1,42 @@
+"""What keeps a rig safe: the order of making it safe, and how long its devices are waited for."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from rigrunner.api.settings import ListOf, Settings
+from rigrunner.station.interlocks import Interlock, PositiveDuration
+from rigrunner.station.limits import Combination, DriveLimits
+from rigrunner.yamlfile.names import Member, is_name_or_member
+
+
+def _place_in_order(text: str) -> str:
+    if not is_name_or_member(text):
+        raise ValueError(f"'{text[:40]}' is neither a role nor role.drive, such as tester.load")
+    return text
+
+
+class Waiting(Settings):
+    """How long a device that may block is waited for, beyond the time that its drives need."""
+
+    connect: PositiveDuration = 10.0
+    """Until it has identified itself."""
+    answer: PositiveDuration = 10.0
+    """Until any other call returns; then it is abandoned and the rig is made safe."""
+
+
+class Safety(Settings):
+    """How the rig is made safe, and what keeps it so."""
+
+    order: ListOf[Annotated[str, AfterValidator(_place_in_order)]] = ()
+    """In which order drives (role.drive) and whole devices (role) are made safe; the others follow.
+    Unless told, what moves in cycles comes first."""
+    patience: Waiting = Waiting()
+    drives: dict[Member, DriveLimits] = Field(default_factory=dict)
+    """Narrower limits of drives than their devices' own, by role.drive."""
+    combinations: ListOf[Combination] = ()
+    """What drives may do at the same time."""
+    interlocks: ListOf[Interlock] = ()
+    """What is watched throughout every run."""

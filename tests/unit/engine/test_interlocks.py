@@ -1,0 +1,223 @@
+"""Interlocks: what trips them, how soon that is seen, what they do and forbid, when they clear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+
+from helpers_devices import FakeTester, Listener, plan_of, record, run
+from rigrunner.api.errors import DeviceLostError
+from rigrunner.api.events import (
+    InterlockCleared,
+    InterlockTripped,
+    Intervention,
+    MadeSafe,
+    Outcome,
+    StepEnded,
+)
+from rigrunner.api.quantity import unit
+from rigrunner.engine.watching import Watch
+from rigrunner.plan.actions import Interlock, SetDrive, Settle
+
+HOT = Interlock(
+    name="hot", member="tester.load", condition="above 2000 N", shown=unit("N"), maximum=2000.0
+)
+
+
+def watched(interlock, *values, step_s=1.0):
+    """Return what happens when values are read one after the other: (time, change) pairs."""
+    watch, found = Watch(interlock, 0.0), []
+    for number, value in enumerate(values):
+        now_s = number * step_s
+        if value is None:
+            watch.miss(now_s, "cable")
+        else:
+            watch.take(np.array([now_s]), np.array([float(value)]), now_s)
+        found += [(now_s, change) for change in watch.changes]
+        watch.changes.clear()
+    return found
+
+
+@pytest.mark.parametrize(
+    ("more", "values", "wanted"),
+    [
+        ({"maximum": 5.0}, [5, 6, 6, 5], [(1, "tripped"), (3, "cleared")]),
+        ({"maximum": inf, "minimum": 5.0}, [5, 4.9, 5], [(1, "tripped"), (2, "cleared")]),
+        ({"maximum": 5.0, "minimum": -5.0}, [0, -6, 6, 0], [(1, "tripped"), (3, "cleared")]),
+        ({"maximum": 5.0, "debounce_s": 2.0}, [6, 6, 5, 6, 6, 6], [(5, "tripped")]),
+        ({"maximum": 5.0, "hysteresis": 2.0}, [6, 4, 3], [(0, "tripped"), (2, "cleared")]),
+        ({"maximum": 5.0, "latched": True}, [6, 0, 0], [(0, "tripped")]),
+        ({"maximum": inf, "rate_per_s": 2.0}, [0, 2, 4.1, 4.1], [(2, "tripped"), (3, "cleared")]),
+        ({"maximum": inf, "rate_per_s": 2.0}, [0, -2.5], [(1, "tripped")]),
+        ({"maximum": inf, "stale_s": 2.0}, [0, None, None, 0], [(2, "tripped"), (3, "cleared")]),
+        ({"maximum": 5.0}, [0, None], [(1, "tripped")]),
+        ({"maximum": 5.0, "debounce_s": 1.5}, [0, None, None], [(2, "tripped")]),
+        ({"maximum": 5.0}, [float("nan")], [(0, "tripped")]),
+    ],
+)
+def test_what_trips_and_what_clears(more, values, wanted):
+    assert watched(replace(HOT, **more), *values) == wanted
+
+
+@pytest.mark.parametrize(
+    ("bad", "debounce_s", "trips"),
+    [
+        (slice(50, 51), 0.0, True),
+        (slice(50, 60), 0.01, False),
+        (slice(50, 61), 0.01, True),
+        (slice(0, 5), 0.01, False),
+        (slice(95, 100), 0.01, False),
+    ],
+)
+def test_every_sample_of_a_block_counts(bad, debounce_s, trips):
+    values = np.zeros(100)
+    values[bad] = 9.0
+    watch = Watch(replace(HOT, maximum=5.0, debounce_s=debounce_s), 0.0)
+    watch.take(np.arange(100) / 1000, values, 0.1)
+    assert watch.tripped is trips
+
+
+def test_a_condition_goes_on_from_block_to_block():
+    watch = Watch(replace(HOT, maximum=5.0, debounce_s=0.15), 0.0)
+    times_s = np.arange(100) / 1000
+    values = np.where(times_s < 0.04, 0.0, 9.0)
+    watch.take(times_s, values, 0.1)
+    assert not watch.tripped
+    watch.take(times_s + 0.1, np.full(100, 9.0), 0.2)
+    assert watch.tripped
+    assert watch.latency_s == pytest.approx(0.2 - 0.039)
+
+
+class Rising(FakeTester):
+    """A tester whose load channel reads as a test says, by simulated seconds."""
+
+    def __init__(self, clock, load_at, **more):
+        super().__init__(**more)
+        self.clock, self.load_at = clock, load_at
+
+    def read(self, channels):
+        self._told(f"read {','.join(channels)}")
+        return dict.fromkeys(channels, self.load_at(self.clock.monotonic_s()))
+
+
+def run_with(interlock, load_at, plan=None, **more):
+    from rigrunner.clock import SimulatedClock  # noqa: PLC0415  (one clock for each run)
+
+    clock, listener = SimulatedClock(), Listener()
+    device = Rising(clock, load_at)
+    plan = plan or plan_of((), [Settle(3.0)], (SetDrive("tester", "load", 0.0, "N"),))
+    summary = run(
+        device,
+        replace(plan, interlocks=(interlock,)),
+        critical=[listener],
+        clock=clock,
+        **more,
+    )
+    return summary, listener, device
+
+
+def steps_over_at(seconds, low=0.0, high=9e3):
+    return lambda now_s: high if now_s >= seconds else low
+
+
+def test_an_interlock_aborts_and_says_how_soon_it_was_seen():
+    summary, listener, device = run_with(HOT, steps_over_at(1.04))
+    assert summary.outcome is Outcome.ABORTED
+    assert summary.reason == "tester.load is 9000 N, above 2000 N"
+    (tripped,) = listener.of(InterlockTripped)
+    assert (tripped.source, tripped.does) == ("interlock hot", "abort")
+    assert tripped.latency_s == pytest.approx(0.1)
+    (intervention,) = listener.of(Intervention)
+    assert (intervention.action, intervention.by) == ("abort", "interlock hot")
+    assert device.calls[-3:] == ["set load 0", "read_back load", "make_safe"]
+
+
+def test_make_safe_comes_before_the_teardown():
+    summary, listener, device = run_with(replace(HOT, does="make_safe"), steps_over_at(1.0))
+    assert summary.outcome is Outcome.ABORTED
+    ends = [call for call in device.calls if not call.startswith("read")]
+    assert ends == ["connect", "make_safe", "set load 0", "make_safe"]
+    assert len(listener.of(MadeSafe)) == 2
+
+
+def test_an_interlock_that_is_tripped_at_the_start_lets_nothing_begin():
+    plan = plan_of((SetDrive("tester", "load", 5.0, "N"),), (), ())
+    summary, listener, device = run_with(HOT, lambda _: 9e3, plan)
+    assert summary.outcome is Outcome.ABORTED
+    assert "set load 5" not in device.calls
+    assert listener.of(StepEnded) == []
+
+
+def test_samples_of_a_recording_are_watched():
+    torque = replace(HOT, member="tester.torque", shown=unit("N·m"), maximum=0.5)
+
+    def spoil(blocks):
+        values = blocks[1].channels["torque"].copy()
+        values[3] = 0.7
+        return [blocks[0], replace(blocks[1], channels={**blocks[1].channels, "torque": values})]
+
+    listener = Listener()
+    plan = replace(plan_of((), [record("001", seconds=2.0)], ()), interlocks=(torque,))
+    device = FakeTester(spoil=spoil)
+    # the fake reads 1000 for every single value; what counts here are the samples
+    device.read = lambda channels: dict.fromkeys(channels, 0.0)
+    summary = run(device, plan, critical=[listener])
+    assert summary.reason == "tester.torque is 0.7 N·m, above 2000 N"
+    assert summary.outcome is Outcome.ABORTED
+
+
+LOADED = (
+    SetDrive("tester", "load", 500.0, "N"),
+    Settle(2.0),
+    SetDrive("tester", "load", 200.0, "N"),
+    SetDrive("tester", "load", 201.0, "N"),
+)
+
+
+def test_it_may_forbid_load_and_allow_unload():
+    forbids = replace(HOT, does="forbid", forbids=("tester.load",))
+    summary, listener, device = run_with(forbids, steps_over_at(1.0), plan_of((), LOADED, ()))
+    assert summary.outcome is Outcome.ABORTED
+    sets = [call for call in device.calls if call.startswith("set")]
+    assert sets == ["set load 500", "set load 200"]
+    assert "tester.load may not be set to 201: tester.load is 9000 N" in summary.reason
+    assert listener.of(Intervention)[0].by == "interlock hot"
+
+
+def test_what_has_cleared_forbids_nothing():
+    forbids = replace(HOT, does="forbid", forbids=("tester.load",))
+    load_at = {0: 0.0, 1: 9e3, 2: 0.0}
+    summary, listener, _ = run_with(
+        forbids, lambda now_s: load_at[min(int(now_s), 2)], plan_of((), LOADED, ())
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert len(listener.of(InterlockTripped)) == len(listener.of(InterlockCleared)) == 1
+
+
+def test_a_channel_that_cannot_be_read_trips():
+    def load_at(now_s):
+        if now_s > 1.0:
+            raise DeviceLostError("cable")
+        return 0.0
+
+    summary, _, _ = run_with(HOT, load_at)
+    assert summary.outcome is Outcome.ABORTED
+    assert "tester.load cannot be read: tester: cable" in summary.reason
+
+
+def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
+    summary, listener, _ = run_with(replace(HOT, does="pause"), steps_over_at(1.0))
+    assert summary.outcome is Outcome.ABORTED
+    assert "nobody is there to go on" in summary.reason
+    assert [one.action for one in listener.of(Intervention)] == ["pause", "abort"]
+
+
+def test_a_teardown_is_done_though_an_interlock_is_tripped():
+    plan = plan_of((), [Settle(2.0)], (Settle(1.0), SetDrive("tester", "load", 0.0, "N")))
+    summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)
+    assert summary.outcome is Outcome.ABORTED
+    assert [one.ok for one in listener.of(StepEnded)] == [False, True, True]
+    assert device.calls[-1] == "make_safe"

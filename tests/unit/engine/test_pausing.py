@@ -1,0 +1,223 @@
+"""Pausing: where a run stands still, how it goes on, and what is put on record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from helpers_devices import FakeTester
+from helpers_pausing import Patient, decided, pausing_run, sweep
+from rigrunner.api.events import Alarm, Intervention, Note, Outcome, StepEnded
+from rigrunner.api.quantity import unit
+from rigrunner.engine import Choice
+from rigrunner.engine.pausing import StopNow
+from rigrunner.engine.points import point_at
+from rigrunner.plan.actions import Interlock, SetDrive, Settle
+
+SECOND = "main[0].sweep[1]"
+
+
+def done(listener) -> list[tuple[str, bool]]:
+    return [(one.step.removeprefix("main[0]."), one.ok) for one in listener.of(StepEnded)]
+
+
+def recordings(listener) -> list[tuple[str, bool]]:
+    return [(one.recording, one.ok) for one in listener.of(StepEnded) if one.recording]
+
+
+@pytest.mark.parametrize("kind", ["setdrive", "settle", "record"])
+def test_a_run_that_is_resumed_has_done_every_step(kind):
+    summary, listener, person, device = pausing_run(f"{SECOND}.{kind}", decided(Choice.RESUME))
+    assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
+    good = [name for name, ok in recordings(listener) if ok]
+    assert len(good) == 3
+    assert [one.action for one in listener.of(Intervention)] == ["pause", "resume"]
+    assert [one.by for one in listener.of(Intervention)] == ["keyboard", "Ada"]
+    assert person.seen[0].step == f"{SECOND}.{kind}"
+    assert device.drives_at == {"load": 0.0, "frequency": 0.0}
+
+
+def test_a_pause_breaks_a_recording_off_within_a_block_and_it_is_made_anew():
+    summary, listener, _, _ = pausing_run(f"{SECOND}.record", decided(Choice.RESUME), inside=True)
+    assert summary.outcome is Outcome.COMPLETED
+    assert recordings(listener) == [
+        ("001", True), ("002", False), ("002_try2", True), ("003", True),
+    ]  # fmt: skip
+
+
+def test_what_stood_still_settles_again_before_it_is_recorded():
+    _, listener, _, device = pausing_run(
+        f"{SECOND}.record", decided(Choice.RESUME), device=Patient(), inside=True
+    )
+    assert done(listener)[3:9] == [
+        ("sweep[1].setdrive", True),
+        ("sweep[1].settle", True),
+        ("sweep[1].record", False),
+        ("sweep[1].settle", True),
+        ("sweep[1].record", True),
+        ("sweep[2].setdrive", True),
+    ]
+    assert [call for call in device.calls if call in {"pause", "resume"}] == ["pause", "resume"]
+
+
+def test_a_device_that_cannot_pause_says_so():
+    _, listener, person, _ = pausing_run(f"{SECOND}.record", decided(Choice.RESUME))
+    text = "tester cannot pause: frequency stays at 11 Hz"
+    assert person.seen[0].moving == (text,)
+    assert [(one.source, one.text) for one in listener.of(Alarm)] == [("pause", text)]
+
+
+def test_a_device_at_rest_has_nothing_to_pause():
+    plan = replace(sweep(), steps=sweep().steps[1:])
+    _, listener, person, _ = pausing_run(
+        "main[0].sweep[0].settle", decided(Choice.RESUME), plan=plan
+    )
+    assert person.seen[0].moving == ()
+    assert listener.of(Alarm) == []
+
+
+def test_a_repeated_point_begins_with_its_set_point_and_keeps_all_attempts():
+    plan = sweep()
+    settled = replace(plan.steps[3], action=Settle(0.5), path=f"{SECOND}.after")
+    plan = replace(plan, steps=(*plan.steps[:6], settled, *plan.steps[6:]))
+    summary, listener, _, _ = pausing_run(f"{SECOND}.after", decided(Choice.REPEAT), plan=plan)
+    assert summary.outcome is Outcome.COMPLETED
+    assert recordings(listener) == [
+        ("001", True), ("002", True), ("002_try2", True), ("003", True),
+    ]  # fmt: skip
+    again = done(listener)
+    assert again[3:7] == [
+        ("sweep[1].setdrive", True), ("sweep[1].settle", True), ("sweep[1].record", True),
+        ("sweep[1].after", False),
+    ]  # fmt: skip
+    assert again[7] == ("sweep[1].setdrive", True)
+    (_, repeated) = listener.of(Intervention)
+    assert (repeated.action, repeated.by, repeated.reason) == ("repeat", "Ada", SECOND)
+
+
+def test_a_skipped_point_is_left_out_and_the_run_says_so():
+    summary, listener, _, _ = pausing_run(f"{SECOND}.settle", decided(Choice.SKIP, "it squeals"))
+    assert summary.outcome is Outcome.COMPLETED
+    assert summary.passed_over == (f"{SECOND}: skipped by Ada: it squeals",)
+    assert recordings(listener) == [("001", True), ("003", True)]
+    assert listener.of(Intervention)[1].reason == f"{SECOND}: it squeals"
+
+
+def test_an_abort_while_paused_tears_down_and_makes_safe():
+    summary, listener, _, device = pausing_run(f"{SECOND}.record", decided(Choice.ABORT))
+    assert summary.outcome is Outcome.ABORTED
+    assert listener.of(Intervention)[-1].by == "Ada"
+    assert device.calls[-5:-1] == [
+        "set frequency 0", "read_back frequency", "set load 0", "read_back load",
+    ]  # fmt: skip
+    assert device.calls[-1] == "make_safe"
+
+
+def test_a_note_goes_on_record_and_the_run_stays_paused():
+    summary, listener, person, _ = pausing_run(
+        f"{SECOND}.record", decided(Choice.NOTE, "oil on the mandrel"), decided(Choice.RESUME)
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert [one.text for one in listener.of(Note)] == ["Ada: oil on the mandrel"]
+    assert len(person.seen) == 2
+
+
+def test_a_pause_inside_a_step_that_cannot_be_repeated_aborts():
+    plan = sweep(repeatable=False)
+    summary, listener, person, device = pausing_run(f"{SECOND}.record", plan=plan, inside=True)
+    assert summary.outcome is Outcome.ABORTED
+    assert "inside a step that cannot be repeated" in summary.reason
+    assert person.seen == []
+    assert recordings(listener) == [("001", True), ("002", False)]
+    assert device.calls[-1] == "make_safe"
+
+
+def test_a_point_whose_step_cannot_be_repeated_is_not_offered_again():
+    plan = sweep(repeatable=False)
+    after = replace(plan.steps[4], path=f"{SECOND}.after")
+    plan = replace(plan, steps=(*plan.steps[:6], after, *plan.steps[6:]))
+    _, _, person, _ = pausing_run(
+        f"{SECOND}.after", decided(Choice.REPEAT), decided(Choice.RESUME), plan=plan
+    )
+    assert Choice.REPEAT not in person.seen[0].choices
+    assert len(person.seen) == 2  # what is not offered is not taken
+
+
+def test_setup_cannot_be_skipped():
+    plan = replace(sweep(), steps=tuple(
+        replace(one, phase=one.phase.SETUP) if one.phase is one.phase.MAIN else one
+        for one in sweep().steps
+    ))  # fmt: skip
+    _, _, person, _ = pausing_run(f"{SECOND}.settle", decided(Choice.RESUME), plan=plan)
+    assert Choice.SKIP not in person.seen[0].choices
+
+
+COLD = Interlock(
+    name="cold", member="tester.load", condition="below 5 N", shown=unit("N"), minimum=5.0,
+    does="pause",
+)  # fmt: skip
+
+
+class Cooling(FakeTester):
+    """Reads 0 N from the first reading of the second point on, for so many readings."""
+
+    cold = 10**9
+
+    def read(self, channels):
+        self.cold -= self.drives_at["frequency"] == 11.0
+        low = self.drives_at["frequency"] == 11.0 and self.cold > 0
+        return dict.fromkeys(channels, 0.0 if low else 9.0)
+
+
+def test_a_run_that_an_interlock_paused_goes_on_only_when_it_has_cleared():
+    device = Cooling()
+    device.cold = 3
+    plan = replace(sweep(), interlocks=(COLD,))
+    summary, listener, person, _ = pausing_run(
+        "nowhere", *[decided(Choice.RESUME)] * 9, plan=plan, device=device
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert len(person.seen) > 1
+    assert person.seen[1].reason == "tester.load is 0 N, below 5 N; not cleared yet"
+    assert listener.of(Intervention)[0].by == "interlock cold"
+
+
+def test_an_interlock_is_overridden_only_where_the_station_allows_it():
+    plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
+    summary, listener, person, _ = pausing_run(
+        "nowhere", decided(Choice.OVERRIDE, "sensor unplugged"), plan=plan, device=Cooling()
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert Choice.OVERRIDE in person.seen[0].choices
+    (_, override) = listener.of(Intervention)
+    assert (override.action, override.reason) == ("override", "sensor unplugged")
+    strict = replace(sweep(), interlocks=(COLD,))
+    summary, _, person, _ = pausing_run(
+        "nowhere", decided(Choice.OVERRIDE, "no"), decided(Choice.ABORT), plan=strict,
+        device=Cooling(),
+    )  # fmt: skip
+    assert summary.outcome is Outcome.ABORTED
+    assert Choice.OVERRIDE not in person.seen[0].choices
+
+
+def test_stop_now_skips_the_teardown_and_makes_safe():
+    def stop(call):
+        if call == "set frequency 11":
+            raise StopNow
+
+    device = FakeTester(before=stop)
+    summary, listener, _, _ = pausing_run("nowhere", device=device)
+    assert summary.outcome is Outcome.ABORTED
+    assert device.calls[-2:] == ["set frequency 11", "make_safe"]
+    assert summary.safe
+    assert listener.of(Intervention)[0].by == "keyboard"
+
+
+def test_an_outer_point_has_the_inner_ones_inside():
+    inner = [replace(one, points=("outer[0]", *one.points)) for one in sweep(2).steps[:6]]
+    last = replace(inner[0], action=SetDrive("tester", "load", 0.0, "N"), points=("outer[0]",))
+    steps = [*inner, last, replace(last, points=("outer[1]",))]
+    assert point_at(steps, 1) == range(3)
+    assert point_at(steps, 6) == range(7)
+    assert point_at(steps, 7) == range(7, 8)
