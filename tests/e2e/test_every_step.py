@@ -1,0 +1,94 @@
+"""At every step of both shipped procedures: whatever goes wrong, the rig ends safe and says so."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from helpers_every_step import planned_moment, run_with_fault
+from rigrunner.api.events import InterlockTripped, MadeSafe, RunEnded, StepStarted
+from rigrunner.plan.actions import Phase, Record
+from rigrunner.rig.worker import ThreadCaller
+
+PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")
+FAULTS = {
+    "exception": "error",
+    "timeout": "error",
+    "hang": "error",
+    "interlock": "aborted",
+    "terminate": "aborted",
+    "interrupt": "aborted",
+}
+STANDSTILL = {"tester.frequency": 0.0, "tester.load": 0.0}
+ORDER = ["tester.frequency", "tester.load", "tester"]
+
+
+@pytest.fixture(scope="module", params=PROCEDURES)
+def planned(request, tmp_path_factory):
+    return planned_moment(tmp_path_factory.mktemp("moment"), request.param)
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch):
+    monkeypatch.setattr(ThreadCaller, "grace_s", 0.01)
+
+
+def of(events, kind):
+    return [one for one in events if isinstance(one, kind)]
+
+
+def assert_safe_on_record(events, times=1) -> None:
+    (ended,) = of(events, RunEnded)
+    assert ended.read_back == STANDSTILL
+    made = of(events, MadeSafe)
+    assert [one.what for one in made] == ORDER * times
+    assert all(one.problems == () for one in made)
+    assert made[-1].read_back == STANDSTILL
+
+
+def assert_torn_down(events, plan) -> None:
+    begun = {one.step for one in of(events, StepStarted)}
+    assert {each.path for each in plan.steps if each.phase is Phase.TEARDOWN} <= begun
+
+
+def outcome_of(events) -> str:
+    return str(of(events, RunEnded)[0].outcome)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_at_every_step_the_rig_ends_safe(planned, fault):
+    """In a plugin a fault that comes while an interlock reads trips that: the run is aborted."""
+    steps, ends = planned.plan.steps, Counter()
+    for index, step in enumerate(steps):
+        events = run_with_fault(planned, index, fault)
+        assert_safe_on_record(events)
+        assert_torn_down(events, planned.plan)
+        if step.phase is Phase.TEARDOWN:
+            continue
+        ends[outcome_of(events)] += 1
+        assert outcome_of(events) in {FAULTS[fault], "aborted"}, step.path
+        assert fault != "interlock" or of(events, InterlockTripped), step.path
+    assert ends[FAULTS[fault]] > 12
+    assert len(steps) > 35
+
+
+@pytest.mark.parametrize("name", PROCEDURES)
+def test_an_interlock_that_makes_safe_does_so_before_the_teardown_at_every_step(tmp_path, name):
+    planned = planned_moment(tmp_path, name, "make_safe")
+    for index, step in enumerate(planned.plan.steps):
+        ahead = step.phase is not Phase.TEARDOWN
+        events = run_with_fault(planned, index, "interlock")
+        assert_safe_on_record(events, times=2 if ahead else 1)
+        if ahead:
+            at = events.index(of(events, MadeSafe)[0])
+            teardown = [one for one in of(events[:at], StepStarted) if "teardown" in one.step]
+            assert teardown == []
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_it_is_in_the_run_file(planned, tmp_path, fault):
+    recordings = [at for at, one in enumerate(planned.plan.steps) if isinstance(one.action, Record)]
+    events = run_with_fault(planned, recordings[1], fault, tmp_path / "runs")
+    assert_safe_on_record(events)
+    assert outcome_of(events) == FAULTS[fault]
