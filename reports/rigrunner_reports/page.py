@@ -10,6 +10,7 @@ from rigrunner_reports.plots.fits import fitted_peaks
 from rigrunner_reports.plots.frequency import over_frequency
 from rigrunner_reports.plots.kinematics import motion
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
+from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import headline as head
 from rigrunner_reports.view import run
 from rigrunner_reports.view.budget import budget
@@ -62,7 +63,8 @@ class Page:
     warnings: tuple[str, ...]
     headline: head.Headline
     raw: head.Raw | None
-    decision: head.DecisionView | None
+    decision: decided.DecisionView | None
+    later_decisions: tuple[decided.LaterView, ...]
     truth: head.Truth | None
     meaning: tuple[str, ...]
     table: FrequencyTable
@@ -94,7 +96,8 @@ def make_page(report: ReportInput) -> Page:
         warnings=warnings,
         headline=head.headline(result, points),
         raw=head.raw(result),
-        decision=head.decision(result.decision, complete=not warnings),
+        decision=decided.decision(result.decision, complete=not warnings),
+        later_decisions=decided.later(report.later_decisions),
         truth=head.truth(result, points),
         meaning=meaning(result),
         table=frequency_table(result, points),

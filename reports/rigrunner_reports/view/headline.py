@@ -1,63 +1,23 @@
-"""The one number of a run, what was decided on it, and what stands beside it."""
+"""The one number of a run, and what stands beside it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isnan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.results import Verdict
 from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
 from rigrunner_reports.view.points import by_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.results import Decision, Result
+    from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 
 MILLI = 1e3
-CERTAIN = 0.9999
 LOAD_KEPT = 0.01
-SYMBOLS = {
-    Verdict.PASS: "✓",
-    Verdict.CONDITIONAL_PASS: "(✓)",
-    Verdict.INCONCLUSIVE: "?",
-    Verdict.CONDITIONAL_FAIL: "(✗)",
-    Verdict.FAIL: "✗",
-}
-
-
-@dataclass(frozen=True)
-class VerdictView:
-    """A verdict as symbol and word; `tone` chooses its colour."""
-
-    symbol: str
-    word: str
-
-    @property
-    def tone(self) -> str:
-        """The word as a CSS class."""
-        return self.word.replace(" ", "-")
-
-
-NO_VERDICT = VerdictView("?", "no verdict")
-NOT_COMPLETED = "A run that was not completed neither passes nor fails."
-
-
-@dataclass(frozen=True)
-class DecisionView:
-    """The decision, ready to print."""
-
-    verdict: VerdictView
-    uncompensated: VerdictView
-    reason: str
-    limit: str
-    source: str
-    rule: str
-    probability: str
 
 
 @dataclass(frozen=True)
@@ -119,22 +79,6 @@ def raw(result: Result) -> Raw | None:
     return Raw(str(shown), shown.factor, ratio)
 
 
-def decision(found: Decision | None, *, complete: bool) -> DecisionView | None:
-    """Return the decision, ready to print; of a run that was not completed there is no verdict."""
-    if found is None:
-        return None
-    stopped = f"{NOT_COMPLETED} On what was recorded the rule would say: {found.verdict}. "
-    return DecisionView(
-        verdict=_verdict(found.verdict) if complete else NO_VERDICT,
-        uncompensated=_verdict(found.uncompensated),
-        reason=found.reason if complete else stopped + found.reason,
-        limit=found.limit_text,
-        source=found.limit_source,
-        rule=found.rule,
-        probability=_probability(found.probability_of_conformity),
-    )
-
-
 def truth(result: Result, points: Sequence[SetPoint]) -> Truth | None:
     """Return the mean truth over the set-points of the headline, and the headline's error."""
     true = [
@@ -182,15 +126,3 @@ def _peaks(result: Result, points: Sequence[SetPoint]) -> Headline:
         detail=f"Mean raw peak of a swing at {plain(low.point.set_frequency_hz)} Hz and at "
         f"{plain(high.point.set_frequency_hz)} Hz; nothing was compensated or decided.",
     )
-
-
-def _verdict(found: Verdict) -> VerdictView:
-    return VerdictView(SYMBOLS[found], str(found))
-
-
-def _probability(value: float) -> str:
-    if isnan(value):
-        return "not determined"
-    if value > CERTAIN:
-        return "> 99.99 %"
-    return "< 0.01 %" if value < 1 - CERTAIN else f"{100 * value:.2f} %"

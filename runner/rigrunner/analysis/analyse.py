@@ -13,7 +13,6 @@ from rigrunner.analysis.evidence import (
     Judged,
     JudgedPoint,
     failed_decisive,
-    measurand_of,
     without_scatter,
 )
 from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
@@ -218,10 +217,11 @@ class _Analysis:
         self, loaded: tuple[PeakPoint, ...], primary: Compensation, mean: Judged
     ) -> Evidence:
         """Return all results that a limit may be for; what forbids one forbids all."""
-        plugin = next(each for each in self.spec.compensations if each.label == self.spec.primary)
+        plugin = self.spec.primary_plugin
+        kind = None if plugin is None else self.lookup.yields(plugin.name)
         return Evidence(
             method=self.spec.primary,
-            kind=measurand_of(self.lookup.yields(plugin.name), self.spec),
+            kind=None if kind is None else self.spec.measured(kind),
             loads_n=tuple(point.load_n for point in loaded),
             mean=mean,
             points=tuple(

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.measurand import Condition, MeasurandKind
-
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from rigrunner.api.analysis import Check, Compensation, PeakPoint
     from rigrunner.api.data import Estimate
-    from rigrunner.procedure import AnalysisSpec
+    from rigrunner.api.measurand import MeasurandKind
 
 LEAST_FOR_SCATTER = 2
 
@@ -46,16 +44,6 @@ class Evidence:
     """Of each set-point."""
     mean: Judged
     points: tuple[JudgedPoint, ...]
-
-
-def measurand_of(kind: MeasurandKind | None, spec: AnalysisSpec) -> MeasurandKind | None:
-    """Return which torque a compensation yields from what this procedure records.
-
-    Of starts from rest no method gives the torque at a reversal.
-    """
-    if kind is None or spec.starts is None:
-        return kind
-    return MeasurandKind(kind.nature, Condition.FROM_REST)
 
 
 def failed_decisive(checks: Iterable[Check]) -> str:

@@ -76,6 +76,26 @@ class Decision(LimitDecision):
     """Every limit on the mean and on the set-points, the deciding one among them."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class LaterDecision:
+    """A stored run decided again by another rule or limit, as put on record beside it."""
+
+    file: str
+    decided_utc: str
+    by: str
+    why: str
+    """The reason that was given for deciding again."""
+    verdict: str
+    reason: str
+    rule: str
+    limit_text: str
+    limit_source: str
+    verdict_before: str
+    """What held until then; 'none' where nothing had been decided."""
+    rule_before: str
+    limit_before: str
+
+
 @dataclass(frozen=True, eq=False)
 class FittedTorque:
     """A fit of the no-load peaks over frequency, by its name in the procedure."""
@@ -126,3 +146,5 @@ class ReportInput:
     events: tuple[Mapping[str, str], ...] = ()
     """Answers, alarms and interventions, each with 'utc', 'kind' and 'text'; the kind of an
     intervention is its action, such as 'override'."""
+    later_decisions: tuple[LaterDecision, ...] = ()
+    """By another rule or limit than the run was made for, oldest first."""

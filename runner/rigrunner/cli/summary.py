@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.cli.numbers import with_uncertainty
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     Document = Mapping[str, Any]
 
 UNKNOWN = "-"
+CERTAIN = 0.9999
 
 
 def summary(document: Document) -> str:
@@ -56,9 +58,43 @@ def _headline(document: Document) -> Iterator[tuple[str, str]]:
             f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
         )
     if document["decision"]:
-        decision = document["decision"]
-        yield "verdict", f"{decision['verdict'].upper()}: {decision['reason']}"
-        yield "uncompensated", decision["verdict_uncompensated"]
+        yield from _decision(document["decision"])
+
+
+def _decision(decision: Document) -> Iterator[tuple[str, str]]:
+    """Say verdict, reason, probability and risk; by .get what files of older programs lack."""
+    yield "verdict", f"{decision['verdict'].upper()}: {decision['reason']}"
+    if decision.get("marginal"):
+        yield "marginal", "a difference within the marginal band would change the verdict"
+    probability = decision.get("probability_of_conformity")
+    if probability is not None:
+        yield "conformity", f"{percent(probability)} probable; {stated_risk(decision)}"
+    yield "uncompensated", decision["verdict_uncompensated"]
+    parts = decision.get("parts", ())
+    if len(parts) > 1:
+        tally = Counter(part["verdict"] for part in parts)
+        each = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
+        yield "limits", f"{len(parts)}: {each}"
+        yield from ((part["of"], _part(part)) for part in parts)
+
+
+def _part(part: Document) -> str:
+    return f"{part['verdict']}: {estimate_text(part['result'])} N·m against {part['limit']}"
+
+
+def stated_risk(decision: Document) -> str:
+    """Return the risk that the rule implies, in words."""
+    risk = (decision.get("stated_risk") or {}).get("false_accept")
+    if risk is None:
+        return "no value could pass"
+    return f"at most {percent(risk)} risk in a pass of this rule"
+
+
+def percent(value: float) -> str:
+    """Return a probability in percent, without a false 0 or 100."""
+    if value > CERTAIN:
+        return "> 99.99 %"
+    return "< 0.01 %" if value < 1 - CERTAIN else f"{100 * value:.2f} %"
 
 
 def _points(document: Document) -> str:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from rigrunner.plan.actions import Plan, PlannedStep
+from rigrunner.plan.limits import MeasurandLookup, check_limits
 from rigrunner.plan.making import make_plan, plan_text
 from rigrunner.plan.plugins import SettingsLookup, check_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
 
 __all__ = [
+    "MeasurandLookup",
     "Plan",
     "PlannedStep",
     "PredictedTorque",
     "Prediction",
     "SettingsLookup",
+    "check_limits",
     "check_plugins",
     "make_plan",
     "plan_text",

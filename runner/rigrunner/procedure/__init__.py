@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigrunner.procedure.acceptance import Acceptance, Limit, LimitMeasurand
+from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile, Limit, LimitMeasurand
 from rigrunner.procedure.analysis_spec import AnalysisSpec, Despike, NoLoadSpec, PluginRef
 from rigrunner.procedure.calls import load_procedure
 from rigrunner.procedure.loading import (
@@ -16,6 +16,7 @@ from rigrunner.procedure.texts import texts_digest
 
 __all__ = [
     "Acceptance",
+    "AcceptanceFile",
     "AnalysisSpec",
     "Despike",
     "InconsistentProcedureError",

@@ -94,6 +94,21 @@ class Limit(Settings):
         there = tuple(frequencies_hz)
         return [each for each in self.at if not any(_same(each, hz) for hz in there)]
 
+    def as_written(self) -> dict[str, object]:
+        """Return it as a file has it, with units; read back, it is the same."""
+        load = self.measurand.load
+        return {
+            **_given(max=_torque(self.max), min=_torque(self.min)),
+            **({} if self.of == "mean" else {"of": self.of}),
+            **_given(at=[f"{hz!r} Hz" for hz in self.at] or None),
+            "source": self.source,
+            "measurand": {
+                "nature": self.measurand.nature,
+                "condition": self.measurand.condition,
+                **_given(load=None if load is None else f"{load!r} N"),
+            },
+        }
+
 
 class Acceptance(Settings):
     """The limits and the rule by which they are decided; agreed before anything is measured."""
@@ -138,6 +153,16 @@ class Acceptance(Settings):
         named = (each for each in own if each.names(frequency_hz))
         return next(named, next((each for each in own if not each.at), None))
 
+    def as_written(self) -> dict[str, object]:
+        """Return it as a file has it, with units; read back, it is the same."""
+        several = [each.as_written() for each in self.limits]
+        return {
+            **_given(limit=None if self.limit is None else self.limit.as_written()),
+            **_given(limits=several or None),
+            "rule": self.rule,
+            **_given(fraction=self.fraction, marginal=_torque(self.marginal)),
+        }
+
     def _scopes(self) -> list[str]:
         """Return what each limit is of, in words that are equal for equal scopes."""
         return [
@@ -145,6 +170,22 @@ class Acceptance(Settings):
             for each in self.all_limits
             for scope in ([f"{hz:g} Hz" for hz in each.at] or [each.of.replace("_", " ")])
         ]
+
+
+class AcceptanceFile(Settings):
+    """A file with limits and rule alone, to decide a stored run again."""
+
+    rigrunner: Literal["acceptance/1"]
+    """What this file is, and its version of the language."""
+    acceptance: Acceptance
+
+
+def _torque(value_nm: float | None) -> str | None:
+    return None if value_nm is None else f"{value_nm!r} N·m"
+
+
+def _given(**values: object) -> dict[str, object]:
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _same(one_hz: float, other_hz: float) -> bool:

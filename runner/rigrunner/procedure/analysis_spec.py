@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
+from rigrunner.api.measurand import Condition, MeasurandKind
 from rigrunner.api.settings import Angle, Duration, ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
@@ -148,3 +149,16 @@ class AnalysisSpec(Settings):
         """The label of the compensation that the headline and the verdict use; '' for none."""
         only = self.compensations[0].label if len(self.compensations) == 1 else ""
         return self.primary_ or only
+
+    @property
+    def primary_plugin(self) -> CompensationRef | None:
+        """The compensation that the headline and the verdict use."""
+        return next((each for each in self.compensations if each.label == self.primary), None)
+
+    def measured(self, yielded: MeasurandKind) -> MeasurandKind:
+        """Return which torque a compensation that yields this gives of what is recorded here.
+
+        Of starts from rest no method gives the torque at a reversal.
+        """
+        condition = yielded.condition if self.starts is None else Condition.FROM_REST
+        return MeasurandKind(yielded.nature, condition)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
-from rigrunner.plan import check_plugins, make_plan, predict
+from rigrunner.plan import check_limits, check_plugins, make_plan, predict
 from rigrunner.plan.actions import Record
 from rigrunner.procedure import InconsistentProcedureError, load_procedure
 from rigrunner.registry import with_drop_ins
@@ -64,6 +64,7 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
         for role, entry in loaded_station.model.devices.items()
     }
     plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
+    problems.without(lambda: check_limits(loaded_procedure, plan, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))
     if plan is None or approval is None or problems:
         raise InvalidFileError(problems)

@@ -9,6 +9,7 @@ from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Promp
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
 from rigrunner.runfile import read, read_truth
+from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.log import event_text
 from rigrunner.workflow.stored import analyse_run
 
@@ -56,6 +57,9 @@ def report_input(path: Path, registry: Registry, result: Result | None = None) -
         truth=read_truth(path),
         provenance=_provenance(stored, found),
         events=(*_let_pass(stored.no_load), *_told(stored)),
+        later_decisions=tuple(
+            each.summary for each in later_decisions(stored, path if path.is_dir() else path.parent)
+        ),
     )
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.results import Result
+    from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
@@ -40,10 +41,17 @@ def open_run(path: Path) -> OpenRun:
     return OpenRun(path, stored, run_data(stored))
 
 
-def analyse_run(path: Path, registry: Registry, no_load: Path | None = None) -> Result:
+def analyse_run(
+    path: Path,
+    registry: Registry,
+    no_load: Path | None = None,
+    *,
+    acceptance: Acceptance | None = None,
+) -> Result:
     """Analyse a stored run as its procedure says; raise DataError.
 
-    The no-load run is the one given, or else the one that is embedded in the file.
+    The no-load run is the one given, or else the one that is embedded in the file. `acceptance`
+    stands in place of the procedure's own.
     """
     stored = read(path)
     other = read(no_load) if no_load is not None else stored.no_load
@@ -57,7 +65,7 @@ def analyse_run(path: Path, registry: Registry, no_load: Path | None = None) -> 
         run_data(stored),
         run_data(other) if other is not None else None,
         procedure.analysis,
-        acceptance=procedure.acceptance,
+        acceptance=acceptance or procedure.acceptance,
         measurand=procedure.measurand,
         lookup=registry,
     )

@@ -20,13 +20,16 @@ def command(procedure: str, station: str | None) -> None:
     Every problem is shown with its file, line and column.
     """
     from rigrunner.cli.planning import planned_run
+    from rigrunner.plan import check_limits
     from rigrunner.procedure import load_procedure
+    from rigrunner.registry import load_registry
     from rigrunner.workflow.approval import approval_state
     from rigrunner.workflow.overrides import require_overridden
 
     path = find_procedure(procedure)
     if station is None:
         loaded = load_procedure(path)
+        check_limits(loaded, None, load_registry())
         result(
             f"{path}: {loaded.model.id} is valid; with --station its plugins and limits are"
             f" checked too\n{approval_state(loaded).sentence()}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.errors import DataError
 from rigrunner.cli.facts import info_document
 from rigrunner.cli.measured import measured
 from rigrunner.cli.options import json_option, run_argument, runs_option
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from rigrunner.api.results import LaterDecision
     from rigrunner.runfile import StoredRun
+    from rigrunner.workflow.decisions import DecisionFile
 
 
 @click.command(name="show")
@@ -31,19 +34,36 @@ def command(run: str, runs: Path, *, as_json: bool) -> None:
 
     RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs.
     """
+    from rigrunner.workflow.decisions import later_decisions
     from rigrunner.workflow.stored import open_run
 
-    stored = open_run(find_run(run, runs)).stored
+    found = find_run(run, runs)
+    stored = open_run(found).stored
+    later: tuple[DecisionFile, ...] = ()
+    problem = ""
+    try:
+        later = later_decisions(stored, found if found.is_dir() else found.parent)
+    except DataError as error:
+        problem = str(error)
     if as_json:
-        result_json(_document(stored))
+        result_json(
+            {**_document(stored), "later_decisions": [dict(each.document) for each in later]}
+        )
         return
     result(pairs(list(_facts(stored))))
     if stored.measurements:
         result(f"\n{measured(stored.measurements)}")
     if stored.result_document is not None:
         result(f"\n{summary(stored.result_document)}")
-    for note in stored.notes:
+    if later:
+        result(f"\n{pairs([_later(each.summary) for each in later])}")
+    for note in (*stored.notes, *([problem] if problem else [])):
         message(f"note: {note}")
+
+
+def _later(found: LaterDecision) -> tuple[str, str]:
+    words = f"{found.verdict.upper()} by {found.by}, {found.decided_utc}: {found.why}"
+    return f"decided again in {found.file}", f"{words} ({found.rule}; {found.limit_text})"
 
 
 def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:

@@ -1,0 +1,166 @@
+"""What was decided on a run: the verdict, by which limit and rule, and at what risk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isnan
+from typing import TYPE_CHECKING
+
+from rigrunner.api.results import Verdict
+from rigrunner_reports.numbers import fixed, stated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.results import Decision, LaterDecision, LimitDecision
+
+CERTAIN = 0.9999
+SYMBOLS = {
+    Verdict.PASS: "✓",
+    Verdict.CONDITIONAL_PASS: "(✓)",
+    Verdict.INCONCLUSIVE: "?",
+    Verdict.CONDITIONAL_FAIL: "(✗)",
+    Verdict.FAIL: "✗",
+}
+NOT_COMPLETED = "A run that was not completed neither passes nor fails."
+MARGINAL = "Marginal: a difference within the marginal band would change the verdict."
+
+
+@dataclass(frozen=True)
+class VerdictView:
+    """A verdict as symbol and word; `tone` chooses its colour."""
+
+    symbol: str
+    word: str
+
+    @property
+    def tone(self) -> str:
+        """The word as a CSS class."""
+        return self.word.replace(" ", "-")
+
+
+NO_VERDICT = VerdictView("?", "no verdict")
+
+
+@dataclass(frozen=True)
+class PartRow:
+    """One limit among several, ready to print."""
+
+    of: str
+    result: str
+    limit: str
+    verdict: VerdictView
+    probability: str
+    uncompensated: VerdictView
+    marginal: bool
+
+
+@dataclass(frozen=True)
+class LaterView:
+    """A later decision, ready to print."""
+
+    when: str
+    verdict: VerdictView
+    words: str
+    before: str
+    file: str
+
+
+@dataclass(frozen=True)
+class DecisionView:
+    """The decision, ready to print."""
+
+    verdict: VerdictView
+    uncompensated: VerdictView
+    reason: str
+    limit: str
+    source: str
+    measurand: str
+    rule: str
+    guard_band: str
+    risk: str
+    probability: str
+    marginal: str
+    parts: tuple[PartRow, ...]
+
+
+def decision(found: Decision | None, *, complete: bool) -> DecisionView | None:
+    """Return the decision, ready to print; of a run that was not completed there is no verdict."""
+    if found is None:
+        return None
+    stopped = f"{NOT_COMPLETED} On what was recorded the rule would say: {found.verdict}. "
+    several = len(found.parts) > 1
+    return DecisionView(
+        verdict=_verdict(found.verdict) if complete else NO_VERDICT,
+        uncompensated=_verdict(found.uncompensated),
+        reason=found.reason if complete else stopped + found.reason,
+        limit=found.limit_text,
+        source=found.limit_source,
+        measurand=_measurand(found),
+        rule=found.rule,
+        guard_band="" if isnan(found.guard_band_nm) else f"{fixed(found.guard_band_nm, 4)} N·m",
+        risk=_risk(found),
+        probability=_percent(found.probability_of_conformity),
+        marginal=MARGINAL if found.marginal else "",
+        parts=tuple(map(_part, found.parts)) if several else (),
+    )
+
+
+def later(found: Sequence[LaterDecision]) -> tuple[LaterView, ...]:
+    """Return the later decisions, ready to print."""
+    return tuple(
+        LaterView(
+            when=each.decided_utc[:19].replace("T", " "),
+            verdict=_verdict(Verdict(each.verdict)),
+            words=f"{each.reason} Rule: {each.rule}. Limit: {each.limit_text} "
+            f"({each.limit_source}). Decided by {each.by}: {each.why}",
+            before=f"{each.verdict_before}; {each.rule_before}; {each.limit_before}",
+            file=each.file,
+        )
+        for each in found
+    )
+
+
+def _part(found: LimitDecision) -> PartRow:
+    return PartRow(
+        of=found.of,
+        result="-" if found.result is None else str(stated(found.result)),
+        limit=found.limit_text,
+        verdict=_verdict(found.verdict),
+        probability=_percent(found.probability_of_conformity),
+        uncompensated=_verdict(found.uncompensated),
+        marginal=found.marginal,
+    )
+
+
+def _measurand(found: Decision) -> str:
+    if found.measurand is None:
+        return ""
+    load = "" if found.load_n is None else f" under {found.load_n:g} N"
+    return f"{found.measurand}{load}"
+
+
+def _risk(found: Decision) -> str:
+    """Return the greatest specific risks that the rule implies, in words."""
+    return "; ".join(_risks(found)) or "not determined"
+
+
+def _risks(found: Decision) -> Iterator[str]:
+    if not isnan(found.stated_risk):
+        yield f"at most {_percent(found.stated_risk)} of a false pass"
+    elif not isnan(found.guard_band_nm):
+        yield "no value could pass"
+    if not isnan(found.false_reject_risk):
+        yield f"at most {_percent(found.false_reject_risk)} of a false fail"
+
+
+def _verdict(found: Verdict) -> VerdictView:
+    return VerdictView(SYMBOLS[found], str(found))
+
+
+def _percent(value: float) -> str:
+    if isnan(value):
+        return "not determined"
+    if value > CERTAIN:
+        return "> 99.99 %"
+    return "< 0.01 %" if value < 1 - CERTAIN else f"{100 * value:.2f} %"

@@ -1,0 +1,127 @@
+"""`rigrunner decide`: a stored run, by another rule or other limits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
+from rigrunner.cli.output import result, result_json
+from rigrunner.cli.summary import percent, stated_risk
+from rigrunner.cli.table import pairs
+from rigrunner.workflow.locate import find_run
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import ExitCode
+    from rigrunner.api.results import LaterDecision
+    from rigrunner.procedure import Acceptance
+    from rigrunner.workflow.decisions import DecisionFile
+
+WITH_FRACTION = "guard_band_fraction"
+RULES = ("simple", "guard_band_u", WITH_FRACTION, "non_binary")
+
+
+@click.command(name="decide")
+@run_argument
+@runs_option
+@lab_option
+@click.option(
+    "--acceptance",
+    "file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Limits and rule from a YAML file.",
+)
+@click.option("--rule", type=click.Choice(RULES), help="Another rule, for the limits that hold.")
+@click.option(
+    "--fraction",
+    type=click.FloatRange(0, 5, min_open=True),
+    metavar="R",
+    help="With guard_band_fraction: w = R times U.",
+)
+@click.option("--by", required=True, metavar="NAME", help="Who decides.")
+@click.option("--reason", required=True, metavar="TEXT", help="Why it is decided again.")
+@json_option
+def command(
+    *,
+    run: str,
+    runs: Path,
+    station: str | None,
+    file: Path | None,
+    rule: str | None,
+    fraction: float | None,
+    by: str,
+    reason: str,
+    as_json: bool,
+) -> ExitCode:
+    """Decide a stored run again, by another rule or other limits.
+
+    Nothing is measured again and no file is changed: the decision is put on record beside the run,
+    with name, time and reason, and stands in its report.
+    """
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.clock import WallClock
+    from rigrunner.workflow.decisions import Decider, decide_again
+    from rigrunner.workflow.record import verdict_code
+
+    if (file is None) == (rule is None):
+        raise UsageError("give --acceptance FILE or --rule RULE, one of them")
+    if (rule == WITH_FRACTION) != (fraction is not None):
+        hint = f"such as --rule {WITH_FRACTION} --fraction 0.5, for w = U/2"
+        raise UsageError(f"--fraction and --rule {WITH_FRACTION} go together", hint=hint)
+    decider = Decider(by=by, reason=reason, at=WallClock().utc())
+    written, found = decide_again(
+        find_run(run, runs),
+        lab_registry(station),
+        decider,
+        lambda held: _from_file(file) if file else _other_rule(held, rule, fraction),
+    )
+    if as_json:
+        result_json(dict(written.document))
+    else:
+        result(pairs(_facts(written)))
+    return verdict_code(found)
+
+
+def _from_file(path: Path) -> Acceptance:
+    from rigrunner.procedure import AcceptanceFile
+    from rigrunner.yamlfile import read, validate
+
+    return validate(AcceptanceFile, read(path)).acceptance
+
+
+def _other_rule(held: Acceptance | None, rule: str | None, fraction: float | None) -> Acceptance:
+    """Return the limits that hold with another rule; raise UsageError."""
+    from rigrunner.procedure import Acceptance
+
+    if held is None:
+        hint = "give limits and rule with --acceptance FILE"
+        raise UsageError("no limit holds for this run, so a rule has nothing to apply", hint=hint)
+    changed = {**held.as_written(), "rule": rule, "fraction": fraction}
+    return Acceptance.model_validate(changed)
+
+
+def _facts(written: DecisionFile) -> list[tuple[str, str]]:
+    found = written.summary
+    decision = written.document["decision"]
+    probability = decision["probability_of_conformity"]
+    stated = "not determined" if probability is None else percent(probability)
+    return [
+        ("run", written.document["run"]["id"]),
+        ("before", _before(found)),
+        ("verdict", f"{found.verdict.upper()}: {found.reason}"),
+        ("probability of conformity", stated),
+        ("risk", stated_risk(decision)),
+        ("rule", found.rule),
+        ("limit", f"{found.limit_text} ({found.limit_source})"),
+        ("decided by", f"{found.by}, {found.decided_utc}"),
+        ("reason", found.why),
+        ("on record in", str(written.path)),
+    ]
+
+
+def _before(found: LaterDecision) -> str:
+    return f"{found.verdict_before.upper()} ({found.rule_before}; {found.limit_before})"

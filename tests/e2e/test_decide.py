@@ -1,0 +1,112 @@
+"""Limits and decisions by the command line: refused, decided, decided again."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_cli import call
+from helpers_workflow import quick_procedure, run
+from rigrunner.api.errors import ExitCode
+from rigrunner.workflow.locate import find_procedure
+
+AS14101 = """\
+    min: 0.25 in·lbf
+    max: 8.0 in·lbf
+    source: AS14101, dash -9
+    measurand: {nature: no_load, condition: from_rest}
+"""
+SEVERAL = """\
+rigrunner: acceptance/1
+acceptance:
+  limits:
+    - max: 0.95 N·m
+      source: drawing
+      measurand: {nature: load_induced, condition: at_reversal}
+    - max: 0.2 N·m
+      of: each_frequency
+      at: [35 Hz]
+      source: drawing
+      measurand: {nature: load_induced, condition: at_reversal}
+  rule: non_binary
+"""
+WHO = ("--by", "A. Person", "--reason", "as agreed <today>")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    lab = tmp_path_factory.mktemp("lab")
+    run(quick_procedure(lab, "no_load_inertia_sweep"), lab / "runs")
+    return run(quick_procedure(lab, "starting_torque_1000n"), lab / "runs").folder
+
+
+@pytest.mark.parametrize("station", [(), ("--station", "simulated")])
+def test_the_no_load_limits_of_as14101_are_refused_for_a_loaded_swing(tmp_path, station):
+    text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
+    mixed = tmp_path / "mixed.yaml"
+    start, end = text.index("    max: 0.95"), text.index("  rule:")
+    mixed.write_text(text[:start] + AS14101 + text[end:], encoding="utf-8")
+
+    called = call("check", mixed, *station)
+    assert called.code == ExitCode.INVALID
+    assert "error: acceptance.limit.measurand: the limit is for the no-load torque from rest, " in (
+        called.err
+    )
+    assert "the result is the load-induced torque at the reversals of a swing" in called.err
+
+
+def test_a_stored_run_is_decided_again_and_the_record_is_shown(folder, tmp_path):
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(SEVERAL, encoding="utf-8")
+
+    looser = call("decide", folder, "--rule", "simple", *WHO)
+    assert looser.code == ExitCode.PASS, looser.err
+    assert "at most 50.00 % risk in a pass" in looser.out
+    failed = call("decide", folder, "--acceptance", limits, *WHO, "--json")
+    assert failed.code == ExitCode.FAIL
+    parts = json.loads(failed.out)["decision"]["parts"]
+    assert [(part["of"], part["verdict"]) for part in parts] == [
+        ("mean", "pass"),
+        ("35 Hz", "fail"),
+    ]
+
+    shown = call("show", folder)
+    assert "decided again in decision-2.json  PASS by A. Person" in shown.out
+    assert "decided again in decision-3.json  FAIL by A. Person" in shown.out
+    document = json.loads(call("show", folder, "--json").out)
+    assert [each["acceptance"]["rule"] for each in document["later_decisions"]] == [
+        "simple",
+        "non_binary",
+    ]
+    assert document["result"]["decision"]["verdict"] == "pass", "the first one stays"
+    assert call("report", folder).code == ExitCode.PASS
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "decision-3.json" in page
+    assert "Decided again later:" in page
+    assert "as agreed &lt;today&gt;" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (WHO, "give --acceptance FILE or --rule RULE, one of them"),
+        (("--rule", "guard_band_fraction", *WHO), "go together"),
+        (("--rule", "simple", "--fraction", "0.5", *WHO), "go together"),
+        (("--rule", "guard_band", *WHO), "'guard_band' is not one of"),
+        (("--rule", "guard_band_fraction", "--fraction", "9", *WHO), "9.0 is not in the range"),
+        (("--rule", "non_binary", "--by", "", "--reason", "x"), "needs a name and a reason"),
+        (("--rule", "non_binary", "--by", "A. Person"), "Missing option '--reason'"),
+    ],
+)
+def test_what_cannot_be_decided_is_told(folder, arguments, words):
+    called = call("decide", folder, *arguments)
+    assert (called.code, words in called.err) == (ExitCode.USAGE, True), called.err
+
+
+def test_a_file_that_is_no_acceptance_is_told_with_its_line(folder, tmp_path):
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(SEVERAL.replace("rule: non_binary", "rule: none"), encoding="utf-8")
+    called = call("decide", folder, "--acceptance", limits, *WHO)
+    assert called.code == ExitCode.INVALID
+    assert f"{limits}:12:9: error: acceptance.rule: got 'none', allowed is" in called.err
