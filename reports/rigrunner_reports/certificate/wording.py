@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner_reports.numbers import MINUS, plain, significant
 from rigrunner_reports.view.budget import MANY_DOF
-from rigrunner_reports.view.headline import SYMBOLS
+from rigrunner_reports.view.decision import SYMBOLS
 
 if TYPE_CHECKING:
     from rigrunner.api.certificate import (
