@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helpers_analysis import (
+    AT_REVERSAL,
+    acceptance,
+    analysed,
+    recording,
+    registry,
+    run_of,
+    spec,
+    swing_point,
+)
+from rigrunner.analysis.evidence import failed_decisive, without_scatter
+from rigrunner.api.analysis import Check, Compensation
+from rigrunner.api.results import Verdict
+from rigrunner.procedure import Acceptance
+from rigrunner_plugins.compensations.checks import positive
+
+SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
+SINGLE = "A single value shows no scatter (at 5 Hz): the uncertainty lacks its type A part"
+
+
+def sweep(extra_nm, load_n):
+    peaks = {f: 0.9 + 0.004 * f**2 + extra_nm + SCATTER for f in (2.0, 4.0, 6.0, 8.0, 10.0)}
+    return run_of(*(recording(values, f, load_n=load_n) for f, values in peaks.items()))
+
+
+@pytest.fixture(scope="module")
+def no_load():
+    return sweep(0.0, 0.0)
+
+
+def test_only_a_failed_decisive_check_forbids_to_decide():
+    checks = [
+        Check("spikes", ok=False, text="many"),
+        Check("clipping", ok=True, text="none", decisive=True),
+    ]
+    assert failed_decisive(checks) == ""
+    found = failed_decisive([*checks, Check("torque", ok=False, text="-1", decisive=True)])
+    assert found == "The check 'torque' failed: -1."
+
+
+def test_a_loaded_value_that_was_read_once_has_no_scatter():
+    loaded = (swing_point([1.0, 1.1], 4.0), swing_point([1.0], 5.0))
+    fitted = Compensation("torque", (), curve=object())
+    assert without_scatter(loaded, (), fitted).startswith(SINGLE)
+    assert without_scatter(loaded[:1], (), fitted) == ""
+
+
+def test_a_no_load_value_has_its_scatter_about_a_fitted_curve_alone():
+    loaded, no_load = (swing_point([1.0, 1.1], 5.0),), (swing_point([0.5], 5.0),)
+    assert without_scatter(loaded, no_load, Compensation("t", (), curve=object())) == ""
+    assert without_scatter(loaded, no_load, Compensation("t", ())).startswith(SINGLE)
+
+
+def test_swapped_runs_decide_nothing_and_say_which_check_failed(no_load):
+    decision = analysed(sweep(-0.1, 1000.0), no_load, accept=acceptance()).decision
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason.startswith("The check 'positive torque' failed: 2 Hz -0.1")
+    assert decision.reason.endswith("the no-load run or the method does not fit this run).")
+
+
+def test_a_clipped_swing_decides_nothing(no_load):
+    run = sweep(0.7, 1000.0)
+    torque = run.recordings[0].channels["tester.torque"]
+    channels = run.recordings[0].channels | {"tester.torque": np.minimum(torque, 1.55)}
+    clipped = (replace(run.recordings[0], channels=channels), *run.recordings[1:])
+    decision = analysed(replace(run, recordings=clipped), no_load, accept=acceptance()).decision
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason.startswith("The check 'clipping' failed: 2Hz has ")
+
+
+def test_each_frequency_is_judged_with_its_own_raw_peak(no_load):
+    each = {"max": "1.7 N·m", "of": "each_frequency", "source": "a test", "measurand": AT_REVERSAL}
+    accept = Acceptance.model_validate({"limit": each})
+    parts = analysed(sweep(0.7, 1000.0), no_load, accept=accept).decision.parts
+    assert [part.of for part in parts] == ["2 Hz", "4 Hz", "6 Hz", "8 Hz", "10 Hz"]
+    assert {part.verdict for part in parts} == {Verdict.PASS}
+    raw = [0.9 + 0.004 * f**2 + 0.7 for f in (2, 4, 6, 8, 10)]
+    expected = [Verdict.PASS if peak <= 1.7 else Verdict.FAIL for peak in raw]
+    assert [part.uncompensated for part in parts] == expected
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        ("paper_peak", "load-induced torque at the reversals of a swing"),
+        ("peak_same_frequency", "load-induced torque at the reversals of a swing"),
+        ("template_inverse", "load-induced torque at the reversals of a swing"),
+        ("model_inverse", "load-induced torque at the reversals of a swing"),
+        ("energy", "load-induced torque under way"),
+        ("breakaway_peak", "total torque from rest"),
+    ],
+)
+def test_every_compensation_says_which_torque_it_yields(method, words):
+    assert str(registry().yields(method)) == words
+
+
+def test_a_limit_on_the_starting_torque_says_nothing_of_the_running_torque(no_load):
+    chosen = spec(compensations=["energy"], primary="energy")
+    decision = analysed(sweep(0.7, 1000.0), no_load, chosen, acceptance()).decision
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert "the result is the load-induced torque under way under 1002 N" in decision.reason
+
+
+def test_a_running_torque_below_zero_is_decisive(no_load):
+    """Of a swapped pair of runs the peaks may be above zero, but the bearing gives energy back."""
+    points = analysed(sweep(0.7, 1000.0), no_load).compensations["paper_peak"].points
+    found = positive(points, [-0.1] * len(points))
+    assert failed_decisive([found]).startswith("The check 'torque above zero' failed: 2 Hz: -0.1")
