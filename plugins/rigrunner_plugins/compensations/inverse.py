@@ -21,7 +21,13 @@ from rigrunner.api.errors import DataError
 from rigrunner.signal.swings import with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
-from rigrunner_plugins.compensations.bearing import Pair, bearing_torque, mean_swing, reversals
+from rigrunner_plugins.compensations.bearing import (
+    Pair,
+    bearing_torque,
+    mean_swing,
+    peak_bias,
+    reversals,
+)
 from rigrunner_plugins.compensations.budget import Budget
 from rigrunner_plugins.compensations.identification import identify, vector
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
@@ -98,7 +104,7 @@ class Inverse(ABC):
         pair = Pair(mean_swing(loaded, friction.swing.size), template)
         bearing = bearing_torque(line, friction, pair)
         where = reversals(line, friction, pair.loaded, self.settings.window)
-        torque = float(where.torque(bearing))
+        torque = float(where.torque(bearing)) - peak_bias(line, where, bearing, pair)
         forward, backward = where.both(bearing)
         components = budget.components(pair)
         raw = float(np.ptp(pair.loaded.torque_nm) / 2)
