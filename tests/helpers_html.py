@@ -10,7 +10,7 @@ VOID = {"meta", "img", "br", "link", "input", "hr"}
 
 @dataclass
 class Page(HTMLParser):
-    """Elements as (tag, attributes), text without that of <style>; wrong nesting is an error."""
+    """Elements as (tag, attributes), text without styles and scripts; wrong nesting is an error."""
 
     elements: list = field(default_factory=list)
     text: list = field(default_factory=list)
@@ -28,7 +28,7 @@ class Page(HTMLParser):
         assert self.opened.pop() == tag, f"</{tag}> closes another element"
 
     def handle_data(self, data):
-        if "style" not in self.opened:
+        if not {"style", "script"} & set(self.opened):
             self.text.append(data)
 
     def all(self, tag):

@@ -72,6 +72,27 @@ class Numbers:
             each for each in numbers if not {f"{each}.issued.json", f"{each}.void.json"} & names
         ]
 
+    def digests_of(self, number: str) -> set[str]:
+        """Return the SHA-256 of the files that were issued under a number; none for no such."""
+        digests = self._content(f"{number}.issued.json").get("sha256", {})
+        return set(digests.values()) if isinstance(digests, dict) else set()
+
+    def replaced_by(self, number: str) -> str:
+        """Return the number that was issued in the place of another; empty for none."""
+        for path in sorted(self._folder.glob(f"{self.prefix}-*.issued.json")):
+            other = path.name.removesuffix(".issued.json")
+            if self._content(f"{other}.json").get("amends") == number:
+                return other
+        return ""
+
+    def _content(self, name: str) -> Mapping[str, object]:
+        """Return what a file holds; nothing of one that is not there or was broken off."""
+        try:
+            found = json.loads((self._folder / name).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
+
     @property
     def _folder(self) -> Path:
         return self.letterhead / FOLDER

@@ -26,6 +26,7 @@ SUMMARIES = {
     "decide": "Decide a stored run again, by another rule or other limits.",
     "report": "Write the report of a stored run again.",
     "certify": "Issue a certificate on a stored run.",
+    "amend": "Issue a document that replaces a certificate.",
     "runs": "List the stored runs.",
     "show": "Show what a stored run holds and found.",
     "diff": "Tell in words what changed between two procedures or two runs.",

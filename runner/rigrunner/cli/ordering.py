@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.output import message, result
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from rigrunner.api.certificate import Authorisation
+    from rigrunner.workflow.office import Issued
 
 OPTIONS = {
     "--customer": "The customer's name.",
@@ -46,6 +52,23 @@ def order_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def order_values(given: Mapping[str, str | None]) -> dict[str, str]:
     """Return the options that were given, by the name of their field."""
     return {name: value for name, value in given.items() if value is not None}
+
+
+def authorisation(by: str, role: str) -> Authorisation:
+    """Return who authorises; raise UsageError for nobody."""
+    from rigrunner.api.certificate import Authorisation  # noqa: PLC0415  (pydantic; only here)
+
+    if not by.strip():
+        raise UsageError("a certificate needs the name of the person who authorises it")
+    return Authorisation(by=by.strip(), role=role.strip())
+
+
+def tell_issued(issued: Issued) -> None:
+    """Print the paths of what was issued, and what a person should know of it."""
+    for note in issued.notes:
+        message(note)
+    for path in issued.files:
+        result(str(path))
 
 
 def _metavar(option: str) -> str:

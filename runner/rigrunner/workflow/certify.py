@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
+from datetime import date, timedelta
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
@@ -106,8 +107,9 @@ def _refuse_restricted(
 
 
 def _refuse_late_receipt(source: Source, order: Order) -> None:
-    started = source.stored.header.started_utc[:10]
-    if order.received is not None and order.received.isoformat() > started:
+    """Refuse receipt after the test; its date is local, and may be a day ahead of UTC."""
+    started = date.fromisoformat(source.stored.header.started_utc[:10])
+    if order.received is not None and order.received > started + timedelta(days=1):
         raise UsageError(
             f"--received {order.received} is after the test, which began on {started} (UTC)"
         )

@@ -7,8 +7,14 @@ from pathlib import Path
 import click
 
 from rigrunner.cli.options import lab_option, run_argument, runs_option
-from rigrunner.cli.ordering import letterhead_option, order_options, order_values, out_option
-from rigrunner.cli.output import message, result
+from rigrunner.cli.ordering import (
+    authorisation,
+    letterhead_option,
+    order_options,
+    order_values,
+    out_option,
+    tell_issued,
+)
 
 
 @click.command(name="certify")
@@ -51,7 +57,6 @@ def command(
     It is written as JSON, HTML and PDF, under the next number of the laboratory's sequence. The
     paths of the files are printed.
     """
-    from rigrunner.api.certificate import Authorisation
     from rigrunner.certificate.order import Order, read_order
     from rigrunner.cli.planning import lab_registry
     from rigrunner.clock import WallClock
@@ -61,15 +66,11 @@ def command(
     request = Request(
         letterhead=letterhead,
         order=read_order(order_file) if order_file else Order(),
-        authorisation=Authorisation(by=authorised_by, role=role),
+        authorisation=authorisation(authorised_by, role),
         not_for_certification=not_for_certification,
         language=lang,
         out=out,
         given=order_values(given),
     )
     registry = lab_registry(station)
-    issued = certify(find_run(run, runs), request, registry, WallClock().utc())
-    for note in issued.notes:
-        message(note)
-    for path in issued.files:
-        result(str(path))
+    tell_issued(certify(find_run(run, runs), request, registry, WallClock().utc()))

@@ -1,0 +1,86 @@
+"""A document that replaces another: what was measured stays, what people stated may change.
+
+ISO/IEC 17025:2017, 7.8.8: a further document with its own number, which names the original; every
+change of information is identified, with the reason.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.certificate import Amendment, Appearance, Certificate, Change
+from rigrunner.api.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.letterhead import Letterhead
+    from rigrunner.certificate.content import Issue
+
+PLACES = {
+    "customer": ("customer", "name"),
+    "customer_contact": ("customer", "contact"),
+    "customer_reference": ("customer", "reference"),
+    "item": ("item", "description"),
+    "item_id": ("item", "identification"),
+    "item_condition": ("item", "condition"),
+    "received": ("item", "received"),
+    "sampling": ("item", "sampling"),
+    "operator": ("performance", "operator"),
+}
+"""Where in a certificate each field of an order stands."""
+
+
+def amended(
+    original: Certificate, given: Mapping[str, str], letterhead: Letterhead, issue: Issue
+) -> Certificate:
+    """Return the further document; `issue.amends` names the original, its changes are added here.
+
+    Raises UsageError for a value that is the same as before, or not allowed.
+    """
+    assert issue.amends is not None  # noqa: S101  (the caller amends)
+    changes = tuple(_changes(original, given))
+    parts = {
+        part: getattr(original, part).model_copy(
+            update={
+                field: given[name]
+                for name, (at, field) in PLACES.items()
+                if at == part and name in given
+            }
+        )
+        for part in {part for part, _ in PLACES.values()}
+    }
+    return original.model_copy(
+        update={
+            **parts,
+            "number": issue.number,
+            "issued_utc": issue.issued_utc,
+            "amends": issue.amends.model_copy(update={"changes": changes}),
+            "laboratory": letterhead.laboratory,
+            "statements": letterhead.statements,
+            "authorisation": issue.authorisation,
+            "evidence": original.evidence.model_copy(update={"issued_with": dict(issue.software)}),
+            "appearance": Appearance(language=letterhead.language, files=dict(letterhead.files)),
+        }
+    )
+
+
+def amendment_of(original: Certificate, sha256: str, reason: str, by: str) -> Amendment:
+    """Return what the further document says of the original."""
+    return Amendment(
+        number=original.number,
+        issued_utc=original.issued_utc,
+        sha256=sha256,
+        reason=reason,
+        by=by,
+    )
+
+
+def _changes(original: Certificate, given: Mapping[str, str]) -> Iterator[Change]:
+    for name, value in given.items():
+        part, field = PLACES[name]
+        before = getattr(getattr(original, part), field)
+        if value == before:
+            option = f"--{name.replace('_', '-')}"
+            raise UsageError(f"{option} is '{before}' in {original.number} already")
+        yield Change(field=f"{part}.{field}", before=before, after=value)

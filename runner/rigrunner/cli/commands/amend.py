@@ -1,0 +1,59 @@
+"""`rigrunner amend`: a further document in the place of a certificate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigrunner.cli.options import lab_option
+from rigrunner.cli.ordering import (
+    authorisation,
+    letterhead_option,
+    order_options,
+    order_values,
+    out_option,
+    tell_issued,
+)
+
+
+@click.command(name="amend")
+@click.argument("certificate", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--reason", required=True, help="Why; it stands on the document.")
+@click.option("--by", required=True, metavar="NAME", help="Who amends and authorises it.")
+@click.option("--role", default="", help="That person's function in the laboratory.")
+@letterhead_option
+@order_options
+@click.option("--lang", default="", help="The language, in place of the original's.")
+@out_option
+@lab_option
+def command(
+    *,
+    certificate: Path,
+    reason: str,
+    by: str,
+    role: str,
+    letterhead: Path,
+    lang: str,
+    out: Path | None,
+    station: str | None,
+    **given: str | None,
+) -> None:
+    """Issue a document that replaces a certificate.
+
+    It has its own number, names the original, what was changed and why. The original stays as it
+    is.
+    """
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.clock import WallClock
+    from rigrunner.workflow.amend import AmendRequest, amend
+
+    request = AmendRequest(
+        letterhead=letterhead,
+        reason=reason,
+        authorisation=authorisation(by, role),
+        language=lang,
+        out=out,
+        given=order_values(given),
+    )
+    tell_issued(amend(certificate, request, lab_registry(station), WallClock().utc()))

@@ -1,0 +1,302 @@
+"""A certificate of the demonstration: what ISO/IEC 17025:2017, 7.8 asks, item by item."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+from pypdf import PdfReader
+
+from helpers_certificate import issue, make_letterhead
+from helpers_cli import call
+from helpers_html import read_html
+from rigrunner.api.certificate import certificate_json, parse_certificate
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.certificate.content import certifiable
+from rigrunner.registry import load_registry
+from rigrunner.workflow.certify import read_source
+
+LANGUAGES = ("en", "de")
+
+
+@pytest.fixture(scope="module")
+def registry():
+    return load_registry()
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    return make_letterhead(tmp_path_factory.mktemp("lab") / "letterhead")
+
+
+@pytest.fixture(scope="module")
+def issued(demo, lab, registry, tmp_path_factory):
+    """Return a specimen in each language, as (certificate, HTML page, path of the PDF)."""
+    out = tmp_path_factory.mktemp("out")
+    found = {}
+    for language in LANGUAGES:
+        one = issue(demo.loaded, lab, out, registry=registry, language=language)
+        files = {path.suffix: path for path in one.files}
+        assert set(files) == {".json", ".html", ".pdf"}, one.notes
+        page = read_html(files[".html"].read_bytes())
+        found[language] = (one.certificate, page, files)
+    return found
+
+
+@pytest.fixture(scope="module")
+def english(issued):
+    return issued["en"]
+
+
+# What 7.8.2.1, 7.8.2.2, 7.8.3.1, 7.8.6 and 7.8.7 ask for, and the words that answer it.
+ISO_17025 = {
+    "7.8.2.1 a, title": ("Test certificate",),
+    "7.8.2.1 b, laboratory and address": (
+        *("Demonstration laboratory (fictitious)", "1 Example Street, 00000 Sample Town"),
+    ),
+    "7.8.2.1 c, place of activity": ("Place of activity at the address above, test bench 1",),
+    "7.8.2.1 d, identification and end": (
+        *("Test certificate {number}", "End of certificate {number}"),
+    ),
+    "7.8.2.1 e, customer and contact": (
+        *("Customer Muster & Söhne <Ltd>", "Address or contact 7 Customer Road, 11111 Elsewhere"),
+    ),
+    "7.8.2.1 f, method": (
+        *("SSPB-STT-1000, revision A: Starting torque under 1000 N", "{method}"),
+        *("not approved (draft)", "template_inverse"),
+    ),
+    "7.8.2.1 g, item, identification, condition": (
+        *("Item tested Spherical plain bearing MS14101-9", "Identification DEMO-0001"),
+        "Condition on receipt new, liner without visible damage",
+    ),
+    "7.8.2.1 h, date of receipt": ("Received 2025-11-03",),
+    "7.8.2.1 i, dates of the test": ("Tested {started} UTC to {ended} UTC",),
+    "7.8.2.1 j, date of issue": ("Issued 2026-11-22",),
+    "7.8.2.1 k, sampling": ("The laboratory did no sampling",),
+    "7.8.2.1 l, relates only to the items": ("The results relate only to the items tested.",),
+    "7.8.2.1 m, results with units": ("Td = ({value} ± {u}) N·m", "Td, N·m U, N·m k"),
+    "7.8.2.1 n, additions, deviations, exclusions": (
+        *("Additions, deviations and exclusions", "Stated by the laboratory"),
+        *("Outer ring clamped with two screws in place of four.", "Critical value"),
+    ),
+    "7.8.2.1 o, person authorising": ("Authorised by A. Nother, Head of laboratory",),
+    "7.8.2.1 p, external results marked": (
+        *("What follows was supplied by external providers.", "Hardness 60 HRC"),
+        "Supplied by Other Laboratory",
+    ),
+    "7.8.2.1 note, reproduction in full": ("shall not be reproduced except in full",),
+    "7.8.2.2 customer's information": ("were supplied by the customer",),
+    "7.8.2.2 as received": ("the results apply to the item as received",),
+    "7.8.3.1 a, conditions": ("Temperature tester.temperature 23.0", "Room not air-conditioned."),
+    "7.8.3.1 c, uncertainty in the unit of the result": ("coverage factor k = {k}", "U, N·m"),
+    "7.8.6.1 decision rule and risk": ("Guard band w = U", "Highest risk of a false pass 2.5 %"),
+    "7.8.6.2 a, to which results": ("Applies to the mean over the set-points",),
+    "7.8.6.2 b, specification": ("Specification demonstration only", "Limit ≤ 0.95 N·m"),
+    "7.8.6.2 verdict as word and symbol": ("✓ pass",),
+    "7.8.7 opinions marked": (
+        *("are opinions and interpretations, not results", "The bearing runs in slowly."),
+        "Opinion of O. Pinion",
+    ),
+    "6.5 instruments": (
+        *("Rigrunner simulated torque transducer", "serial no. SIM-TQ-01", "tester.torque 10 N·m"),
+        *("none (simulated)", "gain ±0.3 %", "zero ±0.02 N·m"),
+    ),
+    "7.5.1 operator": ("Operator Demo operator",),
+    "proof": ("{digest}", "{file}"),
+    "not a certificate": ("not for certification", "made by a simulator"),
+}
+
+
+@pytest.mark.parametrize("item", ISO_17025)
+def test_the_standard_is_answered_item_by_item(english, item):
+    certificate, page, _ = english
+    headline = certificate.results.headline
+    known = {
+        "number": certificate.number,
+        "method": certificate.method.sha256,
+        "started": certificate.performance.started_utc[:19].replace("T", " "),
+        "ended": certificate.performance.ended_utc[:19].replace("T", " "),
+        "value": headline.printed,
+        "u": headline.printed_uncertainty,
+        "k": headline.printed_factor,
+        "digest": certificate.evidence.run.digest_sha256,
+        "file": certificate.evidence.run.file_sha256,
+    }
+    words = [text.format(**known) for text in ISO_17025[item]]
+    assert [text for text in words if text not in page.words] == []
+
+
+def test_every_set_point_has_its_result_and_uncertainty(demo, english):
+    certificate, page, _ = english
+    result = json.loads((demo.loaded / "result.json").read_text(encoding="utf-8"))
+    points = result["compensations"]["template_inverse"]["points"]
+    assert len(certificate.results.points) == len(points) == 12
+    for found, wanted in zip(certificate.results.points, points, strict=True):
+        torque = wanted["torque"]
+        assert found.torque.value == pytest.approx(torque["value"], rel=1e-12)
+        assert found.torque.expanded_uncertainty == pytest.approx(
+            torque["expanded_uncertainty_95"], rel=1e-12
+        )
+        assert float(found.torque.printed) == round(torque["value"], found.torque.decimals)
+        assert f"{found.torque.printed} {found.torque.printed_uncertainty}" in page.words
+
+
+def test_json_stands_alone_and_inside_both_forms(english):
+    certificate, _, files = english
+    text = files[".json"].read_text(encoding="utf-8")
+    assert parse_certificate(text, "x") == certificate
+    assert certificate_json(certificate) == text
+    page = files[".html"].read_text(encoding="utf-8")
+    inside = re.search(r'<script type="application/json" id="certificate">\n(.*?)</script>', page,
+                       re.DOTALL)[1]  # fmt: skip
+    assert inside == text
+    attached = PdfReader(files[".pdf"]).attachments[f"{certificate.number}.json"]
+    assert attached == [text.encode()]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_page_has_the_number_and_which_page_it_is(issued, language):
+    certificate, _, files = issued[language]
+    pages = [page.extract_text() for page in PdfReader(files[".pdf"]).pages]
+    assert 3 <= len(pages) <= 6
+    word, of, end, mark = {
+        "en": ("Page", "of", "End of certificate", "not for certification"),
+        "de": ("Seite", "von", "Ende des Zertifikats", "nicht zur Zertifizierung"),
+    }[language]
+    for number, text in enumerate(pages, 1):
+        assert f"{word} {number} {of} {len(pages)}" in text
+        assert certificate.number in text
+        assert mark in text
+    assert f"{end} {certificate.number}" in pages[-1]
+    assert all(end not in text for text in pages[:-1])
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_pdf_is_tagged_and_has_title_language_and_bookmarks(issued, language):
+    certificate, page, files = issued[language]
+    reader = PdfReader(files[".pdf"])
+    root = reader.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"]
+    assert root["/Lang"] == language
+    assert root["/ViewerPreferences"]["/DisplayDocTitle"]
+    tags = set(structure_types(root["/StructTreeRoot"]))
+    assert {"/H1", "/H2", "/Table", "/TR", "/TH", "/TD", "/Caption", "/Figure"} <= tags
+    assert certificate.number in reader.metadata.title
+    titles = [entry.title for entry in flat(reader.outline)]
+    assert titles[0].endswith(certificate.number)
+    assert len(titles) == 1 + len(page.all("h2"))
+
+
+def structure_types(node):
+    node = node.get_object()
+    if isinstance(node, list):
+        for each in node:
+            yield from structure_types(each)
+    elif isinstance(node, dict):
+        if "/S" in node:
+            yield node["/S"]
+        if "/K" in node:
+            yield from structure_types(node["/K"])
+
+
+def flat(outline):
+    for each in outline:
+        if isinstance(each, list):
+            yield from flat(each)
+        else:
+            yield each
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_reader_who_cannot_see_is_told_all(issued, language):
+    certificate, page, _ = issued[language]
+    assert page.all("html")[0]["lang"] == language
+    assert all("scope" in cell for cell in page.all("th"))
+    tables = page.all("table")
+    unnamed = [table for table in tables if "aria-label" not in table]
+    assert len(unnamed) == len(page.all("caption"))
+    logo, figure = page.all("img")
+    assert logo["alt"] == "Demonstration laboratory"
+    comma = {"en": ".", "de": ","}[language]
+    for point in certificate.results.points:
+        shown = f"{point.torque.printed} ± {point.torque.printed_uncertainty}"
+        assert shown.replace(".", comma) in figure["alt"]
+
+
+def test_german_is_german(issued):
+    _, page, _ = issued["de"]
+    english = {"Result", "Method", "Instruments", "Limit", "Verdict", "Issued"}
+    words = set(re.findall(r"[A-Za-z]+", page.words))
+    assert not english & words
+    assert "✓ bestanden" in page.words
+
+
+def test_the_same_run_gives_the_same_bytes(demo, registry, tmp_path):
+    first, second = (
+        issue(
+            demo.loaded,
+            make_letterhead(tmp_path / name),
+            tmp_path / "out" / name,
+            registry=registry,
+        )
+        for name in ("a", "b")
+    )
+    for one, other in zip(first.files[:2], second.files[:2], strict=True):
+        assert one.suffix in {".json", ".html"}
+        assert one.read_bytes() == other.read_bytes()
+
+
+def test_without_asking_for_it_no_specimen_is_made(demo, lab, tmp_path):
+    with pytest.raises(UsageError, match=r"not approved and its data are simulated") as caught:
+        issue(demo.loaded, lab, tmp_path, not_for_certification=False)
+    assert "--not-for-certification" in caught.value.hint
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("outcome", ["aborted", "error"])
+def test_a_run_that_was_not_completed_gets_none(demo, registry, outcome):
+    source = read_source(demo.loaded, registry)
+    info = replace(source.stored.info, outcome=outcome, reason="guard opened")
+    broken = replace(source, stored=replace(source.stored, info=info))
+    with pytest.raises(DataError, match=f"ended as '{outcome}': guard opened"):
+        certifiable(broken)
+
+
+def test_a_run_without_a_result_gets_none(demo, lab, tmp_path, registry):
+    with pytest.raises(DataError, match="has no result to certify"):
+        issue(demo.no_load, lab, tmp_path, registry=registry)
+
+
+def test_the_command_issues_amends_and_refuses_a_second_amendment(demo, tmp_path):
+    lab = make_letterhead(tmp_path / "letterhead")
+    order = ("--customer", "Mustre", "--customer-contact", "x", "--item", "bearing")
+    order += ("--item-condition", "new", "--received", "2026-11-01")
+    where = ("--letterhead", lab, "--out", tmp_path / "out")
+    called = call(
+        "certify", demo.loaded, "--authorised-by", "A", *order, *where, "--not-for-certification"
+    )
+    assert called.code == 0, called.err
+    first = called.out.splitlines()[0]
+    before = {path: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    amend = ("amend", first, "--reason", "misspelt", "--by", "B", *where, "--customer", "Muster")
+    called = call(*amend)
+    assert called.code == 0, called.err
+    assert {path: path.read_bytes() for path in before} == before
+    second = json.loads((tmp_path / "out" / "SPECIMEN-DEMO-2026-0002.json").read_text("utf-8"))
+    original = json.loads((tmp_path / "out" / "SPECIMEN-DEMO-2026-0001.json").read_text("utf-8"))
+    assert second["amends"]["number"] == original["number"]
+    assert second["amends"]["changes"] == [
+        {"field": "customer.name", "before": "Mustre", "after": "Muster"}
+    ]
+    assert second["results"] == original["results"]
+    page = read_html((tmp_path / "out" / "SPECIMEN-DEMO-2026-0002.html").read_bytes())
+    for words in (original["number"], "misspelt", "Mustre", "customer.name", "replaces"):
+        assert words in page.words
+    again = call(*amend)
+    assert again.code == 2
+    assert "was replaced by SPECIMEN-DEMO-2026-0002 already" in again.err
+    with open(first, "a", encoding="utf-8") as file:  # noqa: PTH123  (a printed path)
+        file.write(" ")
+    assert "is not as it was issued" in call(*amend).err

@@ -1,0 +1,51 @@
+"""Issues certificates on a stored run, under the letterhead that a lab folder begins with."""
+
+from __future__ import annotations
+
+import shutil
+from datetime import UTC, datetime
+
+from rigrunner.api.certificate import Authorisation
+from rigrunner.certificate.order import Order
+from rigrunner.registry import load_registry
+from rigrunner.workflow.certify import Request, certify
+from rigrunner.workflow.labfolder import TEMPLATE
+
+NOW = datetime(2026, 11, 22, 9, 30, tzinfo=UTC)
+ORDER = Order(
+    customer="Muster & Söhne <Ltd>",
+    customer_contact="7 Customer Road, 11111 Elsewhere",
+    customer_reference="PO-4711",
+    item="Spherical plain bearing MS14101-9",
+    item_condition="new, liner without visible damage",
+    received="2025-11-03",
+    conditions="Room not air-conditioned.",
+    deviations=["Outer ring clamped with two screws in place of four."],
+    opinions=[{"text": "The bearing runs in slowly.", "by": "O. Pinion"}],
+    external=[{"text": "Hardness 60 HRC", "provider": "Other Laboratory"}],
+)
+
+
+def make_letterhead(folder):
+    """Copy the letterhead of a lab folder, without its README."""
+    shutil.copytree(TEMPLATE / "letterhead", folder)
+    (folder / "README.md").unlink()
+    return folder
+
+
+def request(letterhead, **changes):
+    return Request(
+        **{
+            "letterhead": letterhead,
+            "order": ORDER,
+            "authorisation": Authorisation(by="A. Nother", role="Head of laboratory"),
+            "not_for_certification": True,
+            **changes,
+        }
+    )
+
+
+def issue(run, letterhead, out, *, now=NOW, registry=None, **changes):
+    """Issue a specimen on a run; return what was issued."""
+    wanted = request(letterhead, out=out, **changes)
+    return certify(run, wanted, registry or load_registry(), now)

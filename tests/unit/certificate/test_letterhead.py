@@ -1,0 +1,76 @@
+"""A letterhead is read strictly, and nothing outside its folder is taken in."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from helpers_certificate import make_letterhead
+from rigrunner.api.errors import InvalidFileError, UsageError
+from rigrunner.certificate.letterhead import read_letterhead
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return make_letterhead(tmp_path / "letterhead")
+
+
+def changed(lab, old, new):
+    path = lab / "letterhead.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return lab
+
+
+def test_the_one_of_a_new_lab_folder_is_whole(lab):
+    found = read_letterhead(lab)
+    assert found.laboratory.name == "Demonstration laboratory (fictitious)"
+    assert (found.language, found.prefix) == ("en", "DEMO")
+    assert found.logo.content == (lab / "logo.svg").read_bytes()
+    assert found.logo.media_type == "image/svg+xml"
+    assert found.files == {
+        name: hashlib.sha256((lab / name).read_bytes()).hexdigest()
+        for name in ("letterhead.yaml", "logo.svg")
+    }
+
+
+def test_a_language_can_be_asked_for(lab):
+    assert read_letterhead(lab, "de").language == "de"
+
+
+def test_own_texts_templates_and_style_are_taken_in(lab):
+    for name in ("texts", "templates"):
+        (lab / name).mkdir()
+    (lab / "texts" / "en.yaml").write_text("rigrunner: texts/1\ntexts: {title: Report}\n")
+    (lab / "templates" / "head.html.j2").write_text("<p>head</p>")
+    (lab / "style.css").write_text("h1 { color: red }")
+    found = read_letterhead(lab)
+    assert found.texts == {"en": {"title": "Report"}}
+    assert found.templates == {"head.html.j2": "<p>head</p>"}
+    assert found.style == "h1 { color: red }"
+    assert {"texts/en.yaml", "templates/head.html.j2", "style.css"} <= set(found.files)
+
+
+def test_no_folder_is_told_with_what_makes_one(tmp_path):
+    with pytest.raises(UsageError, match=r"no letterhead.yaml.*rigrunner init"):
+        read_letterhead(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("file: logo.svg", "file: logo.gif", "is no picture"),
+        ("file: logo.svg", "file: other.svg", "there is no file"),
+        ("file: logo.svg", "file: ../outside.svg", "outside the letterhead folder"),
+        ("prefix: DEMO", "prefix: A/B", "prefix"),
+        ("prefix: DEMO", "prefx: DEMO", "did you mean 'prefix'"),
+        ("language: en", "language: English", "language"),
+        ("  place: at", "  plase: at", "place"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_place(lab, old, new, message):
+    (lab.parent / "outside.svg").write_text("<svg/>")
+    with pytest.raises(InvalidFileError, match=rf"letterhead\.yaml:\d+:\d+: .*{message}"):
+        read_letterhead(changed(lab, old, new))
