@@ -100,8 +100,8 @@ ISO_17025 = {
         "Opinion of O. Pinion",
     ),
     "6.5 instruments": (
-        *("Rigrunner simulated torque transducer", "serial no. SIM-TQ-01", "tester.torque 10 N·m"),
-        *("none (simulated)", "gain ±0.3 %", "zero ±0.02 N·m"),
+        *("Rigrunner simulated torque transducer", "serial no. SIM-TQ-01", "tester.torque ±10 N·m"),
+        *("simulated, not calibrated", "gain ±0.3 %", "zero ±0.02 N·m"),
     ),
     "7.5.1 operator": ("Operator Demo operator",),
     "proof": ("{digest}", "{file}"),

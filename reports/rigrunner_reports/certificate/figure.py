@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS = 2
 HEIGHT_IN = 2.6
+LONGEST = 24
+"""Letters of a text that somebody wrote: a longer one would leave no room for the plot."""
 
 
 def over_frequency(certificate: Certificate, wording: Wording) -> Plot | None:
@@ -45,7 +47,7 @@ def _points(axes: Axes, certificate: Certificate) -> None:
         color=PRIMARY.color,
         marker=PRIMARY.marker,
         linestyle="none",
-        label=f"{certificate.method.symbol} ± U",
+        label=f"{certificate.method.symbol[:LONGEST]} ± U",
     )
 
 
@@ -61,7 +63,7 @@ def _limits(axes: Axes, certificate: Certificate, wording: Wording) -> None:
     if certificate.conformity is None:
         return
     first = certificate.conformity.statements[0]
-    label = f"{wording.texts('figure.limit')} {wording.number(first.limit)}"
+    label = f"{wording.texts('figure.limit')} {wording.number(first.limit[:LONGEST])}"
     for limit in (first.lower_nm, first.upper_nm):
         if limit is not None:
             axes.axhline(limit, color=VERMILION, linestyle="--", linewidth=1.4, label=label)
@@ -71,7 +73,7 @@ def _limits(axes: Axes, certificate: Certificate, wording: Wording) -> None:
 def _axes(axes: Axes, certificate: Certificate, wording: Wording) -> None:
     speed = certificate.results.motion == "start"
     axes.set_xlabel(wording.texts("points.speed" if speed else "points.frequency"))
-    axes.set_ylabel(wording.texts("points.torque", symbol=certificate.method.symbol))
+    axes.set_ylabel(wording.texts("points.torque", symbol=certificate.method.symbol[:LONGEST]))
     shown = FuncFormatter(lambda value, _: wording.number(f"{value:.6g}"))
     axes.xaxis.set_major_formatter(shown)
     axes.yaxis.set_major_formatter(shown)

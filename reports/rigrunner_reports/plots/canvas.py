@@ -38,6 +38,7 @@ STYLE = {
     "grid.color": "#E1E6EB",
     "grid.linewidth": 0.7,
     "text.color": INK,
+    "text.parse_math": False,
     "xtick.color": GREY,
     "ytick.color": GREY,
     "xtick.labelcolor": INK,

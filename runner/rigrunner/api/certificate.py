@@ -73,6 +73,8 @@ class Approval(Part):
     by: str = ""
     utc: str = ""
     sha256: Sha256 = ""
+    note: str = ""
+    """Why it is a draft although somebody once approved it."""
 
 
 class Method(Part):
@@ -287,9 +289,12 @@ class InstrumentEntry(Part):
     range: str
     uncertainty: dict[str, str]
     """Limits of error, or the uncertainty, by the name of the part they belong to."""
+    conditions: dict[str, str] = {}
+    """In which surroundings the calibration holds, by quantity."""
     overdue: bool = False
     """At the start of the run."""
-    simulated: bool = False
+    calibration: Literal["calibrated", "simulated", "recorded"] = "calibrated"
+    """Why there is nothing to calibrate, where the register says so."""
 
 
 class Authorisation(Part):

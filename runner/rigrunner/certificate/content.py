@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 APPROVED, DRAFT = "approved", "draft"
+_APPROVAL = tuple(Approval.model_fields)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +68,7 @@ def make_certificate(
     """Return the certificate; raise DataError where the run allows none (see `certifiable`)."""
     certifiable(source)
     run, result = source.stored, source.result
-    instruments = tuple(instruments_of(result.run))
+    instruments = tuple(instruments_of(result.run, result.no_load_run))
     return Certificate(
         number=issue.number,
         issued_utc=issue.issued_utc,
@@ -97,8 +98,8 @@ def make_certificate(
 def certifiable(source: Source) -> None:
     """Raise DataError with the reason if a run can have no certificate at all."""
     info = source.stored.info
-    for each in (source.stored, source.stored.no_load):
-        if each is not None and each.info.outcome != Outcome.COMPLETED:
+    for each in _runs(source):
+        if each.info.outcome != Outcome.COMPLETED:
             why = f": {each.info.reason}" if each.info.reason else ""
             raise DataError(
                 f"{each.header.run_id} ended as '{each.info.outcome}'{why}",
@@ -114,26 +115,28 @@ def certifiable(source: Source) -> None:
 
 def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]:
     """Yield every reason why a document on this run is 'not for certification'."""
-    approval = _approval(source.stored)
-    if approval.state != APPROVED:
-        header = source.stored.header
+    drafts = [run for run in _runs(source) if _approval(run).state != APPROVED]
+    for run in drafts:
+        approval, header = _approval(run), run.header
+        words = f"{header.procedure_id} revision {header.procedure_revision}"
         yield Restriction(
-            code="draft_procedure",
-            detail=f"{header.procedure_id} revision {header.procedure_revision}: {approval.state}",
+            code="draft_procedure", detail=f"{words}: {approval.note or approval.state}"
         )
     if source.simulated:
         yield Restriction(code="simulated", detail=source.stored.header.station_id)
-    if requested and approval.state == APPROVED and not source.simulated:
+    if requested and not drafts and not source.simulated:
         yield Restriction(code="requested")
 
 
+def _runs(source: Source) -> tuple[StoredRun, ...]:
+    """Return the run and, where there is one, its no-load run."""
+    return tuple(each for each in (source.stored, source.stored.no_load) if each is not None)
+
+
 def _approval(run: StoredRun) -> Approval:
-    known: Mapping[str, str] = getattr(run.header, "approval", {})
+    known = run.header.approval
     return Approval(
-        state=known.get("state") or DRAFT,
-        by=known.get("by", ""),
-        utc=known.get("utc", ""),
-        sha256=known.get("sha256", ""),
+        **{"state": DRAFT, **{name: known[name] for name in _APPROVAL if name in known}}
     )
 
 

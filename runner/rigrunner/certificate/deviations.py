@@ -63,7 +63,7 @@ def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                     kind="override" if event.action == OVERRIDE else "intervention",
                     run_id=run_id,
                     where="" if event.action == OVERRIDE else event.action,
-                    text="",
+                    text=event.subject,
                     by=event.by,
                     reason=event.reason,
                     utc=event.utc,

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import Condition, InstrumentEntry
+from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.certificate.numerals import printed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.calibration import TorqueAccuracy
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.instruments import Instrument
 
 _KELVIN = 273.15
 _SHOWN: Mapping[str, tuple[str, float, float, int]] = {
@@ -54,16 +54,24 @@ def _condition(channel: str, quantity: str, lowest: float, highest: float) -> Co
     )
 
 
-def instruments_of(run: RunData) -> Iterator[InstrumentEntry]:
-    """Yield the register of the run's station."""
-    for channel, each in run.instruments.items():
-        yield _entry(channel, each, run.started_utc[:10])
+def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
+    """Yield the registers of the stations of these runs, the same entry once."""
+    seen: list[InstrumentEntry] = []
+    for run in runs:
+        if run is None:
+            continue
+        for each in (*run.instruments.values(), *run.other_instruments):
+            entry = _entry(each, run.started_utc[:10])
+            if entry not in seen:
+                seen.append(entry)
+                yield entry
 
 
-def _entry(channel: str, each: TorqueInstrument, day: str) -> InstrumentEntry:
+def _entry(each: Instrument, day: str) -> InstrumentEntry:
     due = "" if each.due is None else each.due.isoformat()
     return InstrumentEntry(
-        channel=channel,
+        channel=each.channel,
+        id=each.id,
         maker=each.maker,
         type=each.type,
         serial=each.serial,
@@ -71,18 +79,55 @@ def _entry(channel: str, each: TorqueInstrument, day: str) -> InstrumentEntry:
         laboratory=each.laboratory,
         calibrated="" if each.calibrated is None else each.calibrated.isoformat(),
         due=due,
-        range=f"{each.full_scale:.6g} N·m",
-        uncertainty=_accuracy(each.accuracy),
+        range=_range(each),
+        uncertainty={**_accuracy(each), **_points(each)},
+        conditions=_conditions(each),
         overdue=bool(due) and due < day,
+        calibration=each.calibration or "calibrated",
     )
 
 
-def _accuracy(limits: TorqueAccuracy) -> dict[str, str]:
+def _range(each: Instrument) -> str:
+    if each.range_ is not None:
+        lowest, highest = each.range_.min, each.range_.max
+        return f"≤ {highest}" if lowest is None else f"{lowest} … {highest}"
+    if isinstance(each, TorqueInstrument):
+        return f"±{each.full_scale:.6g} N·m"
+    return ""
+
+
+def _accuracy(each: Instrument) -> dict[str, str]:
+    if isinstance(each, OtherInstrument):
+        return {"accuracy": each.accuracy} if each.accuracy else {}
+    limits = each.accuracy_ if isinstance(each, TorqueInstrument) else None
+    if limits is None:
+        return {}
     if limits.of_full_scale:
-        return {"of full scale": f"±{100 * limits.of_full_scale:.6g} %"}
+        return {"of_full_scale": f"±{100 * limits.of_full_scale:.6g} %"}
     return {
         "gain": f"±{100 * limits.gain:.6g} %",
         "offset": f"±{limits.offset:.6g} N·m",
         "drift": f"±{limits.drift:.6g} N·m",
         "nonlinearity": f"±{100 * limits.nonlinearity:.6g} %",
     }
+
+
+def _points(each: Instrument) -> dict[str, str]:
+    lines = [f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in each.points]
+    return {"points": "; ".join(lines)} if lines else {}
+
+
+def _conditions(each: Instrument) -> dict[str, str]:
+    if each.conditions is None:
+        return {}
+    ranges = {"temperature": each.conditions.temperature, "humidity": each.conditions.humidity}
+    return {
+        name: _in_shown_unit(name, found.min, found.max)
+        for name, found in ranges.items()
+        if found is not None
+    }
+
+
+def _in_shown_unit(quantity: str, lowest: float, highest: float) -> str:
+    shown = _condition(quantity, quantity, lowest, highest)
+    return f"{shown.printed_minimum} … {shown.printed_maximum} {shown.unit}"

@@ -17,6 +17,7 @@ from rigrunner.certificate.content import (
 )
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
+from rigrunner.certificate.surroundings import instruments_of
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
 from rigrunner.workflow.office import Issued, Office
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.certificate import Authorisation, Certificate, Restriction
+    from rigrunner.api.results import Result
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 
@@ -66,7 +68,8 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
     certifiable(source)
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
     _refuse_restricted(source, restrictions, request)
-    order = complete(request.order, request.given, source.stored.header.inputs)
+    known = {**source.stored.header.inputs, **source.result.run.people}
+    order = complete(request.order, request.given, known)
     _refuse_late_receipt(source, order)
 
     def content(number: str) -> Certificate:
@@ -87,11 +90,19 @@ def read_source(run: Path, registry: Registry) -> Source:
     """Read and analyse a stored run; raise DataError."""
     stored = read(run)
     file = run / RUN_FILE if run.is_dir() else run
+    result = analyse_run(run, registry)
     return Source(
         stored=stored,
-        result=analyse_run(run, registry),
+        result=result,
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
-        simulated=bool(read_truth(run)),
+        simulated=bool(read_truth(run)) or _is_simulated(result),
+    )
+
+
+def _is_simulated(result: Result) -> bool:
+    """Say whether the register has a simulated instrument for either run."""
+    return any(
+        each.calibration == "simulated" for each in instruments_of(result.run, result.no_load_run)
     )
 
 
@@ -99,7 +110,7 @@ def _refuse_restricted(
     source: Source, restrictions: tuple[Restriction, ...], request: Request
 ) -> None:
     if restrictions and not request.not_for_certification:
-        why = " and ".join(_WHY[each.code] for each in restrictions)
+        why = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
         raise UsageError(
             f"{source.stored.header.run_id} cannot be certified: {why}",
             hint="--not-for-certification makes a specimen that says so on every page",

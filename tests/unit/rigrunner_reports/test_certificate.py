@@ -1,0 +1,245 @@
+"""Certificates as pages: every text in every language, nothing unescaped, a lab's own in front."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from typing import get_args
+
+import pytest
+
+from helpers_certificate import NOW, ORDER, make_letterhead
+from helpers_html import read_html
+from rigrunner.analysis.rules import WORDS
+from rigrunner.api.certificate import (
+    Authorisation,
+    Certificate,
+    DeviationKind,
+    InstrumentEntry,
+    RejectedCycle,
+    Restriction,
+    certificate_json,
+    parse_certificate,
+)
+from rigrunner.api.errors import InvalidFileError, MissingPackageError
+from rigrunner.api.events import Alarm, Intervention, Note, StepEnded
+from rigrunner.api.letterhead import CertificateInput
+from rigrunner.api.results import Verdict
+from rigrunner.certificate.content import Issue, make_certificate, restrictions_of
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.order import complete
+from rigrunner.clock import utc_text
+from rigrunner.registry import load_registry
+from rigrunner.workflow.certify import read_source
+from rigrunner_reports.certificate.pdf import pdf_maker
+from rigrunner_reports.certificate.render import html
+from rigrunner_reports.certificate.texts import names, shipped, shipped_languages
+
+EVIL = "'\"></td><script>alert(1)</script><img src=x onerror=alert(1)>{{ 7*7 }}"
+AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
+
+
+@pytest.fixture(scope="module")
+def source(demo):
+    return read_source(demo.loaded, load_registry())
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return make_letterhead(tmp_path / "letterhead")
+
+
+def certificate_of(source, letterhead, number="DEMO-2026-0007"):
+    issue = Issue(
+        number=number,
+        issued_utc=utc_text(NOW),
+        authorisation=Authorisation(by="A. Nother"),
+        restrictions=tuple(restrictions_of(source, requested=False)),
+        software={"Rigrunner": "0"},
+    )
+    order = complete(ORDER, {}, source.stored.header.inputs)
+    return make_certificate(source, order, letterhead, issue)
+
+
+def rendered(source, lab, language=""):
+    letterhead = read_letterhead(lab, language)
+    return html(CertificateInput(certificate_of(source, letterhead), letterhead))
+
+
+def approved(source):
+    """Return the same run as if it were of an approved procedure on a real rig."""
+
+    def of(run):
+        approval = {"state": "approved", "by": "B. Oss", "utc": "2026-01-02T00:00:00Z"}
+        header = replace(run.header, approval=approval)
+        return replace(run, info=replace(run.info, header=header))
+
+    stored = replace(of(source.stored), no_load=of(source.stored.no_load))
+    return replace(source, stored=stored, simulated=False)
+
+
+@pytest.mark.parametrize("language", shipped_languages())
+def test_every_language_has_every_text_with_the_same_names(language):
+    reference, found = shipped("en"), shipped(language)
+    assert set(found) == set(reference)
+    for key, text in found.items():
+        assert isinstance(text, str), key
+        assert text.strip(), key
+        assert names(text) == names(reference[key]), key
+
+
+def test_a_second_language_is_shipped_and_is_another():
+    assert shipped_languages() == ["de", "en"]
+    german, english = shipped("de"), shipped("en")
+    same = {key for key in english if german[key] == english[key]}
+    assert len(same) < 12, same
+
+
+def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
+    def options(model, field):
+        return get_args(model.model_fields[field].annotation)
+
+    wanted = {f"deviation.{kind}" for kind in get_args(DeviationKind)}
+    wanted |= {f"specimen.{code}" for code in options(Restriction, "code")}
+    wanted |= {f"verdict.{verdict}" for verdict in Verdict}
+    wanted |= {f"rule.{rule}" for rule in WORDS}
+    wanted |= {f"rejected.{what}" for what in options(RejectedCycle, "what")}
+    states = set(options(InstrumentEntry, "calibration")) - {"calibrated"}
+    wanted |= {f"instruments.{state}" for state in states}
+    assert wanted <= set(shipped("en"))
+
+
+def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
+    page = read_html(rendered(approved(source), lab))
+    assert "Specimen" not in page.words
+    assert "approved by B. Oss on 2026-01-02" in page.words
+
+
+@pytest.mark.parametrize("which", ["stored", "no_load"])
+def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
+    one = approved(source)
+    run = one.stored if which == "stored" else one.stored.no_load
+    edited = replace(run.header, approval={"state": "draft", "note": "changed after approval"})
+    run = replace(run, info=replace(run.info, header=edited))
+    stored = replace(run, no_load=one.stored.no_load) if which == "stored" else None
+    one = replace(one, stored=stored or replace(one.stored, no_load=run))
+    (found,) = restrictions_of(one, requested=True)
+    assert found.code == "draft_procedure"
+    assert found.detail.endswith("changed after approval")
+
+
+def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
+    events = (
+        Intervention(**AT, action="override", by="O. Ver", reason="urgent", subject="overdue TQ-1"),
+        Intervention(**AT, action="pause", by="P. Auser", reason="tea"),
+        Alarm(**AT, source="guard", text="door opened"),
+        Note(**AT, step="main[1]", text="squeaks"),
+        StepEnded(**AT, step="main[2]", index=2, action="record", ok=False, recording="003_5Hz"),
+    )
+    one = replace(source, stored=replace(source.stored, events=events))
+    words = read_html(rendered(one, lab)).words
+    for told in (
+        "Override overdue TQ-1 by O. Ver; reason: urgent 2026-03-01 12:00:00 UTC",
+        "Intervention pause by P. Auser; reason: tea",
+        "Alarm guard : door opened",
+        "Note main[1] : squeaks",
+        "Step failed main[2] : 003_5Hz",
+    ):
+        assert told in words
+
+
+def test_no_text_of_anybody_becomes_markup(source, lab):
+    certificate = certificate_of(source, read_letterhead(lab))
+
+    def evil(value, key=""):
+        if key in {"files", "analysis"}:
+            return value
+        if isinstance(value, dict):
+            return {name: evil(each, name) for name, each in value.items()}
+        if isinstance(value, list):
+            return [evil(each, key) for each in value]
+        fixed = ("rigrunner", "code", "kind", "what", "motion", "language", "calibration")
+        keep = key in fixed or "sha256" in key or not isinstance(value, str)
+        ours = key.startswith("printed") or key == "unit" or key.endswith("utc")
+        return value if keep or ours else EVIL
+
+    content = evil(certificate.model_dump(mode="json"))
+    bad = Certificate.model_validate_json(json.dumps(content))
+    letterhead = replace(read_letterhead(lab), style="</style><script>alert(2)</script>")
+    letterhead = replace(letterhead, texts={"en": {"title": EVIL.replace("{{ 7*7 }}", "")}})
+    page = read_html(html(CertificateInput(bad, letterhead)))
+    assert [each.get("type") for each in page.all("script")] == ["application/json"]
+    assert all("onerror" not in each for each in page.all("img"))
+    assert EVIL in page.words
+    assert parse_certificate(certificate_json(bad), "x") == bad
+
+
+def test_own_texts_go_before_the_shipped_ones(source, lab):
+    (lab / "texts").mkdir()
+    path = lab / "texts" / "en.yaml"
+    path.write_text("rigrunner: texts/1\ntexts: {title: Report of test}\n")
+    page = read_html(rendered(source, lab))
+    assert "Report of test DEMO-2026-0007" in page.words
+    assert "Statement of conformity" in page.words
+
+
+@pytest.mark.parametrize(
+    ("language", "texts", "message"),
+    [
+        ("en", "titel: x", r"texts\.titel: there is no such text \(did you mean 'title'"),
+        ("en", "end: over", r"texts\.end: needed in this text: \{number\}"),
+        ("en", "title: 'a { b'", r"texts\.title: "),
+        (
+            "fr",
+            "title: Rapport",
+            r"texts/fr\.yaml: texts: there is no text for 'decimal', 'number'",
+        ),
+    ],
+)
+def test_a_text_that_is_missing_or_wrong_is_an_error_not_a_blank(
+    source, lab, language, texts, message
+):
+    (lab / "texts").mkdir()
+    (lab / "texts" / f"{language}.yaml").write_text(f"rigrunner: texts/1\ntexts: {{{texts}}}\n")
+    with pytest.raises(InvalidFileError, match=message):
+        rendered(source, lab, language)
+
+
+def test_a_whole_language_of_ones_own_is_enough(source, lab):
+    (lab / "texts").mkdir()
+    lines = [f"  {json.dumps(k)}: {json.dumps('x' + t)}" for k, t in shipped("en").items()]
+    text = "\n".join(["rigrunner: texts/1", "texts:", *lines])
+    (lab / "texts" / "eo.yaml").write_text(text)
+    page = read_html(rendered(source, lab, "eo"))
+    assert page.all("html")[0]["lang"] == "eo"
+    assert "xStatement of conformity" in page.words
+
+
+def test_own_templates_go_before_the_shipped_ones(source, lab):
+    (lab / "templates").mkdir()
+    (lab / "templates" / "head.html.j2").write_text("<h1>Our own {{ c.number }}</h1>")
+    assert "Our own DEMO-2026-0007" in read_html(rendered(source, lab)).words
+
+
+@pytest.mark.parametrize(
+    ("template", "message"),
+    [
+        ("<p>\n{{ c.nothing }}</p>", "nothing"),
+        ("<p>\n{% if %}</p>", r"templates/head\.html\.j2:2: TemplateSyntaxError"),
+        ("{{ ''.__class__.__mro__ }}", "SecurityError"),
+        ("{{ t('no such key') }}", "KeyError"),
+    ],
+)
+def test_a_template_that_is_wrong_or_means_harm_is_told(source, lab, template, message):
+    (lab / "templates").mkdir()
+    (lab / "templates" / "head.html.j2").write_text(template)
+    with pytest.raises(InvalidFileError, match=message):
+        rendered(source, lab)
+
+
+def test_without_weasyprint_it_says_how_to_get_pdf(monkeypatch):
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    with pytest.raises(MissingPackageError) as caught:
+        pdf_maker()
+    assert "rigrunner[pdf]" in caught.value.hint
