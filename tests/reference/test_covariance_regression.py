@@ -12,6 +12,9 @@ import pytest
 
 from rigrunner.api.data import Points
 from rigrunner.api.uncertainty import Distribution, Input, MeasurementModel
+from rigrunner.signal.monte_carlo.adaptive import Adaptive
+from rigrunner.signal.monte_carlo.adaptive import propagate as by_trials
+from rigrunner.signal.monte_carlo.model import output_of
 from rigrunner.signal.propagation import propagate
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_plugins.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
@@ -67,3 +70,15 @@ def test_the_fit_is_one_line_of_the_budget():
 def test_without_it_the_uncertainty_is_2_6_times_too_large():
     found = propagate(model(with_covariance=False))
     assert found.estimate.u == pytest.approx(0.2378, abs=5e-5)
+
+
+def test_by_monte_carlo():
+    """As a multivariate t of 5 degrees of freedom the fit is wider than its scale.
+
+    u is sqrt(0.01^2 9/7 + 0.1^2/3 + u_fit^2 5/3) = 0.1090 N·m, 95 % in [0.379, 0.803] N·m.
+    """
+    found = by_trials(output_of(model()), Adaptive())
+    assert found.u == pytest.approx(0.1090, abs=3e-4)
+    assert found.symmetric.low == pytest.approx(0.379, abs=1e-3)
+    assert found.symmetric.high == pytest.approx(0.803, abs=1e-3)
+    assert found.trials >= 1_000_000
