@@ -23,6 +23,7 @@ from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.paper import paper_on_this_run
 from rigrunner_reports.view.points import by_frequency, set_points
+from rigrunner_reports.view.validation import validation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from rigrunner_reports.view.frequency_table import FrequencyTable
     from rigrunner_reports.view.methods import MethodView
     from rigrunner_reports.view.points import SetPoint
+    from rigrunner_reports.view.validation import ValidationView
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,7 @@ class Page:
     paper: tuple[str, ...]
     fits: tuple[FitView, ...]
     budget: Budget | None
+    validation: ValidationView | None
     checks: tuple[CheckRow, ...]
     rejections: RejectionTable
     events: tuple[Mapping[str, str], ...]
@@ -105,6 +108,7 @@ def make_page(report: ReportInput) -> Page:
         paper=paper_on_this_run(result, points),
         fits=fit_views(result.fits),
         budget=budget(result, points),
+        validation=validation(result),
         checks=check_rows(result),
         rejections=rejections(result),
         events=report.events,

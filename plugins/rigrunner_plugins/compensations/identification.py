@@ -14,7 +14,6 @@ five unknowns are searched (variable projection: Golub and Pereyra, SIAM J. Nume
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -96,13 +95,11 @@ class _Observed:
         return self.frequency_hz * np.arange(1, self.harmonics.shape[1] + 1)
 
 
-@lru_cache(maxsize=4)
-def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: LowPass) -> Identified:
+def identify(points: Sequence[SwingPoint], swing: Swing, low_pass: LowPass) -> Identified:
     """Return drive line and support friction; raise DataError for too few frequencies.
 
     A delay that is not significant is taken as none, for it looks much like where the friction
-    acts; that it may be there all the same stays in the covariance. Remembered, as several methods
-    ask it of one sweep.
+    acts; that it may be there all the same stays in the covariance.
     """
     if len(points) < LEAST_FREQUENCIES:
         raise DataError(
@@ -236,14 +233,7 @@ def _friction(
     coefficients = (np.linalg.pinv(basis) @ wanted[..., None])[..., 0]
     dry, growth = (_waveform(coefficients[:, i], swing.size) for i in (0, 1))
     slowest = twists[int(np.argmin(observed.frequency_hz))]
-    return make_friction(swing, slowest, dry, growth, _best_known_hz(basis))
-
-
-def _best_known_hz(basis: Complex) -> float:
-    """Return the f at which A + B f is known best, from the basis of all harmonics (K, F, 2)."""
-    used = np.abs(basis).sum(axis=(1, 2)) > 0
-    covariance = np.linalg.pinv(basis[used].conj().transpose(0, 2, 1) @ basis[used]).real
-    return float(-covariance[:, 0, 1].sum() / covariance[:, 1, 1].sum())
+    return make_friction(swing, slowest, dry, growth)
 
 
 def frictions_without_each(

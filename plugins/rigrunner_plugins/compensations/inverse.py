@@ -25,11 +25,12 @@ from rigrunner_plugins.compensations.bearing import (
     Pair,
     bearing_torque,
     mean_swing,
-    peak_bias,
     reversals,
+    starting_torque,
 )
 from rigrunner_plugins.compensations.budget import Budget
 from rigrunner_plugins.compensations.identification import identify, vector
+from rigrunner_plugins.compensations.rig_errors import RigErrors
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
@@ -97,6 +98,31 @@ class Inverse(ABC):
             notes=NOTES,
         )
 
+    def torques(self, sweep: Sweep) -> Array:
+        """Return the torque per point in N·m, shape (points,), without its uncertainty."""
+        sweep = with_swings(sweep)
+        rig = self._learned(sweep)
+        window = self.settings.window
+        return np.array(
+            [
+                starting_torque(
+                    rig.line,
+                    rig.friction,
+                    Pair(mean_swing(loaded, rig.friction.swing.size), template),
+                    window,
+                )
+                for loaded, template in zip(sweep.loaded, self.templates(sweep, rig), strict=True)
+            ]
+        )
+
+    def perturbation(self, sweep: Sweep) -> RigErrors:
+        """Return what puts the errors that the settings state into the sweep."""
+        return RigErrors(self.settings, self._learned(with_swings(sweep)))
+
+    def _learned(self, sweep: SwingSweep) -> Identified:
+        swing = make_swing(measured_ratio(sweep.no_load))
+        return identify(sweep.no_load, swing, _low_pass(sweep.instrument))
+
     def _point(
         self, budget: Budget, loaded: SwingPoint, template: MeanSwing
     ) -> tuple[CompensatedPoint, _Diagnosis]:
@@ -104,7 +130,7 @@ class Inverse(ABC):
         pair = Pair(mean_swing(loaded, friction.swing.size), template)
         bearing = bearing_torque(line, friction, pair)
         where = reversals(line, friction, pair.loaded, self.settings.window)
-        torque = float(where.torque(bearing)) - peak_bias(line, where, bearing, pair)
+        torque = float(where.torque(bearing))
         forward, backward = where.both(bearing)
         components = budget.components(pair)
         raw = float(np.ptp(pair.loaded.torque_nm) / 2)

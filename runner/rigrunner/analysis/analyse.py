@@ -20,6 +20,7 @@ from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.analysis.starts import prepare_starts
+from rigrunner.analysis.validation import validate
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
 from rigrunner.api.results import FittedTorque, Result
@@ -33,7 +34,20 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
+    from rigrunner.api.validation import Validation
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
+
+
+class Progress(Protocol):
+    """Is told how much of what is done."""
+
+    def __call__(self, what: str, done: int, of: int) -> None:
+        """Take note."""
+        ...
+
+
+def unseen(what: str, done: int, of: int) -> None:
+    """Take no note."""
 
 
 class Lookup(Protocol):
@@ -60,10 +74,12 @@ def analyse(
     acceptance: Acceptance | None,
     measurand: Measurand,
     lookup: Lookup,
+    progress: Progress = unseen,
 ) -> Result:
     """Return the result of a run, with the no-load run that belongs to it where it needs one.
 
-    A compensation that the data forbid is marked not applicable, and the others stand. Raises
+    A compensation that the data forbid is marked not applicable, and the others stand. `progress`
+    is told how far a validation is, which takes minutes; what it raises ends the analysis. Raises
     DataError where a recording cannot be prepared at all.
     """
     analysis = _Analysis(
@@ -73,6 +89,7 @@ def analyse(
         acceptance=acceptance,
         measurand=measurand,
         lookup=lookup,
+        progress=progress,
     )
     return analysis.result()
 
@@ -85,6 +102,7 @@ class _Analysis:
     acceptance: Acceptance | None
     measurand: Measurand
     lookup: Lookup
+    progress: Progress
 
     def result(self) -> Result:
         loaded = self._points(self.run, self._loaded_sources())
@@ -114,6 +132,7 @@ class _Analysis:
             headline=headline,
             raw_headline=raw,
             decision=decision,
+            validation=self._validation(loaded, no_load, compensations, headline),
             checks=checks,
             notes=(problem,) if problem else (),
             settings=self._settings(),
@@ -172,10 +191,34 @@ class _Analysis:
     ) -> Compensation:
         method = self._make("compensation", reference)
         try:
-            sweep = Sweep(loaded, no_load, self.run.rig, self._instrument(), self._first_fit())
-            return compensated(method, sweep)
+            return compensated(method, self._sweep(loaded, no_load))
         except DataError as error:
             return Compensation(self.measurand.name, (), not_applicable=str(error))
+
+    def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
+        return Sweep(loaded, no_load, self.run.rig, self._instrument(), self._first_fit())
+
+    def _validation(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        compensations: Mapping[str, Compensation],
+        headline: Estimate | None,
+    ) -> Validation | None:
+        """Return the Monte Carlo check of the primary method, where one is asked for."""
+        if self.spec.validate_ is None or headline is None:
+            return None
+        (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
+        return validate(
+            self._make("compensation", primary),
+            self._sweep(loaded, no_load),
+            compensations[primary.label].points,
+            headline,
+            name=primary.label,
+            how=self.spec.validate_.monte_carlo,
+            zeroed=self._instrument().channel in self.run.zeros,
+            progress=self.progress,
+        )
 
     def _first_fit(self) -> Fit:
         if not self.spec.fits:
@@ -253,6 +296,7 @@ class _Analysis:
 
     def _settings(self) -> dict[str, object]:
         """Return the analysis as it was asked for, with the defaults of the plugins."""
+        checked = self.spec.validate_
         return {
             **({} if self.spec.starts is None else {"starts": self.spec.starts.model_dump()}),
             "despike": None if self.spec.despike is None else self.spec.despike.model_dump(),
@@ -262,6 +306,7 @@ class _Analysis:
                 self._resolved("compensation", each) for each in self.spec.compensations
             ],
             "primary": self.spec.primary or None,
+            **({} if checked is None else {"validate": checked.model_dump()}),
         }
 
     def _resolved(self, kind: str, reference: PluginRef | None) -> dict[str, object] | None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_decision import decision
 from rigrunner.analysis.document_fits import curve_of, fit
+from rigrunner.analysis.document_validation import validation
 from rigrunner.analysis.document_values import (
     degrees_of_freedom,
     estimate,
@@ -56,6 +57,7 @@ def document(result: Result) -> Json:
         "no_load_points": [_point(point) for point in result.no_load],
         "compensations": {name: _compensation(each) for name, each in result.compensations.items()},
         "fits": [fit(each) for each in result.fits],
+        "validation": None if result.validation is None else validation(result.validation),
     }
 
 

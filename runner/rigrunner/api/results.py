@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, Compensation, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Points, RunData
     from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.validation import Validation
 
 MEAN = "mean"
 """What is judged where not a single set-point is: the mean over all of them."""
@@ -126,6 +127,8 @@ class Result:
     raw_headline: Estimate | None = None
     """The same mean of the raw torque."""
     decision: Decision | None = None
+    validation: Validation | None = None
+    """The Monte Carlo check of the headline, where the procedure asks for one."""
     checks: tuple[Check, ...] = ()
     notes: tuple[str, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)

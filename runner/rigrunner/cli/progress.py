@@ -25,11 +25,19 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
+LINES = 10
+"""Of a part of the analysis, where there is no terminal to draw a bar on."""
+
+
 class ProgressSink(Protocol):
     """Shows the events of one or more runs."""
 
     def __call__(self, event: Event) -> None:
         """Take one event."""
+        ...
+
+    def analysing(self, what: str, done: int, of: int) -> None:
+        """Take how far a part of the analysis is."""
         ...
 
     def paused(self) -> AbstractContextManager[None]:
@@ -66,6 +74,11 @@ class LineProgress:
             case _:
                 _tell(event)
 
+    def analysing(self, what: str, done: int, of: int) -> None:
+        """Print a line now and then."""
+        if done * LINES // of > (done - 1) * LINES // of:
+            message(f"{what}: {done} of {of}")
+
     def paused(self) -> AbstractContextManager[None]:
         """Nothing has to give way."""
         return nullcontext()
@@ -77,12 +90,19 @@ class BarProgress:
     def __init__(self) -> None:
         self._progress = _new_bar()
         self._task: TaskID | None = None
+        self._analyses: dict[str, TaskID] = {}
         self._began_s = 0.0
         self._estimated_s = 0.0
 
     def shown(self) -> Progress:
         """Return the context in which the bar is on the screen."""
         return self._progress
+
+    def analysing(self, what: str, done: int, of: int) -> None:
+        """Move the bar of that part."""
+        if what not in self._analyses:
+            self._analyses[what] = self._progress.add_task(what, total=of, step=what)
+        self._progress.update(self._analyses[what], completed=done)
 
     @contextmanager
     def paused(self) -> Iterator[None]:

@@ -23,6 +23,7 @@ def summary(document: Document) -> str:
         pairs(list(_headline(document))),
         _points(document),
         "\n".join(_fits(document)),
+        _validation(document),
         _failed_checks(document),
     ]
     return "\n\n".join(part for part in parts if part)
@@ -133,6 +134,12 @@ def _fits(document: Document) -> Iterator[str]:
         for name, found in curve["coefficients"].items():
             value = with_uncertainty(found["value"], found["standard_uncertainty"])
             yield f"  {name} = {value} {found['unit']}"
+
+
+def _validation(document: Document) -> str:
+    """Say whether Monte Carlo agrees with the headline's uncertainty."""
+    found = document.get("validation")
+    return "" if found is None else "\n".join(f"validation: {each}" for each in found["statements"])
 
 
 def _failed_checks(document: Document) -> str:

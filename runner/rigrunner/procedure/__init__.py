@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile, Limit, LimitMeasurand
-from rigrunner.procedure.analysis_spec import AnalysisSpec, Despike, NoLoadSpec, PluginRef
+from rigrunner.procedure.analysis_spec import (
+    AnalysisSpec,
+    Despike,
+    MonteCarloSpec,
+    NoLoadSpec,
+    PluginRef,
+)
 from rigrunner.procedure.calls import load_procedure
 from rigrunner.procedure.loading import (
     InconsistentProcedureError,
@@ -25,6 +31,7 @@ __all__ = [
     "LimitMeasurand",
     "LoadedProcedure",
     "Measurand",
+    "MonteCarloSpec",
     "NoLoadSpec",
     "PluginRef",
     "Procedure",

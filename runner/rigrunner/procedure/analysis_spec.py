@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
@@ -11,10 +11,16 @@ from rigrunner.api.measurand import Condition, MeasurandKind
 from rigrunner.api.settings import Angle, Duration, ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
+if TYPE_CHECKING:
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
 LATEST = "latest"
 THIS_RUN = "this run"
 LABEL = "as"
 """The key that names one use of a plugin, so that it can be used twice."""
+MONTE_CARLO = "monte_carlo"
 _DAY_S = 86400.0
 _DEGREE = 0.017453292519943295
 
@@ -126,6 +132,46 @@ class StartsSpec(Settings):
     """Of the running mean whose greatest value counts: noise would make a single sample high."""
 
 
+class MonteCarloSpec(Settings):
+    """The primary method's uncertainty is checked by random trials (JCGM 101:2008)."""
+
+    trials: Annotated[int, Field(ge=1_000_000, le=100_000_000)] = 1_000_000
+    """How many trials of the measurement equation at least, for each set-point and the mean."""
+    most_trials: Annotated[int, Field(ge=1_000_000, le=100_000_000)] = 10_000_000
+    """Where it stops though the results have not settled, or at `trials` if that is more."""
+    draws: Annotated[int, Field(ge=500, le=100_000)] = 500
+    """How many draws of the recorded data, each analysed anew."""
+    digits: Annotated[int, Field(ge=1, le=2)] = 1
+    """How many digits of the standard uncertainty matter: they set how closely both must agree."""
+    seed: Annotated[int, Field(ge=0)] = 1
+    """Names the random numbers: the same seed gives the same result."""
+
+
+class ValidateSpec(Settings):
+    """A check of the result by another way: `monte_carlo`, with settings or without."""
+
+    monte_carlo: MonteCarloSpec
+    """By random trials of the measurement equation, and by draws of the recorded data."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, value: object) -> object:
+        if value in (MONTE_CARLO, {MONTE_CARLO: None}):
+            return {MONTE_CARLO: {}}
+        if isinstance(value, str):
+            # pydantic places a ValueError, not a TypeError, where the value stands
+            raise ValueError(f"got '{value}', but a result is validated by '{MONTE_CARLO}'")  # noqa: TRY004
+        return value
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema of what is written: the name alone, or a mapping."""
+        schema: JsonSchemaValue = handler(core_schema)
+        return {"anyOf": [{"const": MONTE_CARLO, "type": "string"}, schema]}
+
+
 class AnalysisSpec(Settings):
     """The analysis section; a procedure without one records and computes nothing."""
 
@@ -143,6 +189,9 @@ class AnalysisSpec(Settings):
         Field(alias="primary", json_schema_extra={"x-plugin": "compensation", "x-labelled": True}),
     ] = None
     """The compensation that the headline and the verdict use; needless where there is but one."""
+
+    validate_: Annotated[ValidateSpec | None, Field(alias="validate")] = None
+    """Whether the primary method's uncertainty is checked by Monte Carlo; it takes minutes."""
 
     @property
     def primary(self) -> str:

@@ -23,7 +23,14 @@ def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
     """Return every contradiction within a procedure, with its place."""
     return [
         Problem(message, document.where(path, key=document.part(path) is None), dotted(path), hint)
-        for check in (_compensation, _acceptance, _repeated_plugins, _answers, _tries)
+        for check in (
+            _compensation,
+            _validation,
+            _acceptance,
+            _repeated_plugins,
+            _answers,
+            _tries,
+        )
         for path, message, hint in check(procedure)
     ]
 
@@ -44,6 +51,12 @@ def _compensation(procedure: Procedure) -> Iterator[Complaint]:
     if names and spec.no_load is None and spec.starts is None:
         hint = "compensations need it: 'no_load: {from: latest, procedure: ID}'"
         yield ("analysis", "no_load"), "the key 'no_load' is missing", hint
+
+
+def _validation(procedure: Procedure) -> Iterator[Complaint]:
+    if procedure.analysis.validate_ is not None and not procedure.analysis.compensations:
+        hint = "add analysis.compensations, or leave 'validate' out"
+        yield ("analysis", "validate"), "there is no compensated torque to validate", hint
 
 
 def _acceptance(procedure: Procedure) -> Iterator[Complaint]:

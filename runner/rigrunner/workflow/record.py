@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.analyse import unseen
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import Outcome
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from rigrunner.analysis.analyse import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.api.results import Result
@@ -88,6 +90,7 @@ def execute(
     operator: str = "",
     overrides: Sequence[Override] = (),
     pauses: Pauses | None = None,
+    progress: Progress = unseen,
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
@@ -124,7 +127,7 @@ def execute(
                 rig.close()
     if summary.error is not None:
         errors.insert(0, summary.error)
-    return _finish(planned, writer, summary, no_load, errors)
+    return _finish(planned, writer, summary, no_load, errors, progress=_stoppable(progress, stop))
 
 
 def _rig_of(planned: Planned) -> Rig:
@@ -169,6 +172,8 @@ def _finish(
     summary: RunSummary,
     no_load: Path | None,
     errors: list[BaseException],
+    *,
+    progress: Progress,
 ) -> FinishedRun:
     """Analyse what was recorded, seal it whatever comes of that, and report."""
     writer.close()
@@ -177,7 +182,7 @@ def _finish(
     asked = planned.procedure.model.analysis != NO_ANALYSIS
     if asked and summary.outcome is Outcome.COMPLETED:
         with _kept(errors):
-            result = analyse_run(folder, planned.registry, no_load)
+            result = analyse_run(folder, planned.registry, no_load, progress=progress)
     content = None if result is None else document(result)
     writer.seal(content, None if result is None else sweep_plot(result), no_load)
     if content is not None:
@@ -193,6 +198,20 @@ def _finish(
         report=report,
         passed_over=summary.passed_over,
     )
+
+
+def _stoppable(progress: Progress, stop: StopToken) -> Progress:
+    """Return a progress that ends the analysis at a stop: the run is sealed without a result."""
+
+    def told(what: str, done: int, of: int) -> None:
+        progress(what, done, of)
+        if stop.is_set():
+            raise AbortedError(
+                f"stopped at {done} of {of} {what}",
+                hint="the run is whole: 'rigrunner analyse' makes its result",
+            )
+
+    return told
 
 
 def _write_result(folder: Path, content: Mapping[str, object]) -> None:

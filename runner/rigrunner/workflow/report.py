@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.analyse import unseen
 from rigrunner.analysis.document import document
 from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Prompt, RunEnded
 from rigrunner.api.hooks import ReportFormatRecord
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from rigrunner.analysis.analyse import Progress
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
@@ -32,6 +34,7 @@ def write_report(
     result: Result | None = None,
     out: Path | None = None,
     kind: str = DEFAULT_FORMAT,
+    progress: Progress = unseen,
 ) -> Path:
     """Write the report of a run and return its path; the same run gives the same bytes.
 
@@ -43,14 +46,19 @@ def write_report(
     folder = path if path.is_dir() else path.parent
     target = out or folder / f"report{record.suffix}"
     render = registry.make("report_format", kind, {})
-    target.write_bytes(render(report_input(path, registry, result)))
+    target.write_bytes(render(report_input(path, registry, result, progress)))
     return target
 
 
-def report_input(path: Path, registry: Registry, result: Result | None = None) -> ReportInput:
+def report_input(
+    path: Path,
+    registry: Registry,
+    result: Result | None = None,
+    progress: Progress = unseen,
+) -> ReportInput:
     """Return what a report format is given for a stored run."""
     stored = read(path)
-    found = result or analyse_run(path, registry)
+    found = result or analyse_run(path, registry, progress=progress)
     return ReportInput(
         result=found,
         document=document(found),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.analyse import analyse, unseen
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from rigrunner.analysis.analyse import Progress
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry
@@ -47,11 +48,12 @@ def analyse_run(
     no_load: Path | None = None,
     *,
     acceptance: Acceptance | None = None,
+    progress: Progress = unseen,
 ) -> Result:
     """Analyse a stored run as its procedure says; raise DataError.
 
     The no-load run is the one given, or else the one that is embedded in the file. `acceptance`
-    stands in place of the procedure's own.
+    stands in place of the procedure's own. `progress` is told how far a validation is.
     """
     stored = read(path)
     other = read(no_load) if no_load is not None else stored.no_load
@@ -68,6 +70,7 @@ def analyse_run(
         acceptance=acceptance or procedure.acceptance,
         measurand=procedure.measurand,
         lookup=registry,
+        progress=progress,
     )
 
 

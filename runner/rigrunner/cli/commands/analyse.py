@@ -52,11 +52,14 @@ def command(
     """
     from rigrunner.analysis.document import document
     from rigrunner.cli.planning import lab_registry
+    from rigrunner.cli.progress import shown_progress
     from rigrunner.workflow.record import verdict_code
     from rigrunner.workflow.stored import analyse_run
 
     other = None if no_load is None else find_run(no_load, runs)
-    found = analyse_run(find_run(run, runs), lab_registry(station), other)
+    with shown_progress() as progress:
+        path, registry = find_run(run, runs), lab_registry(station)
+        found = analyse_run(path, registry, other, progress=progress.analysing)
     content = document(found)
     if out is not None:
         _write_new(out, content)

@@ -27,10 +27,14 @@ def command(run: str, runs: Path, station: str | None, out: Path | None) -> None
     The same run gives the same bytes; the path of the report is printed.
     """
     from rigrunner.cli.planning import lab_registry
+    from rigrunner.cli.progress import shown_progress
     from rigrunner.workflow.report import write_report
 
     folder = find_run(run, runs)
     try:
-        result(str(write_report(folder, lab_registry(station), out=out)))
+        with shown_progress() as progress:
+            registry = lab_registry(station)
+            written = write_report(folder, registry, out=out, progress=progress.analysing)
+        result(str(written))
     except OSError as error:
         raise UsageError(f"the report cannot be written: {error}") from error

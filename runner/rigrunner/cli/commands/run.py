@@ -104,6 +104,7 @@ def command(
             operator=operator or "",
             overrides=overrides,
             pauses=None if unattended else TerminalPauses(stop, progress, operator or person),
+            progress=progress.analysing,
         )
     tell_finished(finished, as_json=as_json)
     return finished.exit_code

@@ -1,0 +1,127 @@
+"""One draw of the recorded data: other cycles, and a sensor with other errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import SwingPoint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.random import Generator
+
+    from rigrunner.api.analysis import PeakPoint, Sweep
+    from rigrunner.api.data import Array, Mask
+    from rigrunner.api.instruments import TorqueInstrument
+
+PARABOLA = 4.0
+"""Of an error curve e(x) = 4 a x (1 - x): its greatest value is a, at half of full scale."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One transducer out of all that the register allows, each limit a rectangle (GUM 4.3.7)."""
+
+    gain: float
+    """Of the reading."""
+    nonlinearity: float
+    """The greatest value of its error curve, a parabola that is odd in torque, of full scale."""
+    full_scale_nm: float
+    offset_nm: float
+
+    @classmethod
+    def drawn(cls, instrument: TorqueInstrument, rng: Generator, *, zeroed: bool) -> Sensor:
+        """Return one that is the same in both runs; a zero step takes the offset out."""
+        limits = instrument.accuracy
+        return cls(
+            gain=limits.gain * rng.uniform(-1, 1),
+            nonlinearity=limits.nonlinearity * rng.uniform(-1, 1),
+            full_scale_nm=instrument.full_scale,
+            offset_nm=0.0 if zeroed else limits.offset * rng.uniform(-1, 1),
+        )
+
+    def reads(self, torque_nm: Array) -> Array:
+        """Return what it shows of a torque, any shape."""
+        share = np.abs(torque_nm) / self.full_scale_nm
+        curved = PARABOLA * self.nonlinearity * (1 - share)
+        return np.asarray(torque_nm * (1 + self.gain + curved) + self.offset_nm)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """By what the zero of one run has moved: alike in all of it, and in each recording's course."""
+
+    constant_nm: float
+    course_nm: float
+
+    @classmethod
+    def drawn(cls, instrument: TorqueInstrument, rng: Generator) -> Drift:
+        """Return one within the register's limits."""
+        constant, course = instrument.accuracy.drift * rng.uniform(-1, 1, 2)
+        return cls(float(constant), float(course))
+
+    def at(self, turns: Array, cycles: int) -> Array:
+        """Return the zero at crank turns since the recording began, any shape, in N·m."""
+        return np.asarray(self.constant_nm + self.course_nm * (turns / cycles - 0.5))
+
+
+def another_sensor(sweep: Sweep, rng: Generator, *, zeroed: bool) -> Sweep:
+    """Return the sweep as another transducer of the same register would have shown it."""
+    sensor = Sensor.drawn(sweep.instrument, rng, zeroed=zeroed)
+    loaded, no_load = (
+        _read_by(sensor, Drift.drawn(sweep.instrument, rng), points)
+        for points in (sweep.loaded, sweep.no_load)
+    )
+    return replace(sweep, loaded=loaded, no_load=no_load)
+
+
+def _read_by(sensor: Sensor, drift: Drift, points: Iterable[PeakPoint]) -> tuple[PeakPoint, ...]:
+    return tuple(_shown(point, sensor, drift) for point in points)
+
+
+def _shown(point: PeakPoint, sensor: Sensor, drift: Drift) -> PeakPoint:
+    turns = np.arange(point.cycles, dtype=np.float64)
+    peaks = sensor.reads(point.peak_nm) + drift.at(turns + 0.5, point.cycles)
+    if not isinstance(point, SwingPoint):
+        return replace(point, peak_nm=peaks)
+    cycles, phases = point.torque_nm.shape
+    within = turns[:, None] + np.linspace(0, 1, phases, endpoint=False)
+    torque = sensor.reads(point.torque_nm) + drift.at(within, cycles)
+    return replace(point, peak_nm=peaks, torque_nm=torque)
+
+
+def other_cycles(sweep: Sweep, rng: Generator) -> Sweep:
+    """Return the sweep with the kept cycles of each recording drawn again, with replacement.
+
+    Their deviations from the mean are widened by sqrt(n/(n - 1)), so that the mean of a draw has
+    the variance s^2/n of a type A evaluation (JCGM 100, 4.2.3).
+    """
+    loaded, no_load = (
+        tuple(_redrawn(point, rng) for point in points) for points in (sweep.loaded, sweep.no_load)
+    )
+    return replace(sweep, loaded=loaded, no_load=no_load)
+
+
+def _redrawn(point: PeakPoint, rng: Generator) -> PeakPoint:
+    peaks = _drawn(point.peak_nm, point.peak_kept, rng)
+    changed = replace(point, peak_nm=peaks, peak_kept=np.ones(len(peaks), bool))
+    if not isinstance(changed, SwingPoint):
+        return changed
+    torque = _drawn(changed.torque_nm, changed.kept, rng)
+    return replace(changed, torque_nm=torque, kept=np.ones(len(torque), bool))
+
+
+def _drawn(values: Array, kept: Mask, rng: Generator) -> Array:
+    """Return as many rows as are kept, drawn from these."""
+    known = values[kept]
+    n = len(known)
+    if n == 1:
+        return known
+    mean = known.mean(axis=0)
+    again = known[rng.integers(n, size=n)]
+    return np.asarray(mean + sqrt(n / (n - 1)) * (again - mean))

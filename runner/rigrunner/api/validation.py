@@ -1,0 +1,165 @@
+"""What a Monte Carlo method says of a result that the GUM's law of propagation gave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from numpy.random import Generator
+
+    from rigrunner.api.analysis import Sweep
+    from rigrunner.api.data import Array, Estimate
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """One value as the GUM gives it and as trials show it, in N·m; intervals of 95 %."""
+
+    set_frequency_hz: float | None
+    """The set-point; None for the mean over all."""
+    gum: Estimate
+    gum_low: float
+    gum_high: float
+    mean: float
+    u: float
+    low: float
+    high: float
+    tolerance: float
+    """What both ends may differ by, of the digits that matter (JCGM 101:2008, 8.1.3)."""
+    resolution: float
+    """What each end may be off only because the trials are no more."""
+    agrees: bool
+
+    @property
+    def gum_is_wider(self) -> bool:
+        """Whether the GUM's interval has the trials' within it, to the tolerance."""
+        low, high = self.gum_low - self.tolerance, self.gum_high + self.tolerance
+        return low <= self.low and self.high <= high
+
+    @property
+    def apart(self) -> float:
+        """How far apart the ends are, the greater of d_low and d_high."""
+        return max(abs(self.gum_low - self.low), abs(self.gum_high - self.high))
+
+
+@dataclass(frozen=True)
+class EquationTrials:
+    """Trials of the measurement equation: JCGM 101:2008, 7.9 and 8."""
+
+    mean: Agreement
+    points: tuple[Agreement, ...]
+    trials: int
+    """The most that any of them took."""
+    stable: bool
+    """False if one of them did not settle within the trials that were allowed."""
+
+
+@dataclass(frozen=True)
+class PipelineDraws:
+    """Draws of the recorded data, each analysed anew from its prepared cycles on."""
+
+    mean: Agreement
+    points: tuple[Agreement, ...]
+    draws: int
+    refused: int
+    """Of them, those that the method refused."""
+    through_the_data: tuple[str, ...]
+    """The lines of the budget that were drawn as errors of the data."""
+    as_effects: tuple[str, ...]
+    """Those that were drawn as the effect on the torque that the budget states."""
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Both checks of the primary method's result."""
+
+    method: str
+    digits: int
+    """Of the standard uncertainty: which of them matter."""
+    seed: int
+    equation: EquationTrials
+    pipeline: PipelineDraws
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the interval of the mean agrees with both."""
+        return self.equation.mean.agrees and self.pipeline.mean.agrees
+
+    @property
+    def statements(self) -> tuple[str, str]:
+        """What is to be said of the mean: by the trials, and by the draws."""
+        return _by_trials(self.equation), _by_draws(self.pipeline)
+
+
+NARROW_SPACE = "\N{NARROW NO-BREAK SPACE}"
+
+
+def _by_trials(found: EquationTrials) -> str:
+    trials = f"{found.trials:,} trials".replace(",", NARROW_SPACE)
+    return (
+        f"{_found(found.mean)} with {trials} of the measurement equation: {_ends(found.mean)}, "
+        f"and {_milli(found.mean.tolerance)} is allowed (JCGM 101:2008, 8).{_advice(found.mean)}"
+    )
+
+
+def _by_draws(found: PipelineDraws) -> str:
+    return (
+        f"{_found(found.mean)} with {found.draws} draws of the recorded data, each analysed anew: "
+        f"{_ends(found.mean)}, and {_milli(found.mean.tolerance)} is allowed, with up to "
+        f"{_milli(found.mean.resolution)} more as draws are few."
+        f"{_advice(found.mean)}"
+    )
+
+
+def _found(found: Agreement) -> str:
+    return f"The GUM's interval {'agrees' if found.agrees else 'does not agree'}"
+
+
+def _ends(found: Agreement) -> str:
+    return f"the ends differ by up to {_milli(found.apart)}"
+
+
+def _milli(torque_nm: float) -> str:
+    return f"{1e3 * torque_nm:.2g} mN·m"
+
+
+def _advice(found: Agreement) -> str:
+    if found.agrees:
+        return ""
+    side = "wider: it is safe, and too wide" if found.gum_is_wider else "too narrow on a side"
+    return (
+        f" The GUM's is {side}. Use the Monte Carlo interval, {found.low:.4f} N·m to "
+        f"{found.high:.4f} N·m."
+    )
+
+
+class Perturbation(Protocol):
+    """The errors of a rig, as a method's budget states them, put into a sweep."""
+
+    @property
+    def covers(self) -> Collection[str]:
+        """The lines of the budget that it draws."""
+        ...
+
+    def __call__(self, sweep: Sweep, rng: Generator) -> Sweep:
+        """Return the sweep with one draw of these errors."""
+        ...
+
+
+@runtime_checkable
+class Drawable(Protocol):
+    """What a CompensationMethod can have besides, so that Monte Carlo draws show more."""
+
+    def torques(self, sweep: Sweep) -> Array:
+        """Return the torque per point of the loaded run, shape (points,), and no uncertainty.
+
+        Raises DataError like the method itself.
+        """
+        ...
+
+    def perturbation(self, sweep: Sweep) -> Perturbation:
+        """Return what puts the errors of this sweep's rig into it; raise DataError."""
+        ...
