@@ -60,7 +60,7 @@ def execute(block, folder, where):
     assert block.language in runners, f"{where}: nobody knows how to run '{block.language}'"
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        "PYTHONPATH": str(folder),
+        "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]),
         "COLUMNS": "80",
     }
     done = subprocess.run(
@@ -162,9 +162,21 @@ def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
     paths = re.findall(r"^\| `(/[\w/*]*)` \|", text, re.MULTILINE)
     with h5py.File(demo.loaded / "run.h5") as file:
         there = {"/", *(f"/{name}" for name in names_of(file))}
-        assert file.attrs["rigrunner_format"] == 1
+        assert file.attrs["rigrunner_format"] == 2
     tops = {path for path in there if path.count("/") == 2} | {"/", "/entry"}
     assert {path.removesuffix("/*") for path in paths} == tops
+
+
+def test_the_script_of_the_run_file_page_finds_the_manifest_to_be_right(demo, tmp_path):
+    (block,) = (
+        one for one in code_blocks(ROOT / "docs/reference/run-file.md") if one.language == "python"
+    )
+    (tmp_path / "run.h5").write_bytes((demo.loaded / "run.h5").read_bytes())
+    assert "rigrunner" not in block.code.replace('"rigrunner: manifest/1"', "")
+    assert execute(block, tmp_path, "run-file.md") == "all objects are as the manifest says\n"
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file["entry/zeros/tester_torque"][()] += 1e-9
+    assert "zeros/tester_torque" in execute(block, tmp_path, "run-file.md")
 
 
 def names_of(file):

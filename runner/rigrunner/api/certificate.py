@@ -400,6 +400,8 @@ class Certificate(Part):
     authorisation: Authorisation
     evidence: Evidence
     appearance: Appearance
+    seal: str | None = None
+    """Of a file: SHA-256 of its bytes before this member, and digests of its blocks."""
 
 
 def certificate_json(certificate: Certificate) -> str:
@@ -407,7 +409,7 @@ def certificate_json(certificate: Certificate) -> str:
 
     `<`, `>` and `&` are escaped, so that the same text stands in the file and inside a page.
     """
-    content = certificate.model_dump(mode="json")
+    content = certificate.model_dump(mode="json", exclude={"seal"})
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
     return text.translate(_IN_SCRIPT) + "\n"
 

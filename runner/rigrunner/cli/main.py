@@ -27,6 +27,8 @@ SUMMARIES = {
     "report": "Write the report of a stored run again.",
     "certify": "Issue a certificate on a stored run.",
     "amend": "Issue a document that replaces a certificate.",
+    "verify": "Check a certificate or a run, and that its numbers follow from the samples.",
+    "sign": "Sign a certificate with the laboratory's own key, or make a key.",
     "runs": "List the stored runs.",
     "show": "Show what a stored run holds and found.",
     "diff": "Tell in words what changed between two procedures or two runs.",

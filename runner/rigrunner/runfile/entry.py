@@ -24,6 +24,7 @@ from rigrunner.runfile.hdf5 import (
     write_verbatim,
 )
 from rigrunner.runfile.loose import PART_GROUP
+from rigrunner.runfile.manifest import manifest_sha256
 from rigrunner.runfile.measurements import (
     measurement_digest,
     measurements_of,
@@ -137,6 +138,7 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),
         digest=_checked_digest(entry, recordings, path),
+        manifest_sha256=manifest_sha256(entry),
     )
 
 

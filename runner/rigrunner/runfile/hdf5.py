@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
 _LONGEST_ATTRIBUTE = 32_000
 """In bytes; HDF5 itself ends at 64 kB, and several attributes share an object's header."""
+_DAMAGED = (OSError, RuntimeError, MemoryError)
+_NO_RUN = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError)
+UNREADABLE = (*_DAMAGED, *_NO_RUN)
+"""What h5py and those who read its objects raise on files that are damaged, or something else."""
+_MOST_PER_BYTE = 1100
+"""gzip, which run files use, packs at most 1032 bytes into one."""
 
 
 @contextmanager
@@ -51,13 +57,67 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         raise DataError(f"there is no file {path}") from error
     except PermissionError as error:
         raise DataError(f"{path} must not be read: {error.strerror}") from error
-    except (OSError, RuntimeError) as error:
+    except _DAMAGED as error:
         raise DataError(
             f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
             hint=str(error),
         ) from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except _NO_RUN as error:
         raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error
+
+
+def members(group: h5py.Group) -> list[str]:
+    """Return the names of a group's members, sorted; raise DataError for one that is a link.
+
+    A run file has no soft or external links: they could lead out of the file, or round in it.
+    """
+    names = sorted(group)
+    for name in names:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise DataError(f"{group.file.filename}: {group.name}/{name} is a link, not data")
+    return names
+
+
+def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
+    """Yield all groups and datasets below a group with their paths from it, sorted by name.
+
+    Raises DataError where the structure is damaged: a group in two places, or a dataset that says
+    it holds more than the file can.
+    """
+    size = group.file.id.get_filesize()
+    yield from _below(group, "", {_address(group)}, size)
+
+
+def _below(
+    group: h5py.Group, prefix: str, seen: set[int], size: int
+) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
+    for name in members(group):
+        path, item = f"{prefix}{name}", _member(group, name)
+        yield path, item
+        if isinstance(item, h5py.Group):
+            if _address(item) in seen:
+                raise DataError(f"{group.file.filename}: {item.name} is there twice")
+            seen.add(_address(item))
+            yield from _below(item, f"{path}/", seen, size)
+        elif item.nbytes > _MOST_PER_BYTE * size:
+            raise DataError(f"{group.file.filename}: {item.name} says it is larger than the file")
+
+
+def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
+    try:
+        item = group[name]
+    except UNREADABLE as error:
+        raise DataError(
+            f"{group.file.filename}: {group.name}/{name} cannot be read: it is damaged",
+            hint=str(error),
+        ) from error
+    if not isinstance(item, (h5py.Group, h5py.Dataset)):
+        raise DataError(f"{group.file.filename}: {group.name}/{name} is neither group nor dataset")
+    return item
+
+
+def _address(group: h5py.Group) -> int:
+    return int(h5py.h5o.get_info(group.id).addr)
 
 
 def new_group(parent: h5py.Group, name: str, nx_class: str) -> h5py.Group:

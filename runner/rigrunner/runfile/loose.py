@@ -133,33 +133,55 @@ def read_loose(files: RunFolder) -> StoredRun:
         found.append((facts, *assemble(facts, samples.blocks())))
     found.sort(key=lambda one: one[0].number)
     replaced = superseded(journal.events)
-    complete = [one for one in found if one[0].complete]
-    finished = [one for one in complete if one[0].name not in replaced]
-    measurements = measurements_of(journal.events)
-    ended_utc, outcome, reason = journal.end()
+    complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
     return StoredRun(
-        info=RunInfo(
-            path=files.path,
-            sealed=False,
-            header=journal.header,
-            ended_utc=ended_utc,
-            outcome=outcome,
-            reason=reason,
-            recording_names=tuple(facts.name for facts, _, _ in finished),
-            digest=run_digest(
-                [*(digest for _, _, digest in finished), *map(measurement_digest, measurements)]
-            ),
-        ),
-        recordings=tuple(recording for _, recording, _ in finished),
+        info=_info(files, journal, [(facts, digest) for facts, _, digest in found]),
+        recordings=tuple(each for facts, each in complete if facts.name not in replaced),
         incomplete=tuple(recording for facts, recording, _ in found if not facts.complete),
-        superseded=tuple(recording for facts, recording, _ in complete if facts.name in replaced),
+        superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
-        measurements=measurements,
+        measurements=measurements_of(journal.events),
         events=journal.events,
         result_document=None,
         no_load=None,
         notes=journal.notes,
     )
+
+
+def read_loose_info(files: RunFolder) -> RunInfo:
+    """Read what is known of it; samples are read only of what is not a file of its own yet."""
+    journal = read_journal(files)
+    found = [_part_facts(path) for path in files.finished_parts()]
+    for samples in unfolded(files):
+        facts = samples.facts(journal.events)
+        found.append((facts, assemble(facts, samples.blocks())[1]))
+    return _info(files, journal, found)
+
+
+def _info(
+    files: RunFolder, journal: Journal, found: Iterable[tuple[RecordingFacts, str]]
+) -> RunInfo:
+    replaced = superseded(journal.events)
+    counted = (one for one in found if one[0].complete and one[0].name not in replaced)
+    finished = sorted(counted, key=lambda one: one[0].number)
+    measured = map(measurement_digest, measurements_of(journal.events))
+    ended_utc, outcome, reason = journal.end()
+    return RunInfo(
+        path=files.path,
+        sealed=False,
+        header=journal.header,
+        ended_utc=ended_utc,
+        outcome=outcome,
+        reason=reason,
+        recording_names=tuple(facts.name for facts, _ in finished),
+        digest=run_digest([*(digest for _, digest in finished), *measured]),
+    )
+
+
+def _part_facts(path: Path) -> tuple[RecordingFacts, str]:
+    with open_file(path) as file:
+        group = file[PART_GROUP]
+        return read_facts(group), str(group.attrs["sha256"])
 
 
 def _read_part(path: Path) -> tuple[RecordingFacts, Recording, str]:

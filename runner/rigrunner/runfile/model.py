@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Measurement, Recording
     from rigrunner.api.events import Event
 
-FORMAT = 1
-"""The version of the journal and of `run.h5`; a reader refuses a newer one."""
+FORMAT = 2
+"""The version of the journal and of `run.h5`; a reader refuses a newer one.
+
+Version 2 added the manifest."""
 
 
 DRAFT: Mapping[str, str] = MappingProxyType({"state": "draft"})
@@ -63,6 +65,11 @@ class RunInfo:
     """The finished recordings, in the order in which they were made."""
     digest: str
     """SHA-256 over finished recordings and measurements: the identity of what was measured."""
+    manifest_sha256: str = ""
+    """SHA-256 of the manifest's text, which holds a digest of all that is in the file.
+
+    Empty where there is no manifest: in a run that is not sealed, or was sealed in format 1.
+    """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +103,11 @@ class StoredRun:
     def digest(self) -> str:
         """SHA-256 over finished recordings and measurements."""
         return self.info.digest
+
+    @property
+    def manifest_sha256(self) -> str:
+        """SHA-256 of the manifest's text; empty in a run that has none."""
+        return self.info.manifest_sha256
 
 
 @dataclass(frozen=True, eq=False)

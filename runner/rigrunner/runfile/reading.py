@@ -9,8 +9,9 @@ from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import read_entry, read_entry_info, read_entry_truth
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import open_file
-from rigrunner.runfile.loose import read_journal, read_loose
+from rigrunner.runfile.hdf5 import objects, open_file
+from rigrunner.runfile.loose import read_journal, read_loose, read_loose_info
+from rigrunner.runfile.manifest import differences
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -18,30 +19,35 @@ if TYPE_CHECKING:
 
     import h5py
 
+    from rigrunner.runfile.manifest import Difference
     from rigrunner.runfile.model import RunInfo, StoredRun
 
 ENTRY = "entry"
+FIRST_WITH_MANIFEST = 2
+"""The first version of the layout in which a file has a manifest."""
 FORMAT_ATTRIBUTE = "rigrunner_format"
 
 
 def read(path: Path) -> StoredRun:
     """Read a run folder, sealed or not, or a `run.h5`; samples come back bit by bit the same.
 
-    Raises DataError if it is not a run, is truncated or damaged, is of a newer version, or if its
-    recordings are not those that were digested when they were made.
+    Raises DataError if it is not a run, is truncated or damaged, is of a newer version, or if what
+    it holds is not what was digested when it was made.
     """
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose(RunFolder(path))
     with _entry_of(sealed) as entry:
-        return read_entry(entry, sealed)
+        run = read_entry(entry, sealed)
+        _refuse_changed(entry, sealed)
+        return run
 
 
 def read_info(path: Path) -> RunInfo:
     """Read what is known of a run without its samples; raises as `read` does."""
     sealed = sealed_file_of(path)
     if sealed is None:
-        return read_loose(RunFolder(path)).info
+        return read_loose_info(RunFolder(path))
     with _entry_of(sealed) as entry:
         return read_entry_info(entry, sealed)
 
@@ -53,6 +59,15 @@ def read_truth(path: Path) -> Mapping[str, Mapping[str, float]]:
         return read_journal(RunFolder(path)).truth
     with _entry_of(sealed) as entry:
         return read_entry_truth(entry)
+
+
+def file_differences(path: Path) -> list[Difference] | None:
+    """Return what in a `run.h5` is not as its manifest says; None where it has no manifest.
+
+    Raises DataError where the file cannot be opened or walked through.
+    """
+    with _entry_of(path) as entry:
+        return list(differences(entry)) if _has_manifest(entry) else None
 
 
 def sealed_file_of(path: Path) -> Path | None:
@@ -77,4 +92,18 @@ def _entry_of(path: Path) -> Iterator[h5py.Group]:
         if FORMAT_ATTRIBUTE not in file.attrs:
             raise DataError(f"{path} is an HDF5 file, but not a run of Rigrunner")
         check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
+        for _ in objects(file):  # what a stranger's file could lead us into is refused here
+            pass
         yield file[ENTRY]
+
+
+def _refuse_changed(entry: h5py.Group, path: Path) -> None:
+    found = next(differences(entry, samples=False), None) if _has_manifest(entry) else None
+    if found is not None:
+        raise DataError(
+            f"{path}: {found}", hint=f"'rigrunner verify {path}' lists all that differs"
+        )
+
+
+def _has_manifest(entry: h5py.Group) -> bool:
+    return int(entry.file.attrs[FORMAT_ATTRIBUTE]) >= FIRST_WITH_MANIFEST

@@ -11,6 +11,7 @@ from rigrunner.runfile.entry import add_recordings, write_analysis, write_entry
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import new_file, new_group, open_file
 from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
+from rigrunner.runfile.manifest import write_manifest
 from rigrunner.runfile.model import FORMAT
 from rigrunner.runfile.reading import ENTRY, FORMAT_ATTRIBUTE, sealed_file_of
 from rigrunner.runfile.recordings import write_recording
@@ -53,6 +54,7 @@ def seal(
         write_analysis(entry, result_document, plot)
         if no_load is not None:
             _embed(entry, no_load)
+        write_manifest(entry)
     _remove_loose(files)
     return files.sealed_file
 

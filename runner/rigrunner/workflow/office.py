@@ -13,6 +13,7 @@ from rigrunner.api.hooks import CertificateFormatRecord
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.clock import utc_text
+from rigrunner.proof.seal import FORMS, seal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -66,7 +67,7 @@ class Office:
             files = {".json": certificate_json(certificate).encode()}
             for suffix, make in makers.items():
                 files[suffix] = make(CertificateInput(certificate, self.letterhead))
-            paths = _write(out, number, files)
+            paths = _write(out, number, _sealed(files))
         except (RigrunnerError, OSError) as error:
             numbers.void(number, str(error))
             raise
@@ -98,6 +99,14 @@ class Office:
             except MissingPackageError as error:
                 notes.append(f"no {record.suffix} was made: {error}")
         return makers, notes
+
+
+def _sealed(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the files with their seals; a plugin's kind of document that takes none as it is."""
+    return {
+        suffix: seal(content, suffix) if suffix in FORMS else content
+        for suffix, content in files.items()
+    }
 
 
 def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path, ...]:

@@ -1,0 +1,74 @@
+"""`rigrunner sign`: a laboratory's own signature under its certificates."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.output import message, result
+
+PASSPHRASE = "RIGRUNNER_PASSPHRASE"  # noqa: S105  (the name of a variable)
+
+
+@click.command(name="sign")
+@click.argument("certificate", required=False, type=click.Path(path_type=Path))
+@click.option("--key", type=click.Path(path_type=Path), help="The private key to sign with.")
+@click.option("--by", metavar="NAME", default="", help="Who signs.")
+@click.option(
+    "--new-key",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Make a key instead; its public half is FILE.pub.",
+)
+@click.option(
+    "--passphrase",
+    "protected",
+    is_flag=True,
+    help=f"The key has a passphrase: asked for, or taken from {PASSPHRASE}.",
+)
+def command(
+    certificate: Path | None, key: Path | None, by: str, new_key: Path | None, *, protected: bool
+) -> None:
+    """Sign a certificate with the laboratory's own key, or make a key.
+
+    One signature covers JSON, HTML and PDF; it is written beside them.
+    """
+    if new_key is not None:
+        if certificate is not None or key is not None:
+            raise UsageError("--new-key makes a key and signs nothing", hint="do one at a time")
+        _make(new_key, protected=protected)
+        return
+    if certificate is None or key is None or not by.strip():
+        raise UsageError(
+            "to sign needs a certificate, a key and a name",
+            hint="rigrunner sign CERTIFICATE --key FILE --by NAME; --new-key FILE makes a key",
+        )
+    _sign(certificate, key, by.strip(), protected=protected)
+
+
+def _make(path: Path, *, protected: bool) -> None:
+    from rigrunner.proof.keys import fingerprint, new_key, read_public_keys
+
+    public = new_key(path, _passphrase(new=True) if protected else "")
+    message(f"Wrote {path}: keep it secret, and keep a copy. {public} is for everyone.")
+    if not protected:
+        message("The key has no passphrase: whoever can read the file can sign with it.")
+    result(fingerprint(read_public_keys(public)[0]))
+
+
+def _sign(certificate: Path, key: Path, by: str, *, protected: bool) -> None:
+    from rigrunner.clock import WallClock
+    from rigrunner.workflow.sign import sign
+
+    passphrase = _passphrase(new=False) if protected else ""
+    result(str(sign(certificate, key, by, WallClock().utc(), passphrase)))
+
+
+def _passphrase(*, new: bool) -> str:
+    given = os.environ.get(PASSPHRASE)
+    if given:
+        return given
+    return str(click.prompt("Passphrase", hide_input=True, err=True, confirmation_prompt=new))

@@ -1,0 +1,98 @@
+"""`rigrunner verify`: whether a run file, and a certificate of it, are what they say."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.cli.completing import stored_runs
+from rigrunner.cli.options import json_option, lab_option, runs_option
+from rigrunner.cli.output import result, result_json
+from rigrunner.workflow.locate import find_run
+
+if TYPE_CHECKING:
+    from rigrunner.workflow.verification import Verification
+
+FORMS = (".json", ".html", ".pdf")
+
+
+@click.command(name="verify")
+@click.argument("what", metavar="CERTIFICATE|RUN", shell_complete=stored_runs)
+@click.argument("run", required=False, shell_complete=stored_runs)
+@runs_option
+@lab_option
+@click.option(
+    "--trust",
+    "trusted",
+    multiple=True,
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    envvar="RIGRUNNER_TRUSTED_KEYS",
+    help="Public keys to trust: what none of them signed does not match.",
+)
+@click.option(
+    "--letterhead",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="The laboratory's folder, to make HTML and PDF again byte by byte.",
+)
+@json_option
+def command(
+    *,
+    what: str,
+    run: str | None,
+    runs: Path,
+    station: str | None,
+    trusted: tuple[Path, ...],
+    letterhead: Path | None,
+    as_json: bool,
+) -> ExitCode:
+    """Check a certificate or a run, and that its numbers follow from the samples.
+
+    Says what was checked and held, or what differs and where, and ends with 1 if anything does. The
+    run of a certificate is looked for beside it and among the runs.
+    """
+    from rigrunner.cli.planning import lab_registry
+    from rigrunner.workflow.verify import verify_run
+    from rigrunner.workflow.verify_certificate import Means, verify_certificate
+
+    registry = lab_registry(station)
+    if Path(what).suffix in FORMS:
+        other = None if run is None else find_run(run, runs)
+        means = Means(
+            run=other, runs=runs, registry=registry, trusted=trusted, letterhead=letterhead
+        )
+        found = verify_certificate(Path(what), means)
+    elif run is not None:
+        raise UsageError(
+            f"'{what}' is no certificate", hint=f"it is a file {', '.join(FORMS)}, before the run"
+        )
+    else:
+        found = verify_run(find_run(what, runs), registry)
+    if as_json:
+        result_json({"match": found.matches, **asdict(found)})
+    else:
+        result(_text(found))
+    return found.exit_code
+
+
+def _text(found: Verification) -> str:
+    groups = {
+        "held     ": found.held,
+        "DIFFERS  ": found.differences,
+        "OPEN     ": found.unchecked,
+        "note     ": found.information,
+    }
+    lines = [f"{mark}{each}" for mark, group in groups.items() for each in group]
+    return "\n".join([*lines, "", _conclusion(found)])
+
+
+def _conclusion(found: Verification) -> str:
+    count = len(found.differences)
+    if count:
+        return f"DOES NOT MATCH: {count} difference{'' if count == 1 else 's'}"
+    return "MATCH" if found.matches else "OPEN: nothing differs, but not all could be checked"

@@ -1,0 +1,137 @@
+"""Two documents of numbers compared, to the resolution to which the numbers are printed.
+
+Sums of floating-point numbers differ in their last digits from machine to machine, so numbers that
+were computed again are not compared bit by bit:
+
+- a value that stands beside its uncertainty, to the place to which it is printed: that of the
+  second significant digit of U (GUM 7.2.6);
+- any other number to four significant digits, a member of an array to as much of the largest;
+- numbers within a text to one unit of their last digit;
+- all else must be equal.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+from rigrunner.signal.rounding import places
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+SIGNIFICANT = 5e-5
+"""Half a unit of the fourth significant digit, relative to the smallest number that has it."""
+NEGLIGIBLE = 1e-12
+"""In the document's units: what remains of a difference that should be zero."""
+_WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
+_NAMES = ("recording", "name", "item", "symbol")
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+
+
+@dataclass(frozen=True, order=True)
+class Mismatch:
+    """One place at which two documents differ, as a path such as 'points/001_5Hz/load/value'."""
+
+    where: str
+    what: str
+
+    def __str__(self) -> str:
+        """Return place and difference as one line."""
+        return f"{self.where}: {self.what}"
+
+
+def mismatches(
+    recorded: object, derived: object, where: str = "", width: float = 0.0
+) -> Iterator[Mismatch]:
+    """Yield where what was derived again differs from what was recorded.
+
+    Members that only the derived document has are those of a newer program, and no difference.
+    `width` is the resolution that the surroundings give to a number.
+    """
+    if isinstance(recorded, dict) and isinstance(derived, dict):
+        yield from _of_mappings(recorded, derived, where)
+    elif isinstance(recorded, list) and isinstance(derived, list):
+        yield from _of_lists(recorded, derived, where)
+    elif not _same(recorded, derived, width):
+        yield Mismatch(where, f"{_words(recorded)} is recorded, {_words(derived)} was derived")
+
+
+def _of_mappings(
+    recorded: Mapping[str, Any], derived: Mapping[str, Any], where: str
+) -> Iterator[Mismatch]:
+    for key, value in recorded.items():
+        place = f"{where}/{key}" if where else key
+        if key not in derived:
+            yield Mismatch(place, f"{_words(value)} is recorded, and was not derived")
+        else:
+            width = _printed_resolution(recorded) if key == "value" else 0.0
+            yield from mismatches(value, derived[key], place, width)
+
+
+def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> Iterator[Mismatch]:
+    if len(recorded) != len(derived):
+        yield Mismatch(where, f"{len(recorded)} are recorded, {len(derived)} were derived")
+        return
+    width = SIGNIFICANT * _largest(recorded)
+    for index, (one, other) in enumerate(zip(recorded, derived, strict=True)):
+        yield from mismatches(one, other, f"{where}/{_label(one, index)}", width)
+
+
+def _label(member: object, index: int) -> str:
+    names = (member.get(name) for name in _NAMES) if isinstance(member, dict) else ()
+    return next((name for name in names if isinstance(name, str) and name), str(index))
+
+
+def _same(recorded: object, derived: object, width: float) -> bool:
+    if _is_number(recorded) and _is_number(derived):
+        largest = max(abs(recorded), abs(derived))
+        return abs(recorded - derived) <= max(width, SIGNIFICANT * largest, NEGLIGIBLE)
+    if isinstance(recorded, str) and isinstance(derived, str):
+        return recorded == derived or _same_text(recorded, derived)
+    return recorded == derived and type(recorded) is type(derived)
+
+
+def _same_text(recorded: str, derived: str) -> bool:
+    """Return whether two texts differ in the last digit of numbers alone, by one unit."""
+    if _NUMBER.split(recorded) != _NUMBER.split(derived):
+        return False
+    pairs = zip(_NUMBER.findall(recorded), _NUMBER.findall(derived), strict=True)
+    return all(_near(one, other) for one, other in pairs)
+
+
+def _near(one: str, other: str) -> bool:
+    decimals = len(one.partition(".")[2])
+    if not decimals or decimals != len(other.partition(".")[2]):
+        return one == other  # whole numbers count or name something
+    return abs(int(one.replace(".", "")) - int(other.replace(".", ""))) <= 1
+
+
+def _printed_resolution(numbers: Mapping[str, Any]) -> float:
+    width = next((numbers[name] for name in _WIDTHS if _is_number(numbers.get(name))), 0.0)
+    return 0.5 * 10.0 ** -places(width) if width > 0 else 0.0
+
+
+def _largest(members: Sequence[Any]) -> float:
+    found = [max(abs(each) for each in flat) for one in members if (flat := _numbers(one))]
+    return max(found, default=0.0)
+
+
+def _numbers(member: object) -> list[float]:
+    """Return the numbers of an array's row, or the one number that it is."""
+    row = member if isinstance(member, list) else [member]
+    return [each for each in row if _is_number(each)]
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+
+
+def _words(value: object) -> str:
+    text = f"{value:.10g}" if isinstance(value, float) else repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+
+
+_LONGEST = 80

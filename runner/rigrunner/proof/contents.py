@@ -1,0 +1,50 @@
+"""The content that a certificate's file carries: the JSON itself, or the one inside a page."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from typing import TYPE_CHECKING
+
+from rigrunner.api.certificate import parse_certificate
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.certificate import Certificate
+
+_SCRIPT = re.compile(
+    rb'<script\b[^>]*\btype="application/json"[^>]*>(.*?)</script>', re.DOTALL | re.IGNORECASE
+)
+_ATTACHMENT = re.compile(rb"/EmbeddedFile\b.{0,2000}?stream\r?\n", re.DOTALL)
+_LONGEST = 50_000_000
+
+
+def content_in(content: bytes, suffix: str, name: str) -> Certificate:
+    """Return the certificate in a JSON, HTML or PDF file, without its seal; raise DataError."""
+    if suffix == ".json":
+        found = parse_certificate(content, name)
+    else:
+        texts = _in_html(content) if suffix == ".html" else _in_pdf(content)
+        text = next(texts, None)
+        if text is None:
+            raise DataError(f"{name} carries no content of a certificate")
+        found = parse_certificate(text, name)
+    return found.model_copy(update={"seal": None})
+
+
+def _in_html(content: bytes) -> Iterator[bytes]:
+    return (found[1] for found in _SCRIPT.finditer(content))
+
+
+def _in_pdf(content: bytes) -> Iterator[bytes]:
+    """Yield the attachments that are JSON; a PDF keeps them deflated or as they are."""
+    for found in _ATTACHMENT.finditer(content):
+        data = content[found.end() :]
+        try:
+            text = zlib.decompressobj().decompress(data, _LONGEST)
+        except zlib.error:
+            text = data.partition(b"endstream")[0]
+        if text.lstrip().startswith(b"{"):
+            yield text

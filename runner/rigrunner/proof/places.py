@@ -1,0 +1,69 @@
+"""Which part of a document, in words, a range of its bytes belongs to."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+_JSON_MEMBER = re.compile(rb'^ "([^"\\]+)":', re.MULTILINE)
+_HTML_HEADING = re.compile(rb"<h[1-4][^>]*>(.*?)</h[1-4]>|<(style|head|script|svg)\b", re.DOTALL)
+_HTML_TAG = re.compile(rb"<[^>]*>")
+_PDF_OBJECT = re.compile(rb"(?:^|[\r\n])(\d+) 0 obj\b")
+_PDF_PAGE = re.compile(rb"/Type\s*/Page\b")
+_PDF_CONTENTS = re.compile(rb"/Contents\s+(\d+) 0 R")
+_MOST = 4
+
+
+def place_in(content: bytes, suffix: str, start: int, end: int) -> str:
+    """Return where in a JSON, HTML or PDF document the bytes are: bytes, lines and sections."""
+    line = content.count(b"\n", 0, start) + 1
+    last = content.count(b"\n", 0, max(start, end - 1)) + 1
+    lines = f", line {line}" if last == line else f", lines {line} to {last}"
+    sections = _sections(content, suffix, start, end)
+    named = f" ({_listed(sections)})" if sections else ""
+    return f"bytes {start} to {end - 1}{'' if suffix == '.pdf' else lines}{named}"
+
+
+def _sections(content: bytes, suffix: str, start: int, end: int) -> list[str]:
+    find = {".json": _json_members, ".html": _html_headings, ".pdf": _pdf_objects}[suffix]
+    marks = [(0, "beginning"), *find(content), (len(content), "")]
+    found = (name for (at, name), (next_at, _) in pairwise(marks) if at < end and next_at > start)
+    return list(dict.fromkeys(found))
+
+
+def _listed(sections: list[str]) -> str:
+    shown = sections[:_MOST]
+    rest = len(sections) - len(shown)
+    return ", ".join(shown) + (f" and {rest} more" if rest else "")
+
+
+def _json_members(content: bytes) -> Iterator[tuple[int, str]]:
+    for found in _JSON_MEMBER.finditer(content):
+        yield found.start(), found[1].decode(errors="replace")
+
+
+def _html_headings(content: bytes) -> Iterator[tuple[int, str]]:
+    for found in _HTML_HEADING.finditer(content):
+        if found[2]:
+            yield found.start(), f"<{found[2].decode()}>"
+        else:
+            text = _HTML_TAG.sub(b"", found[1]).decode(errors="replace")
+            yield found.start(), f"section '{' '.join(text.split())}'"
+
+
+def _pdf_objects(content: bytes) -> Iterable[tuple[int, str]]:
+    """Yield the objects of a PDF, those that are the content of a page with its number."""
+    starts = list(_PDF_OBJECT.finditer(content))
+    pages: dict[bytes, int] = {}
+    for one, after in pairwise([found.start() for found in starts] + [len(content)]):
+        body = content[one:after]
+        drawn = _PDF_CONTENTS.search(body) if _PDF_PAGE.search(body) else None
+        if drawn:
+            pages.setdefault(drawn[1], len(pages) + 1)
+    for found in starts:
+        page = f", page {pages[found[1]]}" if found[1] in pages else ""
+        yield found.start(), f"object {found[1].decode()}{page}"

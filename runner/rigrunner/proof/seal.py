@@ -1,0 +1,135 @@
+"""A document's seal: the SHA-256 of its bytes, on its own last line, with digests of its blocks.
+
+HTML takes it as a comment, PDF as a comment after `%%EOF`, JSON as the last member of its object.
+The seal shows that a document is whole, and where it is not. It does not show who wrote it: for
+that documents are signed (`rigrunner.proof.signature`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+
+from rigrunner.api.errors import DataError
+
+MOST_BLOCKS = 40
+"""A PDF's end mark must be near the end of the file, so the line cannot be longer."""
+_SMALLEST_BLOCK = 512
+_SHORT = 8
+"""Hexadecimal digits of a block's digest: it tells where, the whole digest tells whether."""
+_SEAL = rb"sha256 ([0-9a-f]{64}) blocks ([1-9]\d{0,9}) ([0-9a-f]*)"
+
+
+@dataclass(frozen=True)
+class _Form:
+    """How a kind of document takes its seal: what stands around it, in place of `opened`."""
+
+    before: bytes
+    after: bytes
+    opened: bytes = b""
+    """What a document without a seal ends with, where the seal is put inside of it."""
+
+    def line(self, seal: bytes) -> bytes:
+        """Return the end of a sealed document."""
+        return self.before + seal + self.after
+
+
+FORMS = {
+    ".json": _Form(b',\n "seal": "', b'"\n}\n', b"\n}\n"),
+    ".html": _Form(b"<!-- seal: ", b" -->\n"),
+    ".pdf": _Form(b"% seal: ", b"\n"),
+}
+"""The kinds of documents that take a seal, by suffix."""
+
+
+@dataclass(frozen=True)
+class BrokenPart:
+    """A range of bytes that is not as it was sealed; `end` is not in it."""
+
+    start: int
+    end: int
+
+
+def seal(content: bytes, suffix: str) -> bytes:
+    """Return a document with its seal; raise DataError for a kind that takes none."""
+    form = _form(suffix)
+    if not content.endswith(form.opened):
+        raise DataError(f"this {suffix} document does not end as one that can be sealed")
+    body = content.removesuffix(form.opened)
+    return body + form.line(_seal_of(body))
+
+
+def unsealed(content: bytes, suffix: str) -> bytes:
+    """Return a document as it was before it was sealed; one without a seal as it is."""
+    form = _form(suffix)
+    found = _find(content, form)
+    return content if found is None else content[: found.start()] + form.opened
+
+
+def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
+    """Return the parts of a document that are not as they were sealed, in order.
+
+    Raises DataError where there is no seal, or where the seal itself is damaged.
+    """
+    found = _find(content, _form(suffix))
+    if found is None:
+        raise DataError(
+            "there is no seal at its end, or the seal itself was changed",
+            hint="the last line of a certificate holds the SHA-256 of all that stands before it",
+        )
+    body = content[: found.start()]
+    whole, size, blocks = found[1].decode(), int(found[2]), found[3].decode()
+    if content == body + _form(suffix).line(_seal_of(body)):
+        return []
+    parts = _broken(body, size, blocks)
+    if hashlib.sha256(body).hexdigest() == whole or not parts:
+        raise DataError("the seal itself was changed: its digests contradict each other")
+    return parts
+
+
+def _seal_of(body: bytes) -> bytes:
+    size = max(_SMALLEST_BLOCK, -(-len(body) // MOST_BLOCKS))
+    digest = hashlib.sha256(body).hexdigest()
+    return f"sha256 {digest} blocks {size} {_blocks(body, size)}".encode()
+
+
+def _broken(body: bytes, size: int, blocks: str) -> list[BrokenPart]:
+    found = _blocks(body, size)
+    if len(found) != len(blocks):  # bytes were added or taken away: all from there on is shifted
+        same = min(len(found), len(blocks))
+        first = next((at for at in range(0, same, _SHORT) if _at(found, at) != _at(blocks, at)), 0)
+        return [BrokenPart(first // _SHORT * size, len(body))]
+    return [
+        BrokenPart(at // _SHORT * size, min((at // _SHORT + 1) * size, len(body)))
+        for at in range(0, len(found), _SHORT)
+        if _at(found, at) != _at(blocks, at)
+    ]
+
+
+def _at(blocks: str, start: int) -> str:
+    return blocks[start : start + _SHORT]
+
+
+def _blocks(body: bytes, size: int) -> str:
+    return "".join(
+        hashlib.sha256(body[start : start + size]).hexdigest()[:_SHORT]
+        for start in range(0, len(body), size)
+    )
+
+
+def _find(content: bytes, form: _Form) -> re.Match[bytes] | None:
+    """Find the seal: it begins within the last bytes, and ends the document."""
+    pattern = re.compile(re.escape(form.before) + _SEAL + re.escape(form.after) + rb"\Z")
+    return pattern.search(content, max(0, len(content) - _LONGEST))
+
+
+def _form(suffix: str) -> _Form:
+    if suffix not in FORMS:
+        raise DataError(
+            f"'{suffix}' is no kind of certificate", hint=f"there are: {', '.join(FORMS)}"
+        )
+    return FORMS[suffix]
+
+
+_LONGEST = 200 + MOST_BLOCKS * _SHORT

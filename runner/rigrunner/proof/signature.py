@@ -1,0 +1,101 @@
+"""Signatures with a laboratory's own Ed25519 key (RFC 8032), in a file of their own.
+
+What is signed is the JSON text (keys sorted, no spaces) of all members but `signature`: the digests
+of the certificate's files, the signer's name, the time and the public key.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import (
+        Ed25519PrivateKey,
+        Ed25519PublicKey,
+    )
+
+FORMAT = "rigrunner: signature/1"
+_LONGEST = 1_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signature:
+    """Who signed which files, when; `signature` is base64 over all the rest."""
+
+    format: str
+    signer: str
+    signed_utc: str
+    """As the signer's clock had it."""
+    public_key: str
+    """PEM (SubjectPublicKeyInfo)."""
+    files: Mapping[str, str]
+    """SHA-256 by file name."""
+    signature: str = ""
+
+
+def sign_files(
+    files: Mapping[str, bytes], key: Ed25519PrivateKey, signer: str, signed_utc: str
+) -> Signature:
+    """Return the signature over the contents of some files."""
+    from rigrunner.proof.keys import public_pem  # noqa: PLC0415  (needs the extra 'sign')
+
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    known = Signature(
+        format=FORMAT,
+        signer=signer,
+        signed_utc=signed_utc,
+        public_key=public_pem(key.public_key()),
+        files=digests,
+    )
+    made = base64.b64encode(key.sign(_signed_text(known))).decode()
+    return Signature(**{**asdict(known), "signature": made})
+
+
+def signature_json(signature: Signature) -> str:
+    """Return the content of a signature's file."""
+    return json.dumps(asdict(signature), indent=1, ensure_ascii=False) + "\n"
+
+
+def parse_signature(content: bytes, name: str) -> Signature:
+    """Return what a signature's file holds; raise DataError where it is none."""
+    try:
+        document: dict[str, Any] = json.loads(content) if len(content) <= _LONGEST else {}
+        found = Signature(**document)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise DataError(f"{name} is no signature file of this program") from error
+    texts = (found.signer, found.signed_utc, found.public_key, found.signature)
+    if found.format != FORMAT or not all(isinstance(each, str) for each in texts):
+        raise DataError(f"{name} is not of the format '{FORMAT}'")
+    if not isinstance(found.files, dict):
+        raise DataError(f"{name}: 'files' must hold a digest by file name")
+    return found
+
+
+def check_signature(signature: Signature) -> Ed25519PublicKey:
+    """Return the key with which it was signed; raise DataError if it was not."""
+    from cryptography.exceptions import InvalidSignature  # noqa: PLC0415  (of the extra 'sign')
+
+    from rigrunner.proof.keys import public_key_from  # noqa: PLC0415  (needs the extra 'sign')
+
+    key = public_key_from(signature.public_key.encode(), "the signature's public key")
+    try:
+        key.verify(base64.b64decode(signature.signature, validate=True), _signed_text(signature))
+    except (InvalidSignature, ValueError) as error:
+        raise DataError(
+            "the signature is not valid: what was signed was changed, or it is another key's"
+        ) from error
+    return key
+
+
+def _signed_text(signature: Signature) -> bytes:
+    known = asdict(signature)
+    del known["signature"]
+    return json.dumps(known, sort_keys=True, separators=(",", ":")).encode()

@@ -1,0 +1,193 @@
+"""The manifest of a sealed run: the SHA-256 of every object in its file, and what differs from it.
+
+An object is a group with its attributes and the names of its members, or a dataset with its
+attributes and values. Its digest is taken over a JSON text (keys sorted, no spaces), so that it can
+be computed again without this program; docs/reference/run-file.md says how.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.hdf5 import UNREADABLE, members, objects, write_verbatim
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+FORMAT = "rigrunner: manifest/1"
+MANIFEST = "manifest"
+"""The dataset that holds it; the only one that has no digest in it."""
+ROOT = "/"
+ENTRY_ITEM = "."
+_ROWS = 1 << 17
+_KINDS = {
+    ROOT: "file",
+    ENTRY_ITEM: "run",
+    "analysis": "result",
+    "events": "event list",
+    "incomplete": "incomplete recording",
+    "measurements": "measurement",
+    "no_load": "no-load run",
+    "recordings": "recording",
+    "superseded": "superseded recording",
+    "texts": "parameters",
+    "verification": "truth",
+    "zeros": "zero",
+}
+_SAMPLES = ("recordings", "incomplete", "superseded")
+
+
+@dataclass(frozen=True, order=True)
+class Difference:
+    """One object of a run file that is not what its manifest says."""
+
+    path: str
+    """As in the manifest: from the entry, '.' for the entry itself, '/' for the file."""
+    kind: str
+    what: str
+    """In words: changed, missing, added or unreadable."""
+
+    def __str__(self) -> str:
+        """Return the place in the file, what it holds, and what is wrong with it."""
+        return f"{place(self.path)} ({self.kind}): {self.what}"
+
+
+def place(path: str) -> str:
+    """Return where in the file an item of the manifest is."""
+    return path if path == ROOT else "/entry" if path == ENTRY_ITEM else f"/entry/{path}"
+
+
+def write_manifest(entry: h5py.Group) -> None:
+    """Write the manifest of all that the file holds; nothing may be written after it."""
+    write_verbatim(entry, MANIFEST, manifest_text(entry))
+
+
+def manifest_text(entry: h5py.Group) -> str:
+    """Return the manifest as JSON in its canonical form: keys sorted, no spaces, ASCII."""
+    items = {
+        path: {"kind": kind_of(path), "sha256": object_digest(item, path)}
+        for path, item in _items(entry)
+    }
+    return _canonical({"format": FORMAT, "items": items})
+
+
+def manifest_sha256(entry: h5py.Group) -> str:
+    """Return the SHA-256 of the manifest's text as it stands in the file; '' without one."""
+    if MANIFEST not in entry:
+        return ""
+    return hashlib.sha256(bytes(entry[MANIFEST][()])).hexdigest()
+
+
+def kind_of(path: str) -> str:
+    """Return what an object holds, in words."""
+    top = path if path in {ROOT, ENTRY_ITEM} else path.partition("/")[0]
+    return _KINDS.get(top, top)
+
+
+def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
+    """Return the SHA-256 of one object, without what is in its members; raise DataError."""
+    known: dict[str, Any] = {
+        "attributes": {name: _attribute(item.attrs[name]) for name in item.attrs}
+    }
+    if isinstance(item, h5py.Dataset):
+        known |= {
+            "dtype": item.dtype.str,
+            "shape": list(item.shape),
+            "data": _data_digest(item, path),
+        }
+    else:
+        hidden = {MANIFEST} if path == ENTRY_ITEM else set()
+        known["members"] = sorted(set(members(item)) - hidden)
+    return hashlib.sha256(_canonical(known).encode()).hexdigest()
+
+
+def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Difference]:
+    """Yield what is not as the manifest says, in the order of the file.
+
+    Without `samples` the columns of recordings, which have a digest of their own, are passed over.
+    Raises DataError where the file's structure is too damaged to walk through.
+    """
+    try:
+        wanted = _stored_items(entry)
+    except (DataError, *UNREADABLE) as error:
+        yield Difference(MANIFEST, "manifest", f"cannot be read: {error}")
+        return
+    for path, item in _items(entry):
+        said = wanted.pop(path, None)
+        if samples or not _is_column(path, item):
+            what = _compared(path, item, said)
+            if what:
+                yield Difference(path, kind_of(path), what)
+    for path in wanted:
+        yield Difference(path, kind_of(path), "missing: the manifest names it")
+
+
+def _compared(path: str, item: h5py.Group | h5py.Dataset, said: object) -> str:
+    if said is None:
+        return "added: the manifest does not name it"
+    try:
+        found = {"kind": kind_of(path), "sha256": object_digest(item, path)}
+    except (DataError, *UNREADABLE) as error:
+        return f"cannot be read, it is damaged: {error}"
+    return "" if found == said else "not what was sealed: its SHA-256 differs from the manifest"
+
+
+def _items(entry: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
+    if entry.parent.name == ROOT:
+        yield ROOT, entry.parent
+    yield ENTRY_ITEM, entry
+    for path, item in objects(entry):
+        if path != MANIFEST:
+            yield path, item
+
+
+def _stored_items(entry: h5py.Group) -> dict[str, object]:
+    if MANIFEST not in entry:
+        raise DataError("there is none, although this version of the layout has one")
+    text = bytes(entry[MANIFEST][()]).decode("ascii")
+    document = json.loads(text)
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise DataError(f"it is not of the format '{FORMAT}'")
+    if text != _canonical(document) or not isinstance(document.get("items"), dict):
+        raise DataError("it is not in its canonical form")
+    if len(document) != 2 or len(entry[MANIFEST].attrs):  # noqa: PLR2004  (format and items)
+        raise DataError("it holds more than its items")
+    return dict(document["items"])
+
+
+def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
+    parts = path.removeprefix("no_load/").split("/")
+    return isinstance(item, h5py.Dataset) and len(parts) == 3 and parts[0] in _SAMPLES  # noqa: PLR2004  (recordings/name/column)
+
+
+def _data_digest(dataset: h5py.Dataset, path: str) -> str:
+    if dataset.dtype.hasobject:
+        raise DataError(f"{path} is of a type that no run file has: {dataset.dtype}")
+    found = hashlib.sha256()
+    if dataset.shape == ():
+        found.update(np.asarray(dataset[()]).tobytes())
+    else:
+        for start in range(0, dataset.shape[0], _ROWS):
+            found.update(np.ascontiguousarray(dataset[start : start + _ROWS]).data)
+    return found.hexdigest()
+
+
+def _attribute(value: Any) -> object:
+    """Return text as it is; of numbers the type, shape and bytes."""
+    if isinstance(value, str):
+        return value
+    array = np.asarray(value)
+    if array.dtype.hasobject:
+        return [str(each) for each in array.ravel()]
+    return {"dtype": array.dtype.str, "shape": list(array.shape), "data": array.tobytes().hex()}
+
+
+def _canonical(document: object) -> str:
+    return json.dumps(document, sort_keys=True, separators=(",", ":"))

@@ -1,0 +1,125 @@
+"""Whether what a page shows follows from the content that it carries: it is made again."""
+
+from __future__ import annotations
+
+import re
+from difflib import SequenceMatcher
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.hooks import CertificateFormatRecord
+from rigrunner.api.letterhead import CertificateInput, Letterhead
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.proof.places import place_in
+from rigrunner.proof.seal import unsealed
+from rigrunner.workflow.provenance import software
+from rigrunner.workflow.verify import versions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.api.certificate import Certificate
+    from rigrunner.registry import Registry
+    from rigrunner.workflow.verification import Verification
+
+KIND = "certificate_format"
+_OWN_WORDS = ("templates/", "texts/", "style.css")
+"""Files of a letterhead without which a page cannot be made again."""
+_LOGO = re.compile(rb'<img class="logo"[^>]*>')
+_FIGURE = re.compile(rb"<svg\b.*?</svg>", re.DOTALL)
+_LONGEST = 90
+
+
+def check_pages(
+    found: Verification,
+    page: Path,
+    certificate: Certificate,
+    registry: Registry,
+    letterhead: Path | None,
+) -> None:
+    """Make the page at a path again from its content, and compare the two.
+
+    With the laboratory's letterhead byte by byte; without it HTML line by line, but for logo and
+    figure. What keeps a page from being made again is told, and is no difference.
+    """
+    what = f"{page.name} made again from its content"
+    if letterhead is None and page.suffix != ".html":
+        found.information.append(
+            f"the pages of {page.name} were not made again: its seal and the data in it were"
+            " checked (--letterhead DIR makes them again)"
+        )
+        return
+    try:
+        known = _letterhead(certificate, letterhead)
+        made = _make(page.suffix, registry, CertificateInput(certificate, known))
+    except RigrunnerError as error:
+        found.information.append(f"{page.name} was not made again: {error}")
+        return
+    shown = unsealed(page.read_bytes(), page.suffix)
+    whole = letterhead is not None
+    differs = list(_differences(shown, made, page.suffix, whole=whole))
+    other = list(versions(certificate.evidence.issued_with, software(registry), "was issued"))
+    if differs and other:
+        found.information.append(f"{what}: it differs, but so do versions ({'; '.join(other)})")
+    else:
+        found.take(what, differs)
+
+
+def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
+    files, language = certificate.appearance.files, certificate.appearance.language
+    if folder is not None:
+        found = read_letterhead(folder, language)
+        other = [
+            name for name in {**files, **found.files} if files.get(name) != found.files.get(name)
+        ]
+        if other:
+            raise RigrunnerError(
+                f"the letterhead in {folder} is not the one it was issued with:"
+                f" {', '.join(sorted(other))}"
+            )
+        return found
+    own = [name for name in files if name.startswith(_OWN_WORDS)]
+    if own:
+        raise RigrunnerError(
+            f"the laboratory has its own {', '.join(own)}", hint="name its folder with --letterhead"
+        )
+    return Letterhead(laboratory=certificate.laboratory, language=language, prefix="")
+
+
+def _make(suffix: str, registry: Registry, given: CertificateInput) -> bytes:
+    for name in registry.names(KIND):
+        record = registry.find(KIND, name).record
+        if isinstance(record, CertificateFormatRecord) and record.suffix == suffix:
+            return bytes(registry.make(KIND, name, {})(given))
+    raise RigrunnerError(f"no plugin makes {suffix}")
+
+
+def _differences(shown: bytes, made: bytes, suffix: str, *, whole: bool) -> Iterator[str]:
+    if suffix == ".html":
+        yield from _different_lines(shown, made, whole=whole)
+    elif shown != made:
+        pairs = enumerate(zip(shown, made, strict=False))
+        first = next((at for at, (one, other) in pairs if one != other), min(len(shown), len(made)))
+        yield f"it differs from {place_in(shown, suffix, first, first + 1)} on"
+
+
+def _different_lines(shown: bytes, made: bytes, *, whole: bool) -> Iterator[str]:
+    ours, theirs = (_lines(page, whole=whole) for page in (shown, made))
+    for tag, start, end, a, b in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes():
+        if tag != "equal":
+            there, wanted = (b" ".join(part) for part in (ours[start:end], theirs[a:b]))
+            at = max(shown.find(ours[start]) if start < len(ours) else len(shown) - 1, 0)
+            place = place_in(shown, ".html", at, at + 1)
+            yield f"at {place} it shows {_words(there)}, its content gives {_words(wanted)}"
+
+
+def _lines(page: bytes, *, whole: bool) -> list[bytes]:
+    """Return the lines of a page; without the logo and the figure where these cannot be known."""
+    kept = page if whole else _FIGURE.sub(b"", _LOGO.sub(b"", page))
+    return [line for line in kept.splitlines() if line.strip()]
+
+
+def _words(markup: bytes) -> str:
+    text = " ".join(re.sub(rb"<[^>]*>", b" ", markup).decode(errors="replace").split())
+    return f"'{text[:_LONGEST]}{'…' if len(text) > _LONGEST else ''}'"

@@ -1,0 +1,61 @@
+"""Who signed a document, when, and whether that key is one of those we trust."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.proof.signature import check_signature, parse_signature
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from rigrunner.proof.signature import Signature
+    from rigrunner.workflow.verification import Verification
+
+UNSIGNED = "unsigned: nothing shows who issued it"
+
+
+def check_signature_of(
+    found: Verification, path: Path, forms: Sequence[Path], trusted: Sequence[Path]
+) -> None:
+    """Check the signature's file at `path` over the forms of a document.
+
+    With trusted keys, a document that none of them signed is a difference; without, it is told.
+    """
+    if not path.is_file():
+        (found.differences if trusted else found.information).append(UNSIGNED)
+        return
+    try:
+        signature = parse_signature(path.read_bytes(), path.name)
+        key = check_signature(signature)
+    except DataError as error:
+        found.differences.append(f"signature {path.name}: {error.message}")
+        return
+    from rigrunner.proof.keys import (  # noqa: PLC0415  (needs the extra 'sign')
+        fingerprint,
+        public_pem,
+        read_public_keys,
+    )
+
+    who = f"signed by {signature.signer} at {signature.signed_utc}, key {fingerprint(key)}"
+    if not found.take(f"signature {path.name}", _other_files(signature, forms)):
+        return
+    known = {public_pem(each) for file in trusted for each in read_public_keys(file)}
+    if public_pem(key) in known:
+        found.held.append(f"{who}, which is trusted")
+    elif known:
+        found.differences.append(f"{who}, which is not among the trusted keys")
+    else:
+        found.information.append(f"{who}; whether that key is theirs is not known (--trust)")
+
+
+def _other_files(signature: Signature, forms: Sequence[Path]) -> Iterator[str]:
+    for path in forms:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        if path.name not in signature.files:
+            yield f"{path.name} is not signed"
+        elif digest != signature.files[path.name]:
+            yield f"{path.name} is not the file that was signed"

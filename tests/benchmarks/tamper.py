@@ -1,0 +1,65 @@
+"""Changes 200 single bytes of a run file and its certificate, and verifies each.
+
+The run is that of the shipped procedure, with five set-points and twelve cycles each.
+
+`python tests/benchmarks/tamper.py [COUNT [SEED]]` prints the table of docs/explanation/proof.md.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from helpers_tamper import Flip, flips, issue, letterhead, quick_runs
+
+COUNT, SEED = 200, 17025
+WORDS = {
+    "a section, line or object of the document": "changed at bytes",
+    "the document's seal": "seal",
+    "an object of the run file": "/entry/",
+    "the run file's root": "/ (file)",
+    "a place that cannot be read": "cannot be read",
+    "the layout of the run file, nothing recorded": "layout of",
+}
+
+
+def said_where(flip: Flip) -> str:
+    text = " ".join(flip.said)
+    return next((name for name, word in WORDS.items() if word in text), "nowhere")
+
+
+def main(count: int = COUNT, seed: int = SEED) -> int:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        run_folder = quick_runs(folder)
+        files = issue(run_folder, letterhead(folder / "lab"), folder / "out")
+        done = []
+        for index, flip in enumerate(flips(files, run_folder, folder / "scratch", count, seed), 1):
+            done.append(flip)
+            sys.stderr.write(f"\r{index} of {count}")
+            sys.stderr.flush()
+    sys.stderr.write("\n")
+    write_table(done)
+    for flip in done:
+        if not (flip.found and flip.placed):
+            sys.stdout.write(f"MISSED {flip}\n")
+    return sum(not (flip.found and flip.placed) for flip in done)
+
+
+def write_table(done: list[Flip]) -> None:
+    sys.stdout.write("| file | changed | found | said where | as |\n|---|---:|---:|---:|---|\n")
+    for name in dict.fromkeys(flip.file for flip in done):
+        mine = [flip for flip in done if flip.file == name]
+        where = Counter(said_where(flip) for flip in mine).most_common()
+        words = "; ".join(f"{place}: {count}" for place, count in where)
+        found, placed = sum(flip.found for flip in mine), sum(flip.placed for flip in mine)
+        form = "run.h5" if name == "run.h5" else Path(name).suffix.removeprefix(".").upper()
+        sys.stdout.write(f"| {form} | {len(mine)} | {found} | {placed} | {words} |\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main(*(int(word) for word in sys.argv[1:])) > 0)

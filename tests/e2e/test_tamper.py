@@ -1,0 +1,153 @@
+"""`verify` finds every changed byte of a certificate and of its run file, and says where.
+
+Some of them here; `python tests/benchmarks/tamper.py` does two hundred on the demonstration.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+
+from helpers_cli import call
+from helpers_tamper import RUN_FILE, flips, issue, letterhead, quick_runs
+from rigrunner.proof.seal import seal, unsealed
+
+
+@pytest.fixture(scope="module")
+def certified(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("certified")
+    run_folder = quick_runs(folder)
+    return run_folder, issue(run_folder, letterhead(folder / "lab"), folder / "out")
+
+
+def test_every_changed_byte_is_found_and_placed(certified, tmp_path):
+    run_folder, files = certified
+    done = list(flips(files, run_folder, tmp_path / "scratch", count=24, seed=2026))
+    assert {each.file for each in done} == {RUN_FILE, *(path.name for path in files)}
+    assert [each for each in done if not each.found] == []
+    assert [each for each in done if not each.placed] == []
+    assert call("verify", tmp_path / "scratch" / files[0].name).code == 0, "as it was, it matches"
+
+
+@pytest.fixture
+def copies(certified, tmp_path):
+    """Copy certificate and run, so that a test can change them."""
+    run_folder, files = certified
+    for path in (*files, run_folder / RUN_FILE):
+        shutil.copyfile(path, tmp_path / path.name)
+    return next(tmp_path / path.name for path in files if path.suffix == ".json")
+
+
+def test_a_certificate_matches_its_run_wherever_that_lies(certified, tmp_path):
+    run_folder, files = certified
+    for path in files:
+        shutil.copyfile(path, tmp_path / path.name)
+    certificate = tmp_path / files[0].name
+    for words in ([run_folder], [run_folder / RUN_FILE], ["--runs", run_folder.parent]):
+        done = call("verify", certificate, *words)
+        assert done.code == 0, done.out
+        assert done.out.endswith("\nMATCH\n")
+        assert "certificate made again from the run" in done.out
+        assert "unsigned: nothing shows who issued it" in done.out
+
+
+def test_without_its_run_a_certificate_is_left_open(certified, tmp_path):
+    _, files = certified
+    for path in files:
+        shutil.copyfile(path, tmp_path / path.name)
+    done = call("verify", tmp_path / files[0].name, "--runs", tmp_path / "none")
+    assert done.code == 10
+    assert "no number was derived again" in done.out
+    assert done.out.endswith("OPEN: nothing differs, but not all could be checked\n")
+
+
+def test_another_run_is_told(certified):
+    run_folder, files = certified
+    other = next(path for path in run_folder.parent.iterdir() if path != run_folder)
+    done = call("verify", files[0], other)
+    assert done.code == 1
+    assert f"the certificate names {run_folder.name}" in done.out
+
+
+def test_signed_by_whom_when_and_whether_trusted(copies, tmp_path):
+    def verified(*words):
+        done = call("verify", copies, *words)
+        return done.code, done.out
+
+    for name in ("lab", "other"):
+        assert call("sign", "--new-key", tmp_path / f"{name}.key").code == 0
+    code, said = verified("--trust", tmp_path / "lab.key.pub")
+    assert (code, "DIFFERS  unsigned" in said) == (1, True)
+    signed = call("sign", copies, "--key", tmp_path / "lab.key", "--by", "Zoë Head")
+    assert signed.code == 0, signed.err
+    code, said = verified()
+    assert (code, "signed by Zoë Head at 20" in said) == (0, True)
+    assert "whether that key is theirs is not known" in said
+    code, said = verified("--trust", tmp_path / "lab.key.pub")
+    assert (code, "which is trusted" in said) == (0, True)
+    code, said = verified("--trust", tmp_path / "other.key.pub")
+    assert (code, "not among the trusted keys" in said) == (1, True)
+    both = ("--trust", tmp_path / "other.key.pub", "--trust", tmp_path / "lab.key.pub")
+    assert verified(*both)[0] == 0
+
+
+def test_a_signature_that_was_changed_is_told(copies, tmp_path):
+    call("sign", "--new-key", tmp_path / "key")
+    call("sign", copies, "--key", tmp_path / "key", "--by", "Zoë Head")
+    path = copies.with_suffix(".sig.json")
+    path.write_text(path.read_text(encoding="utf-8").replace("Head", "Tail"), encoding="utf-8")
+    done = call("verify", copies)
+    assert (done.code, "the signature is not valid" in done.out) == (1, True)
+
+
+@pytest.mark.parametrize("name", ["result.json", "report.html"])
+def test_what_is_no_certificate_is_told(certified, name):
+    done = call("verify", certified[0] / name)
+    assert done.code == 5
+    assert "is no certificate: it has neither a seal nor" in done.err
+    assert call("verify", certified[0] / "nothing.pdf").code == 2
+    assert call("verify", certified[0], certified[0]).code == 2
+
+
+def resealed(path, old, new):
+    """Change a document as someone does who knows what a seal is."""
+    content = unsealed(path.read_bytes(), path.suffix)
+    assert content.count(old) >= 1
+    path.write_bytes(seal(content.replace(old, new, 1), path.suffix))
+
+
+def test_a_page_that_was_changed_and_sealed_anew_does_not_follow_from_its_content(copies):
+    page = copies.with_suffix(".html")
+    resealed(page, b"<td>Example customer</td>", b"<td>Another customer</td>")
+    done = call("verify", page)
+    assert done.code == 1
+    assert "held     seal of" in done.out
+    assert "(section 'Customer and item') it shows 'Customer Another customer'" in done.out
+
+
+def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copies):
+    content = json.loads(copies.read_text(encoding="utf-8"))
+    printed = content["results"]["headline"]["printed"]
+    resealed(copies, f'"printed": "{printed}"'.encode(), b'"printed": "0.7000"')
+    for path in (copies.with_suffix(".html"), copies.with_suffix(".pdf")):
+        path.unlink(missing_ok=True)
+    done = call("verify", copies)
+    assert done.code == 1
+    assert "certificate made again from the run: results/headline/printed: '0.7000'" in done.out, (
+        done.out
+    )
+
+
+def test_with_the_letterhead_pages_are_made_again_byte_by_byte(certified, copies):
+    folder = certified[0].parent.parent / "lab" / "letterhead"
+    done = call("verify", copies, "--letterhead", folder)
+    assert (done.code, ".html made again from its content" in done.out) == (0, True)
+    if copies.with_suffix(".pdf").exists():
+        assert ".pdf made again from its content" in done.out
+    copied = copies.parent / "letterhead"
+    shutil.copytree(folder, copied)
+    (copied / "logo.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>", encoding="utf-8")
+    done = call("verify", copies, "--letterhead", copied)
+    assert "is not the one it was issued with: logo.svg" in done.out

@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigrunner.proof.compare import mismatches
+
+ESTIMATE = {"value": 0.72731572, "expanded_uncertainty_95": 0.0093946, "unit": "N·m"}
+
+
+def differences(recorded, derived):
+    return [str(each) for each in mismatches(recorded, derived)]
+
+
+@pytest.mark.parametrize(
+    ("change", "same"),
+    [
+        ({"value": 0.72731572 + 4e-5}, True),  # printed as 0.7273: the place is 1e-4
+        ({"value": 0.72731572 - 4e-5}, True),
+        ({"value": 0.72731572 + 6e-5}, False),
+        ({"expanded_uncertainty_95": 0.0093948}, True),
+        ({"expanded_uncertainty_95": 0.00941}, False),
+        ({"unit": "mN·m"}, False),
+        ({"value": None}, False),
+        ({"value": float("nan")}, False),
+        ({"value": "0.7273"}, False),
+    ],
+)
+def test_estimates_are_compared_to_the_place_to_which_they_are_printed(change, same):
+    assert (differences(ESTIMATE, ESTIMATE | change) == []) is same
+
+
+@pytest.mark.parametrize(
+    ("recorded", "derived", "same"),
+    [
+        (1234.0, 1234.05, True),
+        (1234.0, 1234.2, False),
+        (0.0, 1e-13, True),
+        (0.0, 1e-11, False),
+        ([10.0, 1e-9], [10.0, -1e-9], True),  # noise beside what the array holds
+        ([[1.0, 1e-9], [1e-9, 1.0]], [[1.0, 2e-9], [1e-9, 1.0]], True),
+        ([10.0, 1.0], [10.0, 1.01], False),
+        ([1.0], [1.0, 1.0], False),
+        (True, 1.0, False),
+        (True, True, True),
+        (None, None, True),
+        (12, 12.0, True),
+        ("pass", "fail", False),
+        ("0.7273 N·m is 0.2227 N·m within", "0.7274 N·m is 0.2226 N·m within", True),
+        ("0.7273 N·m", "0.7275 N·m", False),
+        ("0.7273 N·m", "0.7273 N·mm", False),
+        ("cycle 12 of 30", "cycle 13 of 30", False),
+        ("SN-17", "SN-18", False),
+        ("0.99", "0.990", False),
+    ],
+)
+def test_values_are_compared_as_they_are_printed(recorded, derived, same):
+    assert (differences(recorded, derived) == []) is same
+
+
+def test_places_are_named_as_a_person_would():
+    recorded = {"points": [{"recording": "001_5Hz", "load": {"value": 1000.0, "unit": "N"}}]}
+    derived = json.loads(json.dumps(recorded).replace("1000.0", "1010.0"))
+    assert differences(recorded, derived) == [
+        "points/001_5Hz/load/value: 1000 is recorded, 1010 was derived"
+    ]
+
+
+def test_what_is_missing_is_told_and_what_is_newer_is_not():
+    assert differences({"a": 1}, {}) == ["a: 1 is recorded, and was not derived"]
+    assert differences({}, {"a": 1}) == []
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+)
+
+
+@given(JSON)
+def test_a_document_is_the_same_as_itself(document):
+    assert differences(document, document) == []

@@ -1,0 +1,187 @@
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import shutil
+import stat
+import subprocess
+
+import pytest
+
+from helpers_cli import call
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.proof.keys import (
+    fingerprint,
+    new_key,
+    public_pem,
+    read_private_key,
+    read_public_keys,
+)
+from rigrunner.proof.seal import seal
+from rigrunner.proof.signature import (
+    check_signature,
+    parse_signature,
+    sign_files,
+    signature_json,
+)
+
+FILES = {"C-1.json": b"{}", "C-1.html": b"<p>"}
+
+
+@pytest.fixture
+def key(tmp_path):
+    new_key(tmp_path / "lab.key")
+    return tmp_path / "lab.key"
+
+
+def signed(key):
+    return sign_files(FILES, read_private_key(key), "Zoë", "2026-03-01T12:00:00.000Z")
+
+
+def test_a_signature_is_that_of_the_key(key):
+    found = parse_signature(signature_json(signed(key)).encode(), "C-1.sig.json")
+    assert found == signed(key)
+    (public,) = read_public_keys(key.with_name("lab.key.pub"))
+    assert public_pem(check_signature(found)) == public_pem(public)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"signer": "Another"},
+        {"signed_utc": "2026-03-01T12:00:00.001Z"},
+        {"files": {"C-1.json": "0" * 64}},
+        {"signature": base64.b64encode(bytes(64)).decode()},
+        {"signature": "?"},
+        {"public_key": "another"},
+        {"public_key": ""},
+    ],
+)
+def test_whatever_is_changed_is_found(key, tmp_path, change):
+    new_key(tmp_path / "other.key")
+    if change.get("public_key") == "another":
+        change = {"public_key": (tmp_path / "other.key.pub").read_text()}
+    content = json.loads(signature_json(signed(key))) | change
+    with pytest.raises(DataError, match=r"not valid|cannot be read"):
+        check_signature(parse_signature(json.dumps(content).encode(), "x"))
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"{", b"[]", b"null", b'{"a": 1}', b"\xff", b"[" * 100_000, b'"x"']
+)
+def test_what_is_no_signature_is_told(content):
+    with pytest.raises(DataError, match="is no signature file"):
+        parse_signature(content, "C-1.sig.json")
+
+
+def test_a_private_key_is_for_its_owner_and_never_overwritten(key):
+    assert stat.S_IMODE(key.stat().st_mode) == 0o600
+    with pytest.raises(UsageError, match="never overwritten"):
+        new_key(key)
+    key.unlink()
+    with pytest.raises(UsageError, match="never overwritten"):
+        new_key(key)
+
+
+def test_a_key_with_a_passphrase_needs_it(tmp_path):
+    path = tmp_path / "lab.key"
+    new_key(path, "open sesame")
+    assert read_private_key(path, "open sesame")
+    with pytest.raises(UsageError, match="is protected by a passphrase"):
+        read_private_key(path)
+    with pytest.raises(UsageError, match="or its passphrase is another"):
+        read_private_key(path, "wrong")
+
+
+def test_a_key_without_a_passphrase_says_so(key):
+    with pytest.raises(UsageError, match="has no passphrase"):
+        read_private_key(key, "one")
+
+
+def test_what_is_no_key_is_told(tmp_path):
+    (tmp_path / "text").write_text("hello")
+    for read in (read_private_key, read_public_keys):
+        with pytest.raises(UsageError, match=r"is no private key|holds no public key"):
+            read(tmp_path / "text")
+        with pytest.raises(UsageError, match="cannot be read"):
+            read(tmp_path / "nowhere")
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="needs openssl")
+def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
+    public = f"{key}.pub"
+    der = subprocess.run(
+        ["openssl", "pkey", "-pubin", "-in", public, "-outform", "DER"],
+        capture_output=True,
+        check=True,
+    ).stdout
+    (read,) = read_public_keys(key.with_name("lab.key.pub"))
+    assert fingerprint(read) == f"SHA256:{hashlib.sha256(der).hexdigest()}"
+    content = json.loads(signature_json(signed(key)))
+    (tmp_path / "sig").write_bytes(base64.b64decode(content.pop("signature")))
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    (tmp_path / "text").write_text(text, encoding="ascii")
+    said = subprocess.run(
+        ["openssl", "pkeyutl", "-verify", "-pubin", "-inkey", public, "-rawin",
+         "-in", tmp_path / "text", "-sigfile", tmp_path / "sig"],
+        capture_output=True, check=False,
+    )  # fmt: skip
+    assert said.returncode == 0, said
+
+
+@pytest.fixture
+def certificate(tmp_path):
+    (tmp_path / "C-1.json").write_bytes(seal(b'{\n "number": "C-1"\n}\n', ".json"))
+    (tmp_path / "C-1.html").write_bytes(seal(b"<h1>C-1</h1>\n", ".html"))
+    return tmp_path / "C-1.json"
+
+
+def test_command_makes_a_key_and_signs_every_form(certificate, tmp_path):
+    made = call("sign", "--new-key", tmp_path / "k")
+    assert made.code == 0
+    assert made.out.startswith("SHA256:")
+    assert "no passphrase" in made.err
+    done = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
+    assert (done.code, done.out.strip()) == (0, str(tmp_path / "C-1.sig.json"))
+    found = parse_signature((tmp_path / "C-1.sig.json").read_bytes(), "x")
+    assert set(found.files) == {"C-1.json", "C-1.html"}
+    assert found.signer == "Zoë"
+    again = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
+    assert (again.code, "the document is signed" in again.err) == (2, True)
+
+
+def test_command_takes_the_passphrase_from_its_variable(certificate, tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_PASSPHRASE", "sesame")
+    assert call("sign", "--new-key", tmp_path / "k", "--passphrase").code == 0
+    refused = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
+    assert "is protected by a passphrase" in refused.err
+    done = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë", "--passphrase")
+    assert done.code == 0
+
+
+def test_what_was_changed_is_not_signed(certificate, tmp_path):
+    call("sign", "--new-key", tmp_path / "k")
+    page = tmp_path / "C-1.html"
+    page.write_bytes(page.read_bytes().replace(b"C-1", b"C-2"))
+    done = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
+    assert done.code == 5
+    assert "changed after it was issued, at bytes 0 to 12, line 1" in done.err
+    assert not (tmp_path / "C-1.sig.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "to sign needs a certificate, a key and a name"),
+        (["x.json", "--key", "k"], "to sign needs a certificate, a key and a name"),
+        (["x.json", "--key", "k", "--by", "Z"], "there is no certificate x.json"),
+        (["x.txt", "--key", "k", "--by", "Z"], "x.txt is no certificate"),
+        (["x.json", "--new-key", "k"], "signs nothing"),
+    ],
+)
+def test_wrong_words_are_told(words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = call("sign", *words)
+    assert done.code == 2
+    assert said in done.err

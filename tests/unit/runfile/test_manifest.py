@@ -1,0 +1,220 @@
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+
+import h5py
+import numpy as np
+import pytest
+
+from helpers_runfile import DOCUMENT, PLOT, TWO, recording, write_run
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import file_differences, read, read_info, seal
+from rigrunner.runfile.manifest import object_digest
+
+
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    write_run(folder / "no_load", TWO[:1]).seal({"no": "load"})
+    return write_run(folder / "run", TWO).seal(DOCUMENT, PLOT, no_load=folder / "no_load")
+
+
+@pytest.fixture
+def copy(sealed, tmp_path):
+    path = tmp_path / "run.h5"
+    path.write_bytes(sealed.read_bytes())
+    return path
+
+
+def edited(path, edit):
+    with h5py.File(path, "r+") as file:
+        edit(file)
+    return path
+
+
+def test_a_run_is_as_it_was_sealed(sealed):
+    assert file_differences(sealed) == []
+
+
+def test_every_object_of_the_file_is_in_the_manifest_but_the_manifest(sealed):
+    with h5py.File(sealed) as file:
+        names = {"/", "."}
+        file["entry"].visit(names.add)
+        document = json.loads(bytes(file["entry/manifest"][()]))
+    assert set(document["items"]) == names - {"manifest"}
+    kinds = {path: item["kind"] for path, item in document["items"].items()}
+    assert kinds["recordings/001_10Hz/tester_torque"] == "recording"
+    assert kinds["zeros/tester_torque"] == "zero"
+    assert kinds["events/json"] == "event list"
+    assert kinds["verification/001_10Hz"] == "truth"
+    assert kinds["texts/station_text"] == "parameters"
+    assert kinds["analysis/result"] == "result"
+    assert kinds["no_load/zeros"] == "no-load run"
+
+
+def test_digest_of_an_object_is_what_its_description_says(tmp_path):
+    """Computed here from the description in docs/reference/run-file.md, by hand."""
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        item = file.create_dataset("x", data=np.array([1.0, 2.0]))
+        item.attrs["units"] = "N·m"
+        item.attrs["column"] = np.int64(3)
+        data = hashlib.sha256(bytes.fromhex("000000000000f03f0000000000000040")).hexdigest()
+        text = (
+            '{"attributes":{"column":{"data":"0300000000000000","dtype":"<i8","shape":[]},'
+            f'"units":"N\\u00b7m"}},"data":"{data}","dtype":"<f8","shape":[2]}}'
+        )
+        assert object_digest(item) == hashlib.sha256(text.encode()).hexdigest()
+        group = hashlib.sha256(b'{"attributes":{},"members":["x"]}').hexdigest()
+        assert object_digest(file) == group
+
+
+def test_manifest_digest_is_that_of_its_text(sealed):
+    with h5py.File(sealed) as file:
+        text = bytes(file["entry/manifest"][()])
+    wanted = hashlib.sha256(text).hexdigest()
+    assert read(sealed).manifest_sha256 == read_info(sealed).manifest_sha256 == wanted
+    assert text.startswith(b'{"format":"rigrunner: manifest/1","items":{".":{"kind":"run","sha256"')
+
+
+def test_embedded_no_load_run_keeps_the_manifest_of_its_own_file(sealed):
+    own = sealed.parent.parent / "no_load"
+    assert read(sealed).no_load.manifest_sha256 == read(own).manifest_sha256 != ""
+
+
+def test_run_that_is_not_sealed_has_none(tmp_path):
+    write_run(tmp_path / "run", TWO)
+    assert read(tmp_path / "run").manifest_sha256 == ""
+
+
+EDITS = {
+    "/entry/recordings/001_10Hz/tester_torque": lambda f: add(
+        f, "recordings/001_10Hz/tester_torque"
+    ),
+    "/entry/recordings/001_10Hz/time": lambda f: add(f, "recordings/001_10Hz/time"),
+    "/entry/recordings/001_10Hz/conditions/tester_temperature": lambda f: add(
+        f, "recordings/001_10Hz/conditions/tester_temperature"
+    ),
+    "/entry/zeros/tester_torque": lambda f: add(f, "zeros/tester_torque"),
+    "/entry/events/monotonic_s": lambda f: add(f, "events/monotonic_s"),
+    "/entry/texts/station_text": lambda f: add(f, "texts/station_text"),
+    "/entry/analysis/result": lambda f: add(f, "analysis/result"),
+    "/entry/analysis/torque/raw": lambda f: add(f, "analysis/torque/raw"),
+    "/entry/verification/001_10Hz/inertia_kg_m2": lambda f: add(
+        f, "verification/001_10Hz/inertia_kg_m2"
+    ),
+    "/entry/no_load/zeros/tester_torque": lambda f: add(f, "no_load/zeros/tester_torque"),
+    "/entry (run)": lambda f: f["entry"].attrs.modify("outcome", "abortee"),
+    "/entry/inputs/operator": lambda f: f["entry/inputs/operator"].attrs.modify("text", "Zoé"),
+    "/entry/provenance": lambda f: f["entry/provenance"].__delitem__("rigrunner"),
+    "/entry/note": lambda f: f["entry"].create_dataset("note", data=1.0),
+    "/ (file)": lambda f: f.attrs.modify("default", "other"),
+    "/entry/manifest": lambda f: add(f, "manifest"),
+}
+
+
+def add(file, path):
+    dataset = file["entry"][path]
+    if dataset.shape:
+        dataset[0] = dataset[0] + 1
+    else:
+        dataset[()] = dataset[()] + 1e-9
+
+
+@pytest.mark.parametrize("where", EDITS)
+def test_every_change_of_content_is_found_where_it_is(copy, where):
+    found = [str(each) for each in file_differences(edited(copy, EDITS[where]))]
+    assert any(each.startswith(where) for each in found), found
+
+
+@pytest.mark.parametrize("where", [path for path in EDITS if "time" not in path])
+def test_reading_refuses_what_is_not_as_it_was_sealed(copy, where):
+    with pytest.raises(DataError, match=r"not what was|added|cannot be read|damaged"):
+        read(edited(copy, EDITS[where]))
+
+
+def test_what_was_removed_and_renamed_is_named(copy):
+    def edit(file):
+        group = file["entry/recordings"]
+        group.move("001_10Hz", "001_11Hz")
+        del file["entry/zeros/tester_torque"]
+
+    found = {each.path: each.what for each in file_differences(edited(copy, edit))}
+    assert found["recordings/001_10Hz"].startswith("missing")
+    assert found["recordings/001_11Hz"].startswith("added")
+    assert found["zeros/tester_torque"].startswith("missing")
+    assert set(found) >= {"recordings", "zeros"}
+
+
+def test_file_whose_manifest_was_taken_away_is_told(copy):
+    path = edited(copy, lambda file: file["entry"].__delitem__("manifest"))
+    (found,) = file_differences(path)
+    assert str(found).startswith("/entry/manifest (manifest): cannot be read: there is none")
+    with pytest.raises(DataError, match="there is none"):
+        read(path)
+
+
+def test_manifest_of_another_form_is_told(copy):
+    def edit(file):
+        text = json.dumps(json.loads(bytes(file["entry/manifest"][()])), indent=1)
+        del file["entry/manifest"]
+        file["entry"].create_dataset("manifest", data=np.frombuffer(text.encode(), np.uint8))
+
+    (found,) = file_differences(edited(copy, edit))
+    assert "not in its canonical form" in str(found)
+
+
+def test_a_file_of_the_first_format_stays_readable(copy):
+    def edit(file):
+        del file["entry/manifest"], file["entry/no_load/manifest"]
+        file.attrs.modify("rigrunner_format", 1)
+
+    run = read(edited(copy, edit))
+    assert len(run.recordings) == len(TWO)
+    assert run.manifest_sha256 == ""
+    assert file_differences(copy) is None
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (lambda f: f["entry"].__setitem__("round", f["entry"]), "is there twice"),
+        (lambda f: f["entry"].__setitem__("out", h5py.ExternalLink("/etc/x", "/")), "is a link"),
+        (lambda f: f["entry"].__setitem__("soft", h5py.SoftLink("/entry/zeros")), "is a link"),
+        (
+            lambda f: f["entry"].create_dataset("huge", (1 << 50,), "f8", chunks=(8,)),
+            "larger than the file",
+        ),
+        (lambda f: f["entry"].__setitem__("type", np.dtype("f8")), "neither group nor dataset"),
+    ],
+)
+def test_what_could_lead_a_reader_astray_is_refused(copy, edit, message):
+    edited(copy, edit)
+    for reader in (read, read_info, file_differences):
+        with pytest.raises(DataError, match=message):
+            reader(copy)
+
+
+def test_a_flipped_bit_anywhere_gives_an_answer_or_a_data_error(copy):
+    """HDF5 libraries say many things of damaged files; none of them is to get through."""
+    content, rng = copy.read_bytes(), random.Random(4)  # noqa: S311  (seeded, to be repeated)
+    for _ in range(25):
+        damaged = bytearray(content)
+        damaged[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+        copy.write_bytes(damaged)
+        for reader in (file_differences, read, read_info):
+            try:
+                reader(copy)
+            except DataError as error:
+                assert str(copy) in str(error)  # noqa: PT017  (an answer is as good)
+
+
+def test_what_is_known_of_an_unsealed_run_is_read_without_its_samples(tmp_path, monkeypatch):
+    write_run(tmp_path / "run", [*TWO, recording("003_30Hz", seed=3)])
+    wanted = read(tmp_path / "run").info
+    monkeypatch.setattr("rigrunner.runfile.loose.read_recording", None)
+    assert read_info(tmp_path / "run") == wanted
+    monkeypatch.undo()
+    seal(tmp_path / "run")
+    assert read_info(tmp_path / "run").digest == wanted.digest
