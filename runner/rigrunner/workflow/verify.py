@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.proof.compare import mismatches
-from rigrunner.runfile import file_differences, read, sealed_file_of
+from rigrunner.runfile import file_differences, read, refuse_crashing, sealed_file_of
 from rigrunner.workflow.provenance import software
 from rigrunner.workflow.stored import analyse_run
 from rigrunner.workflow.verification import Verification
@@ -49,6 +49,11 @@ def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun
     if sealed is None:
         found.information.append("the run is not sealed: it has no manifest yet")
     else:
+        try:
+            refuse_crashing(sealed)
+        except DataError as error:
+            found.take("run file", [error])
+            return None
         _check_manifest(found, sealed)
     try:
         stored = read(path)
