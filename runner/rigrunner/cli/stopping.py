@@ -42,6 +42,7 @@ class SignalStop:
         self._attended = attended
         self._running = self._asking = False
         self._presses = 0
+        self._consoles = [one for one in (1, 2) if os.isatty(one)]
 
     def __call__(self, event: Event) -> None:
         """Take note of whether a run is going on."""
@@ -81,6 +82,7 @@ class SignalStop:
 
     def handle(self, number: int, _frame: FrameType | None) -> None:
         """Take a signal: set the token; while a person is asked, raise AbortedError."""
+        _silence([one for one in self._consoles if not os.isatty(one)])
         self._stop(AbortedError(f"stopped by {signal.Signals(number).name}", by="signal"))
 
     def interrupt(self, _number: int, _frame: FrameType | None) -> None:
@@ -123,6 +125,12 @@ def stop_on_signals(*, attended: bool = False) -> Iterator[SignalStop]:
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)
+
+
+def _silence(consoles: list[int]) -> None:
+    """Let nobody be told where the terminal was closed: each word to it would be an error."""
+    for one in consoles:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), one)
 
 
 def _say(text: str) -> None:

@@ -83,8 +83,7 @@ class DriveStates:
                 continue
             stands = {name: self._stands(name) for name in others}
             if not combination.allows({**stands, member: quantity.si}):
-                at = ", ".join(f"{name} at {value:g}" for name, value in stands.items())
-                message = f"got '{quantity}', not allowed with {at} (SI units)"
+                message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
                 hint = f"allowed is {combination.words()}"
                 self._problems.add(self._document, valued_at, message, hint)
 

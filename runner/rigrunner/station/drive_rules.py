@@ -49,7 +49,7 @@ class DriveRules:
                 continue
             values = {n: value if n == member else standing(n) for n in combination.drives}
             if not combination.allows(values):
-                others = ", ".join(f"{n} at {values[n]:g}" for n in values if n != member)
+                others = combination.others(member, values)
                 raise DeviceRejectedError(
                     f"{role}: {drive} cannot be set to {value:g} {info.unit} with {others}",
                     hint=f"allowed: {combination.words()}",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.quantity import si_symbol
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
 from rigrunner.yamlfile.names import Member
 
@@ -75,6 +76,11 @@ class Combination(Settings):
             all(abs(values[name]) <= high.si * _ROUNDING for name, high in corner.items())
             for corner in self.allowed
         )
+
+    def others(self, member: str, values: Mapping[str, float]) -> str:
+        """Return where all drives but one stand, in words; `values` are in SI units."""
+        units = {name: si_symbol(high.dimension) for name, high in self.allowed[0].items()}
+        return ", ".join(f"{n} at {values[n]:g} {units[n]}" for n in self.drives if n != member)
 
     def words(self) -> str:
         """Return what is allowed, in words."""

@@ -96,7 +96,7 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
         elif isinstance(event, Intervention):
             yield _line(event, event.action, event_text(event))
         elif isinstance(event, (Alarm, Note)):
-            yield _line(event, type(event).__name__.lower(), event_text(event))
+            yield _line(event, "alarm" if isinstance(event, Alarm) else "note", event_text(event))
         elif isinstance(event, RunEnded):
             yield _line(event, "end", event_text(event))
 

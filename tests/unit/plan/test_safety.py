@@ -66,7 +66,7 @@ LIMITS = [
     ("drives: {tester.frequency: {min: 3 Hz, rate: 1 Hz/s}}", "0 Hz}\n  - zero",
      "setup[2].set.tester.frequency", "got '0 Hz', allowed is 3 to 35 Hz", ""),
     (CORNERS, "$frequencies", "main[1].sweep.over[1]",
-     "got '10 Hz', not allowed with tester.load at 1000 (SI units)",
+     "got '10 Hz', not allowed with tester.load at 1000 N",
      ("allowed is tester.load up to 500 N with tester.frequency up to 35 Hz or"
       " tester.load up to 1 kN with tester.frequency up to 5 Hz")),
     (CORNERS.replace("500", "1000"), None, "", "", ""),

@@ -53,6 +53,9 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     yield table(["step", "phase", "what is done", "time"], rows, "rllr")
     drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")
     yield f"Limits of the drives\n{drives}"
+    if planned.plan.interlocks:
+        rows = [[one.name, one.member, one.condition, one.does] for one in planned.plan.interlocks]
+        yield f"Interlocks\n{table(['name', 'channel', 'trips', 'does'], rows, 'llll')}"
     if prediction.torques:
         torques = [_torque_row(each) for each in prediction.torques]
         header = ["recording", "peak / N·m", "full scale / N·m", "used"]
@@ -93,15 +96,17 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
         if isinstance(action, (SetDrive, Ramp)):
             values = [action.value] if isinstance(action, SetDrive) else [action.start, action.end]
             reached.setdefault(f"{action.role}.{action.drive}", []).extend(values)
+    narrower = planned.station.model.safety.drives
+    drives = {f"{role}.{d.name}": d for role, each in planned.devices.items() for d in each.drives}
+    allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}
     return [
         [
             name,
             f"{min(reached[name]):g} to {max(reached[name]):g} {drive.unit}",
             f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}",
         ]
-        for role, device in planned.devices.items()
-        for drive in device.drives
-        if (name := f"{role}.{drive.name}") in reached
+        for name, drive in allowed.items()
+        if name in reached
     ]
 
 

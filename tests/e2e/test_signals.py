@@ -1,0 +1,139 @@
+"""Real signals to a real process: it ends safe, sealed, and with the exit code of the page."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+
+import pytest
+
+from helpers_every_step import FAST
+from helpers_terminal import PROGRAM, Terminal
+from helpers_workflow import edited
+from rigrunner.api.events import Intervention, MadeSafe, RunEnded, StepEnded
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import find_procedure, find_station
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals of Unix")
+STANDSTILL = {"tester.frequency": 0.0, "tester.load": 0.0}
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A sweep of two points that takes some seconds of real time, and a rig of fast drives."""
+    shipped = find_procedure("no_load_inertia_sweep")
+    text = shipped.read_text(encoding="utf-8")
+    start, end = text.index("  frequencies: ["), text.index("\n\nsetup:")
+    analysis = text[text.index("\nanalysis:") :]
+    edited(
+        shipped,
+        tmp_path / "sweep.yaml",
+        points=(text[start:end], "  frequencies: [20 Hz, 25 Hz]"),
+        short=("cycles: 30}", "cycles: 40}"),
+        analysis=(analysis, "\n"),
+    )
+    edited(find_station("simulated"), tmp_path / "rig.yaml", fast=("{seed: 1}", FAST))
+    return tmp_path
+
+
+def arguments(*more: str) -> tuple[str, ...]:
+    return ("run", "sweep.yaml", "--station", "rig.yaml", "--realtime", *more)
+
+
+def stored(lab):
+    (folder,) = (lab / "runs").iterdir()
+    run = read(folder)
+    assert run.info.sealed
+    (ended,) = [one for one in run.events if isinstance(one, RunEnded)]
+    assert ended.read_back == STANDSTILL
+    made = [one for one in run.events if isinstance(one, MadeSafe)]
+    assert made
+    assert all(one.problems == () for one in made)
+    return run
+
+
+def interventions(run) -> list[tuple[str, str]]:
+    return [(one.action, one.by) for one in run.events if isinstance(one, Intervention)]
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 20), (signal.SIGHUP, 20), (signal.SIGINT, 130)]
+)
+def test_a_signal_aborts_an_unattended_run(lab, number, code):
+    command = [*PROGRAM, *arguments("--unattended")]
+    with subprocess.Popen(command, cwd=lab, stderr=subprocess.PIPE, text=True) as process:
+        for line in process.stderr:
+            if "Record" in line:
+                break
+        process.send_signal(number)
+        process.stderr.read()
+        assert process.wait(timeout=30) == code
+    run = stored(lab)
+    assert run.info.outcome == "aborted"
+    assert interventions(run)[-1][0] == "abort"
+
+
+def test_ctrl_c_pauses_and_every_decision_is_on_record(lab):
+    with Terminal(arguments("--set", "operator=Ada"), str(lab)) as terminal:
+        terminal.wait_for("[yes/no]")
+        terminal.type("yes\n")
+        terminal.wait_for("Record")
+        terminal.press_ctrl_c()
+        terminal.wait_for("What now?")
+        terminal.type("perhaps\n")
+        terminal.wait_for("Please answer with one of: resume")
+        terminal.type("note\n")
+        terminal.wait_for("Your note:")
+        terminal.type("it squeaked\n")
+        terminal.wait_for("What now?")
+        terminal.type("rep\n")
+        terminal.wait_for("Record")
+        terminal.press_ctrl_c()
+        terminal.wait_for("What now?")
+        terminal.type("skip\n")
+        terminal.wait_for("Why?")
+        terminal.type("no time\n")
+        assert terminal.ends_with() == 10
+    run = stored(lab)
+    assert run.info.outcome == "completed"
+    assert "skipped by Ada: no time" in run.info.reason
+    assert interventions(run) == [
+        ("pause", "keyboard"), ("repeat", "Ada"), ("pause", "keyboard"), ("skip", "Ada"),
+    ]  # fmt: skip
+    done = [(one.recording, one.ok) for one in run.events if getattr(one, "recording", "")
+            and isinstance(one, StepEnded)]  # fmt: skip
+    assert (done[0], done[-1]) == (("001_20Hz", False), ("002_25Hz", True))
+    assert run.info.recording_names == ("002_25Hz",)
+
+
+def test_ctrl_c_twice_aborts(lab):
+    with Terminal(arguments(), str(lab)) as terminal:
+        for answer in ("Bob\n", "yes\n"):
+            terminal.wait_for("name:" if "Bob" in answer else "[yes/no]")
+            terminal.type(answer)
+        terminal.wait_for("Record")
+        terminal.press_ctrl_c()
+        terminal.wait_for("What now?")
+        terminal.press_ctrl_c()
+        assert terminal.ends_with() == 130
+    run = stored(lab)
+    assert (run.info.outcome, interventions(run)[-1]) == ("aborted", ("abort", "keyboard"))
+
+
+def test_a_terminal_that_is_closed_leaves_the_rig_safe_and_the_run_sealed(lab):
+    with Terminal(arguments("--set", "operator=Ada"), str(lab)) as terminal:
+        terminal.wait_for("[yes/no]")
+        terminal.type("yes\n")
+        terminal.wait_for("Record")
+        terminal.hang_up()
+        assert terminal.ends_with() == 20
+    assert stored(lab).info.outcome == "aborted"
+
+
+def test_a_terminal_that_is_closed_at_a_question_aborts_the_run(lab):
+    with Terminal(arguments("--set", "operator=Ada"), str(lab)) as terminal:
+        terminal.wait_for("[yes/no]")
+        terminal.hang_up()
+        assert terminal.ends_with() == 20
+    assert stored(lab).info.outcome == "aborted"
