@@ -37,7 +37,7 @@ SUMMARIES = {
     "schema": "Print the JSON Schema of procedures, stations, letterheads, orders or certificates.",
     "doctor": "Look at the installation and the machine, and say how to mend what is not right.",
     "completion": "Print a script that lets a shell complete.",
-    "study": "Measure false alarms and misses of the checks on random simulated rigs.",
+    "study": "Measure what checks and uncertainties are worth, on random simulated rigs.",
 }
 
 

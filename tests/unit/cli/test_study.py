@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from rigrunner.cli.commands import study as module
+from rigrunner.cli.commands.study import diagnostics as module
 from rigrunner.cli.main import main
-from rigrunner.workflow.study import tally
-from rigrunner.workflow.study_case import Case, Finding
+from rigrunner.workflow.study.diagnostics import tally
+from rigrunner.workflow.study.diagnostics_case import Case, Finding
 
 RIGS = [
     Finding(Case("swing_tester_sim", "", 1, 0), ("stroke",), ("stroke",), 0.004),
@@ -22,12 +22,12 @@ def asked(monkeypatch):
     """What the command asks of the study, which itself is not run."""
     calls = []
 
-    def run_study(**settings):
+    def run_diagnostics(**settings):
         calls.append(settings)
         settings["progress"](1, 1)
         return tally(RIGS)
 
-    monkeypatch.setattr(module, "run_study", run_study)
+    monkeypatch.setattr(module, "run_diagnostics", run_diagnostics)
     return calls
 
 

@@ -27,4 +27,7 @@ class OdeParameters:
     overshoot_nm: float = 0.1568
     stick_slip_rad: float = 0.10 * DEG_RAD
     overshoot_slip_rad: float = 0.40 * DEG_RAD
+    stribeck: bool = False
+    """Weaken with speed (Stribeck) instead of with slip: the overshoot is that at rest."""
+    stribeck_speed_rad_s: float = 0.5
     sensors: SensorParameters = field(default_factory=SensorParameters)

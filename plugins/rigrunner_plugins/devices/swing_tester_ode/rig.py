@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.signal.kinematics import swing_angle
+from rigrunner_plugins.devices.simulated.parameters import SensorParameters
 from rigrunner_plugins.devices.simulated.sampling import SimulatedRig, SteadyState
 from rigrunner_plugins.devices.swing_tester_ode.elements import mechanism
 from rigrunner_plugins.devices.swing_tester_ode.integrate import steady_cycle
@@ -25,12 +27,16 @@ def time_domain_rig(rig: OdeParameters) -> SimulatedRig:
     return SimulatedRig(rig.eccentric_ratio, partial(steady_state, rig), rig.sensors)
 
 
-@lru_cache(maxsize=64)
 def steady_state(rig: OdeParameters, load_n: float, frequency_hz: float) -> SteadyState:
     """Return one cycle of the torque in the transducer's shaft, and what is true of it.
 
-    Remembered, as the integration takes long and knows no noise.
+    Remembered, whatever the sensors are, as the integration takes long and knows none of them.
     """
+    return _steady_state(replace(rig, sensors=SensorParameters()), load_n, frequency_hz)
+
+
+@lru_cache(maxsize=64)
+def _steady_state(rig: OdeParameters, load_n: float, frequency_hz: float) -> SteadyState:
     parts = mechanism(rig, load_n)
     states = steady_cycle(parts, rig.natural_hz, frequency_hz, rig.eccentric_ratio)
     twist, rate, _, stick, overshoot = states.T

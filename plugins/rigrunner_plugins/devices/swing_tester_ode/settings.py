@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
+from pydantic import Field
+
 from rigrunner.api.settings import (
     Angle,
+    AngularVelocity,
     Frequency,
     MomentOfInertia,
     Ratio,
@@ -39,6 +44,13 @@ class BearingElementSettings(Settings):
     overshoot: Torque = quantity("0.1568 N·m", "of the opposing, slower element", ge=0)
     stick_slip: Angle = quantity("0.10 deg", "slip length of the faster element", gt=0)
     overshoot_slip: Angle = quantity("0.40 deg", "slip length of the slower element", gt=0)
+    weakening: Annotated[
+        Literal["slip", "speed"],
+        Field(description="with what the friction falls; with speed there is one element"),
+    ] = "slip"
+    stribeck_speed: AngularVelocity = quantity(
+        "0.5 rad/s", "for weakening by speed (Stribeck)", gt=0
+    )
 
 
 class SwingTesterOdeSettings(TesterSettings):
@@ -63,5 +75,7 @@ class SwingTesterOdeSettings(TesterSettings):
             overshoot_nm=bearing.overshoot,
             stick_slip_rad=bearing.stick_slip,
             overshoot_slip_rad=bearing.overshoot_slip,
+            stribeck=bearing.weakening == "speed",
+            stribeck_speed_rad_s=bearing.stribeck_speed,
             sensors=self.sensor_parameters(),
         )

@@ -11,7 +11,11 @@ from rigrunner.signal import kinematics
 from rigrunner_plugins.devices.swing_tester_ode import integrate
 from rigrunner_plugins.devices.swing_tester_ode.elements import mechanism
 from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
-from rigrunner_plugins.devices.swing_tester_ode.rig import starting_torque_nm, steady_state
+from rigrunner_plugins.devices.swing_tester_ode.rig import (
+    _steady_state,
+    starting_torque_nm,
+    steady_state,
+)
 
 RATIO = 2 / 45
 FREE = OdeParameters(
@@ -67,7 +71,7 @@ def test_the_shaft_carries_inertia_and_all_frictions():
 def test_its_steps_are_fine_enough(monkeypatch):
     coarse = steady_state(OdeParameters(), 1000.0, 35.0)
     monkeypatch.setattr(integrate, "FEWEST_STEPS", 8192)
-    fine = steady_state.__wrapped__(OdeParameters(), 1000.0, 35.0)
+    fine = _steady_state.__wrapped__(OdeParameters(), 1000.0, 35.0)
     assert np.abs(fine.torque_nm[::4] - coarse.torque_nm).max() < 1e-3
     assert fine.truth["starting_torque_nm"] == pytest.approx(
         coarse.truth["starting_torque_nm"], abs=1e-5
@@ -85,6 +89,18 @@ def test_each_element_turns_exponentially_over_its_slip():
     for column, slip in ((2, rig.support_slip_rad), (4, rig.overshoot_slip_rad)):
         expected = -(1 - 2 * np.exp(-travel / slip))
         assert np.abs(states[top:bottom, column] - expected).max() < 2e-3
+
+
+def test_a_bearing_that_weakens_with_speed_follows_stribeck():
+    """In the middle of a stroke, far beyond its slip: T = Tk + (Ts - Tk) exp(-|v|/vs)."""
+    rig = OdeParameters(
+        stribeck=True, stribeck_speed_rad_s=2.0, natural_hz=2000.0, damping_ratio=0.3
+    )
+    parts = mechanism(rig, 1000.0)
+    states = integrate.steady_cycle(parts, rig.natural_hz, 5.0, RATIO)
+    velocity = float(kinematics.angular_velocity(np.array(0.0), 5.0, RATIO))
+    expected = 0.64 + 0.1568 * np.exp(-velocity / 2.0)
+    assert parts.bearing_torque(states[0, 3], states[0, 4]) == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_bearing_slides_at_its_kinetic_torque():
@@ -106,4 +122,4 @@ def test_a_load_of_zero_induces_nothing():
 def test_a_rig_that_never_settles_says_so(monkeypatch):
     monkeypatch.setattr(integrate, "MOST_CYCLES", 2)
     with pytest.raises(DeviceError, match="does not settle at 35 Hz"):
-        steady_state.__wrapped__(replace(OdeParameters(), damping_ratio=0.01), 0.0, 35.0)
+        _steady_state.__wrapped__(replace(OdeParameters(), damping_ratio=0.01), 0.0, 35.0)

@@ -8,11 +8,14 @@ import pytest
 
 from rigrunner.analysis.checks import LIMITS
 from rigrunner.api.errors import AbortedError
-from rigrunner.workflow.study import Share, _examined, run_study, tally
-from rigrunner.workflow.study_breaks import BREAKS, REFUSED
-from rigrunner.workflow.study_case import Case, Finding, cases, examine
-from rigrunner.workflow.study_rigs import NATURAL, POPULATIONS, healthy, nested
-from rigrunner.workflow.study_table import markdown, study_document
+from rigrunner.workflow.study.bench import NATURAL, nested
+from rigrunner.workflow.study.breaks import BREAKS, REFUSED
+from rigrunner.workflow.study.diagnostics import run_diagnostics, tally
+from rigrunner.workflow.study.diagnostics_case import Case, Finding, cases, examine
+from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS, healthy
+from rigrunner.workflow.study.diagnostics_table import markdown, study_document
+from rigrunner.workflow.study.pool import examined
+from rigrunner.workflow.study.share import Share
 from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
@@ -114,8 +117,11 @@ def test_too_few_cycles_are_refused():
 
 def test_two_processes_find_what_one_finds():
     wanted = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
-    never = threading.Event()
-    assert list(_examined(wanted, 2, never)) == list(_examined(wanted, 1, never))
+    one, two = (
+        examined(examine, wanted, jobs=jobs, stop=threading.Event(), progress=lambda _, __: None)
+        for jobs in (1, 2)
+    )
+    assert one == two
 
 
 def test_a_study_can_be_stopped():
@@ -126,7 +132,7 @@ def test_a_study_can_be_stopped():
         stop.set()
 
     with pytest.raises(AbortedError, match="stopped after 1 of 44 rigs"):
-        run_study(healthy_rigs=1, broken_rigs=2, seed=1, jobs=1, stop=stop, progress=progress)
+        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, jobs=1, stop=stop, progress=progress)
     assert done == [(1, 2 + 2 * len(BREAKS))]
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.workflow.study_rigs import POPULATIONS
+from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.workflow.study import BreakRow, Error, Share, Study
+    from rigrunner.workflow.study.diagnostics import BreakRow, Error, Study
+    from rigrunner.workflow.study.share import Share
 
 ALARM_HEADER = ("check", *POPULATIONS)
 BREAK_HEADER = ("break", "from to", "seen by", "missed", "other checks", "error / N·m")

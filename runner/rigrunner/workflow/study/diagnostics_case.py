@@ -4,33 +4,24 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.analyse import analyse
 from rigrunner.api.errors import DataError
-from rigrunner.procedure import load_procedure
-from rigrunner.registry import load_registry
-from rigrunner.station import load_station
-from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.study_breaks import BREAKS, REFUSED
-from rigrunner.workflow.study_recording import record_bench
-from rigrunner.workflow.study_rigs import POPULATIONS, healthy
+from rigrunner.workflow.study.breaks import BREAKS, REFUSED
+from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS, healthy
+from rigrunner.workflow.study.recording import record_bench
+from rigrunner.workflow.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.results import Result
-    from rigrunner.procedure import AnalysisSpec, Measurand
-    from rigrunner.registry import Registry
-    from rigrunner.station import Station
-    from rigrunner.workflow.study_breaks import Break
-    from rigrunner.workflow.study_recording import RecordedBench
-    from rigrunner.workflow.study_rigs import Bench
+    from rigrunner.procedure import AnalysisSpec
+    from rigrunner.workflow.study.bench import Bench
+    from rigrunner.workflow.study.breaks import Break
 
-PROCEDURE, STATION = "starting_torque_1000n", "simulated"
 NO_LOAD_PREFIX = "no-load run: "
 
 
@@ -58,24 +49,6 @@ class Finding:
     """Of the primary method's mean, against the simulator's truth; None where there is none."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Tools:
-    station: Station
-    spec: AnalysisSpec
-    measurand: Measurand
-    registry: Registry
-
-    def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:
-        return analyse(
-            recorded.loaded,
-            recorded.no_load,
-            spec,
-            acceptance=None,
-            measurand=self.measurand,
-            lookup=self.registry,
-        )
-
-
 def cases(healthy_rigs: int, broken_rigs: int, study_seed: int) -> Iterator[Case]:
     """Yield healthy rigs of each simulator, and rigs of each break, half of them on each."""
     for simulator in POPULATIONS:
@@ -89,21 +62,14 @@ def cases(healthy_rigs: int, broken_rigs: int, study_seed: int) -> Iterator[Case
 def examine(case: Case) -> Finding:
     """Record and analyse one rig; the same case gives the same finding."""
     fault = next((each for each in BREAKS if each.name == case.fault), None)
-    tools = _tools()
+    shared = tools()
     bench = _bench(case, fault)
-    recorded = record_bench(bench, tools.registry, tools.station)
+    recorded = record_bench(bench, shared.registry, shared.station)
     try:
-        result = tools.analysed(recorded, _spec(tools.spec, fault))
+        result = shared.analysed(recorded, _spec(shared.spec, fault))
     except DataError:
         return Finding(case, (REFUSED,), (REFUSED,))
     return _finding(case, result, recorded.truth_nm)
-
-
-@lru_cache(maxsize=1)
-def _tools() -> _Tools:
-    procedure = load_procedure(find_procedure(PROCEDURE)).model
-    station = load_station(find_station(STATION)).model
-    return _Tools(station, procedure.analysis, procedure.measurand, load_registry())
 
 
 def _bench(case: Case, fault: Break | None) -> Bench:

@@ -2,46 +2,22 @@
 
 from __future__ import annotations
 
-import signal
 from collections import Counter
 from dataclasses import dataclass
 from math import sqrt
-from multiprocessing import TimeoutError, get_context  # noqa: A004  (its own, not the built-in)
 from typing import TYPE_CHECKING
 
-from scipy.stats import beta
-
-from rigrunner.api.errors import AbortedError
-from rigrunner.workflow.study_breaks import BREAKS, REFUSED
-from rigrunner.workflow.study_case import cases, examine
+from rigrunner.workflow.study.breaks import BREAKS, REFUSED
+from rigrunner.workflow.study.diagnostics_case import cases, examine
+from rigrunner.workflow.study.pool import examined
+from rigrunner.workflow.study.share import Share
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from multiprocessing.pool import IMapIterator
+    from collections.abc import Callable, Iterable, Sequence
 
     from rigrunner.api.devices import StopToken
-    from rigrunner.workflow.study_breaks import Break
-    from rigrunner.workflow.study_case import Case, Finding
-
-CONFIDENCE = 0.95
-PATIENCE_S = 0.5
-"""Between two looks at the stop token."""
-
-
-@dataclass(frozen=True)
-class Share:
-    """So many of so many."""
-
-    hits: int
-    of: int
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The 95 % interval of the rate (Clopper and Pearson, Biometrika 26, 1934)."""
-        half = (1 - CONFIDENCE) / 2
-        lower = beta.ppf(half, self.hits, self.of - self.hits + 1) if self.hits else 0.0
-        upper = beta.ppf(1 - half, self.hits + 1, self.of - self.hits) if self.hits < self.of else 1
-        return float(lower), float(upper)
+    from rigrunner.workflow.study.breaks import Break
+    from rigrunner.workflow.study.diagnostics_case import Finding
 
 
 @dataclass(frozen=True)
@@ -76,7 +52,7 @@ class Study:
     breaks: tuple[BreakRow, ...]
 
 
-def run_study(
+def run_diagnostics(
     *,
     healthy_rigs: int,
     broken_rigs: int,
@@ -91,39 +67,7 @@ def run_study(
     many rigs of how many are done. Raises AbortedError once the token is set.
     """
     wanted = list(cases(healthy_rigs, broken_rigs, seed))
-    found: list[Finding] = []
-    for finding in _examined(wanted, jobs, stop):
-        found.append(finding)
-        progress(len(found), len(wanted))
-        if stop.is_set():
-            raise AbortedError(f"the study was stopped after {len(found)} of {len(wanted)} rigs")
-    return tally(found)
-
-
-def _examined(wanted: Sequence[Case], jobs: int, stop: StopToken) -> Iterator[Finding]:
-    if jobs == 1:
-        yield from map(examine, wanted)
-        return
-    # Leaving the context ends the processes at once, whatever they are at: nothing is lost by it.
-    with get_context("spawn").Pool(jobs, _leave_interrupts) as pool:
-        results = pool.imap(examine, wanted)
-        for _ in wanted:
-            yield _awaited(results, stop)
-
-
-def _awaited(results: IMapIterator[Finding], stop: StopToken) -> Finding:
-    """Return the next finding; a signal may have ended the process that was to find it."""
-    while True:
-        try:
-            return results.next(PATIENCE_S)
-        except TimeoutError:
-            if stop.is_set():
-                raise AbortedError("the study was stopped") from None
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C goes to the process that began the study, which ends the others."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return tally(examined(examine, wanted, jobs=jobs, stop=stop, progress=progress))
 
 
 def tally(findings: Iterable[Finding]) -> Study:

@@ -1,19 +1,23 @@
-"""`rigrunner study`: what the program's own checks are worth, measured on simulated rigs."""
+"""`rigrunner study diagnostics`: what the checks are worth, measured on simulated rigs."""
 
 from __future__ import annotations
 
-from contextlib import contextmanager
-from sys import stderr
 from typing import TYPE_CHECKING
 
 import click
 
+from rigrunner.cli.commands.study.options import (
+    jobs_option,
+    markdown_option,
+    progress_shown,
+    seed_option,
+)
 from rigrunner.cli.options import json_option
-from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.output import result, result_json
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.cli.table import table
-from rigrunner.workflow.study import run_study
-from rigrunner.workflow.study_table import (
+from rigrunner.workflow.study.diagnostics import run_diagnostics
+from rigrunner.workflow.study.diagnostics_table import (
     ALARM_HEADER,
     BREAK_HEADER,
     alarm_rows,
@@ -24,18 +28,10 @@ from rigrunner.workflow.study_table import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from rigrunner.workflow.study import Study
-
-    Progress = Callable[[int, int], None]
-
-LINES = 20
-"""Of progress, where there is no terminal to draw a bar on."""
+    from rigrunner.workflow.study.diagnostics import Study
 
 
-@click.command(name="study")
-@click.argument("what", type=click.Choice(["diagnostics"]))
+@click.command(name="diagnostics")
 @click.option(
     "--rigs",
     type=click.IntRange(min=1),
@@ -46,18 +42,11 @@ LINES = 20
 @click.option(
     "--broken", type=click.IntRange(min=1), help="Rigs with each break; left out, as many."
 )
-@click.option(
-    "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to use."
-)
-@click.option(
-    "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Names the rigs."
-)
-@click.option(
-    "--markdown", "as_markdown", is_flag=True, help="Print Markdown, as on the page of the checks."
-)
+@jobs_option
+@seed_option
+@markdown_option
 @json_option
 def command(
-    what: str,  # noqa: ARG001  (there is one study so far, and its name is checked)
     rigs: int,
     broken: int | None,
     jobs: int,
@@ -70,8 +59,8 @@ def command(
 
     The same seed gives the same rigs and the same table.
     """
-    with stop_on_signals() as stop, _shown() as progress:
-        study = run_study(
+    with stop_on_signals() as stop, progress_shown() as progress:
+        study = run_diagnostics(
             healthy_rigs=rigs,
             broken_rigs=broken or rigs,
             seed=seed,
@@ -100,23 +89,3 @@ def _tables(study: Study) -> str:
             f"Why no check sees a break\n{unseen}",
         ]
     )
-
-
-@contextmanager
-def _shown() -> Iterator[Progress]:
-    """Give a bar on a terminal, and a line now and then elsewhere."""
-    if not stderr.isatty():
-        yield _line
-        return
-    with click.progressbar(length=1, label="rigs", file=stderr) as bar:
-
-        def move(done: int, of: int) -> None:
-            bar.length = of
-            bar.update(done - bar.pos)
-
-        yield move
-
-
-def _line(done: int, of: int) -> None:
-    if done * LINES // of > (done - 1) * LINES // of:
-        message(f"{done} of {of} rigs")

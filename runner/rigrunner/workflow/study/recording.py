@@ -13,14 +13,14 @@ from rigrunner.api.data import Recording, RunData
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.clock import SimulatedClock, utc_text
-from rigrunner.workflow.study_rigs import FREQUENCIES_HZ, LOAD_N, nested
+from rigrunner.workflow.study.bench import LOAD_N, nested
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import RigDescription, TorqueInstrument
     from rigrunner.registry import Registry
     from rigrunner.station import Station
-    from rigrunner.workflow.study_rigs import Bench, BenchSettings
+    from rigrunner.workflow.study.bench import Bench, BenchSettings
 
 SETTLE_CYCLES = 5
 MARGIN_CYCLES = 1.0
@@ -37,8 +37,13 @@ class RecordedBench:
 
     no_load: RunData
     loaded: RunData
-    truth_nm: float
-    """The load-induced starting torque, mean over the set-points."""
+    truths_nm: tuple[float, ...]
+    """The load-induced starting torque at each set-point."""
+
+    @property
+    def truth_nm(self) -> float:
+        """Its mean over the set-points."""
+        return float(np.mean(self.truths_nm))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +66,7 @@ def record_bench(bench: Bench, registry: Registry, station: Station) -> Recorded
     no_load, _ = _run(first, "no-load", bench.no_load_n, 0.0)
     clock.sleep(bench.pause_s)
     loaded, truths = _run(second, "loaded", bench.load_n, LOAD_N)
-    return RecordedBench(no_load, _shifted(loaded, bench), float(np.mean(truths)))
+    return RecordedBench(no_load, _shifted(loaded, bench), truths)
 
 
 def _device(
@@ -80,7 +85,7 @@ def _run(
     started = utc_text(setup.clock.utc())
     zero = float(np.mean(_streamed(setup, ZERO_S)[TORQUE]))
     setup.device.set("load", actual_n)
-    pairs = [_recording(setup, frequency, said_n) for frequency in FREQUENCIES_HZ]
+    pairs = [_recording(setup, frequency, said_n) for frequency in setup.bench.frequencies_hz]
     setup.device.make_safe()
     run = RunData(
         run_id=f"{name}-{setup.bench.seed}",

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study_rigs import DAMPING, INERTIA, LOAD_N, NATURAL, POPULATIONS, Value
+from rigrunner.workflow.study.bench import LOAD_N, NATURAL, Value, scaled, with_inertia
+from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.random import Generator
 
-    from rigrunner.workflow.study_rigs import Bench, BenchSettings
+    from rigrunner.workflow.study.bench import Bench
 
 REFUSED = "(refused)"
 """Stands for the analysis' refusal, where that is the answer to a break."""
@@ -39,13 +40,6 @@ def _both(bench: Bench, name: str, value: Value | str) -> Bench:
     return replace(
         bench, no_load={**bench.no_load, name: value}, loaded={**bench.loaded, name: value}
     )
-
-
-def _scaled(settings: BenchSettings, name: str, factor: float) -> BenchSettings:
-    value = settings[name]
-    if isinstance(value, str):
-        raise TypeError(f"{name} is no quantity")
-    return {**settings, name: value.times(factor)}
 
 
 def _signed(rng: Generator, low: float, high: float) -> float:
@@ -97,15 +91,12 @@ def _one_sided(bench: Bench, rng: Generator) -> Bench:
 
 
 def _inertia(bench: Bench, rng: Generator) -> Bench:
-    """Spring and damper stay, so that resonance and damping ratio go with 1/sqrt(J)."""
     change = 1 + _signed(rng, 0.005, 0.03)
-    loaded = _scaled(bench.loaded, INERTIA[bench.simulator], change)
-    loaded = _scaled(loaded, NATURAL[bench.simulator], change**-0.5)
-    return replace(bench, loaded=_scaled(loaded, DAMPING[bench.simulator], change**-0.5))
+    return replace(bench, loaded=with_inertia(bench.simulator, bench.loaded, change))
 
 
 def _loose(bench: Bench, rng: Generator) -> Bench:
-    slack = _scaled(bench.no_load, NATURAL[bench.simulator], rng.uniform(0.6, 0.85))
+    slack = scaled(bench.no_load, NATURAL[bench.simulator], rng.uniform(0.6, 0.85))
     return replace(bench, no_load=slack, loaded=slack)
 
 
@@ -115,7 +106,7 @@ def _low_pass(bench: Bench, rng: Generator) -> Bench:
 
 def _support(bench: Bench, rng: Generator) -> Bench:
     return replace(
-        bench, loaded=_scaled(bench.loaded, "support.friction", 1 + rng.uniform(0.02, 0.1))
+        bench, loaded=scaled(bench.loaded, "support.friction", 1 + rng.uniform(0.02, 0.1))
     )
 
 

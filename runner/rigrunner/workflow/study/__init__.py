@@ -1,0 +1,1 @@
+"""Studies on random simulated rigs: what the checks and the uncertainties are worth."""

@@ -1,0 +1,123 @@
+"""Two runs on one simulated rig, as a study draws them.
+
+A rig is a simulator's settings as a station would have them: quantities with units, by their dotted
+names. What is not named keeps the simulator's default.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.random import Generator
+
+LOAD_N = 1000.0
+INERTIA = {"swing_tester_sim": "drive_line.inertia", "swing_tester_ode": "shaft.inertia"}
+NATURAL = {
+    "swing_tester_sim": "drive_line.natural_frequency",
+    "swing_tester_ode": "shaft.natural_frequency",
+}
+DAMPING = {
+    "swing_tester_sim": "drive_line.damping_ratio",
+    "swing_tester_ode": "shaft.damping_ratio",
+}
+
+
+@dataclass(frozen=True)
+class Range:
+    """One setting by its dotted name, drawn evenly between two values."""
+
+    setting: str
+    low: float
+    high: float
+    unit: str
+    times: str = ""
+    """The setting whose value it is multiplied by, where that is not empty."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with its unit, as it stands in a station."""
+
+    number: float
+    unit: str
+
+    def __str__(self) -> str:
+        """Return the quantity as YAML has it."""
+        return f"{self.number:.9g} {self.unit}"
+
+    def times(self, factor: float) -> Value:
+        """Return a multiple of it."""
+        return Value(self.number * factor, self.unit)
+
+
+BenchSettings: TypeAlias = "Mapping[str, Value | str]"
+"""Settings of a simulator by their dotted names."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """Two runs on one rig, as they are done and as they are said to have been done."""
+
+    simulator: str
+    seed: int
+    frequencies_hz: tuple[float, ...]
+    cycles: int
+    no_load: BenchSettings
+    """The simulator while the no-load run is done."""
+    loaded: BenchSettings
+    """The same of the loaded run."""
+    reference_hz: float
+    """The natural frequency that the station states."""
+    pause_s: float
+    no_load_n: float = 0.0
+    """The load that is really there in the run that is said to have none."""
+    load_n: float = LOAD_N
+    """The load that is really there in the run that is said to have 1000 N."""
+    zero_shift_nm: float = 0.0
+    """By which the zero moves between the two runs."""
+    one_sided_nm: float = 0.0
+    """A constant torque that comes with the load."""
+
+
+def drawn(ranges: Iterable[Range], rng: Generator) -> dict[str, Value]:
+    """Return a value of each range."""
+    values: dict[str, Value] = {}
+    for each in ranges:
+        unit_value = rng.uniform(each.low, each.high)
+        times = values[each.times].number if each.times else 1.0
+        values[each.setting] = Value(unit_value * times, each.unit)
+    return values
+
+
+def scaled(settings: BenchSettings, name: str, factor: float) -> BenchSettings:
+    """Return the settings with one of them multiplied."""
+    value = settings[name]
+    if isinstance(value, str):
+        raise TypeError(f"{name} is no quantity")
+    return {**settings, name: value.times(factor)}
+
+
+def with_inertia(simulator: str, settings: BenchSettings, factor: float) -> BenchSettings:
+    """Return the settings with another inertia; spring and damper stay.
+
+    Resonance and damping ratio then go with 1/sqrt(J).
+    """
+    settings = scaled(settings, INERTIA[simulator], factor)
+    settings = scaled(settings, NATURAL[simulator], factor**-0.5)
+    return scaled(settings, DAMPING[simulator], factor**-0.5)
+
+
+def nested(settings: BenchSettings, seed: int) -> dict[str, Any]:
+    """Return settings by dotted names as the plugin is told them."""
+    tree: dict[str, Any] = {"seed": seed}
+    for dotted, value in settings.items():
+        *within, name = dotted.split(".")
+        branch = tree
+        for each in within:
+            branch = branch.setdefault(each, {})
+        branch[name] = str(value)
+    return tree

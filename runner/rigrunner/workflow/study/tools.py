@@ -1,0 +1,51 @@
+"""What every rig of a study is recorded and analysed with: the shipped procedure and station."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.analyse import analyse
+from rigrunner.procedure import load_procedure
+from rigrunner.registry import load_registry
+from rigrunner.station import load_station
+from rigrunner.workflow.locate import find_procedure, find_station
+
+if TYPE_CHECKING:
+    from rigrunner.api.results import Result
+    from rigrunner.procedure import AnalysisSpec, Measurand
+    from rigrunner.registry import Registry
+    from rigrunner.station import Station
+    from rigrunner.workflow.study.recording import RecordedBench
+
+PROCEDURE, STATION = "starting_torque_1000n", "simulated"
+
+
+@dataclass(frozen=True, eq=False)
+class Tools:
+    """Procedure, station and plugins."""
+
+    station: Station
+    spec: AnalysisSpec
+    measurand: Measurand
+    registry: Registry
+
+    def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:
+        """Return the result of both runs; raise DataError where `analyse` does."""
+        return analyse(
+            recorded.loaded,
+            recorded.no_load,
+            spec,
+            acceptance=None,
+            measurand=self.measurand,
+            lookup=self.registry,
+        )
+
+
+@lru_cache(maxsize=1)
+def tools() -> Tools:
+    """Return them, loaded once in a process."""
+    procedure = load_procedure(find_procedure(PROCEDURE)).model
+    station = load_station(find_station(STATION)).model
+    return Tools(station, procedure.analysis, procedure.measurand, load_registry())
