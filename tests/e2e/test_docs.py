@@ -16,6 +16,7 @@ import yaml
 from helpers_docs import ROOT, code_blocks, links, matches, pages
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
+from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.main import SUMMARIES, rigrunner
 from rigrunner.procedure.steps import STEPS
 
@@ -152,9 +153,27 @@ def test_every_command_and_option_is_on_its_page():
     assert list(sections) == list(SUMMARIES)
     for name, section in sections.items():
         command = rigrunner.get_command(None, name)
-        options = {option for parameter in command.params for option in parameter.opts}
-        wanted = {option for option in options if option.startswith("--")} - {"--help"}
-        assert set(re.findall(r"^\| `(--[\w-]+)", section, re.MULTILINE)) == wanted, name
+        if isinstance(command, LazyGroup):
+            parts = dict(SUBSECTION.findall(section))
+            assert list(parts) == list(command.summaries)
+            for part, text in parts.items():
+                assert options_on(text) == options_of(command.get_command(None, part)), part
+        else:
+            assert options_on(section) == options_of(command), name
+
+
+SUBSECTION = re.compile(
+    r"^### `rigrunner \w+ (\w+).*?`\n(.*?)(?=^### |\Z)", re.MULTILINE | re.DOTALL
+)
+
+
+def options_on(text):
+    return set(re.findall(r"^\| `(--[\w-]+)", text, re.MULTILINE))
+
+
+def options_of(command):
+    options = {option for parameter in command.params for option in parameter.opts}
+    return {option for option in options if option.startswith("--")} - {"--help"}
 
 
 def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):

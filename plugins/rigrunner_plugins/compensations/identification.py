@@ -14,6 +14,7 @@ five unknowns are searched (variable projection: Golub and Pereyra, SIAM J. Nume
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -95,11 +96,13 @@ class _Observed:
         return self.frequency_hz * np.arange(1, self.harmonics.shape[1] + 1)
 
 
-def identify(points: Sequence[SwingPoint], swing: Swing, low_pass: LowPass) -> Identified:
+@lru_cache(maxsize=4)
+def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: LowPass) -> Identified:
     """Return drive line and support friction; raise DataError for too few frequencies.
 
     A delay that is not significant is taken as none, for it looks much like where the friction
-    acts; that it may be there all the same stays in the covariance.
+    acts; that it may be there all the same stays in the covariance. Remembered, as several methods
+    ask it of one sweep.
     """
     if len(points) < LEAST_FREQUENCIES:
         raise DataError(

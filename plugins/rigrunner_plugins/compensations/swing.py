@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,8 +50,9 @@ class Swing:
         return len(self.angle_rad)
 
 
+@lru_cache(maxsize=4)
 def make_swing(ratio: float, size: int = GRID) -> Swing:
-    """Return the swing of a guide bar of that eccentric ratio."""
+    """Return the swing of a guide bar of that eccentric ratio; the same one if asked again."""
     phase = 2 * np.pi * np.arange(size) / size
     return Swing(
         swing_angle(phase, ratio),

@@ -1,0 +1,132 @@
+"""One rig of the study of coverage: recorded, analysed, and compared with the truth."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.analysis.headline import compensated_mean
+from rigrunner.api.data import Estimate
+from rigrunner.procedure.analysis_spec import CompensationRef
+from rigrunner.signal.uncertainty import combine, coverage_factor
+from rigrunner.workflow.study.coverage_rigs import RANGES, Limits, draw
+from rigrunner.workflow.study.recording import record_bench
+from rigrunner.workflow.study.tools import tools
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint
+    from rigrunner.workflow.study.bench import Bench
+    from rigrunner.workflow.study.coverage_rigs import Rig
+
+METHODS = ("template_inverse", "model_inverse")
+
+
+@dataclass(frozen=True)
+class Case:
+    """Names one rig of a study: the same names give the same rig."""
+
+    simulator: str
+    study_seed: int
+    number: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one method said of one rig, against the truth; N·m, one value per set-point."""
+
+    error_nm: tuple[float, ...]
+    u_nm: tuple[float, ...]
+    expanded_nm: tuple[float, ...]
+    """The half-width of the 95 % interval."""
+    mean_error_nm: float
+    """Of the mean over the set-points, the result of the run."""
+    mean_expanded_nm: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What became of one rig; a method that was refused has no outcome."""
+
+    case: Case
+    law: str
+    natural_hz: float
+    whole: Mapping[str, Outcome]
+    """By method, of recordings with all errors."""
+    no_sensor: Mapping[str, Outcome]
+    """The same without the sensor's constant errors, and without their part of the budget."""
+
+
+def cases(rigs: int, study_seed: int) -> Iterator[Case]:
+    """Yield so many rigs of each simulator, in turn."""
+    for number in range(rigs):
+        yield from (Case(simulator, study_seed, number) for simulator in RANGES)
+
+
+def examine(case: Case) -> Finding:
+    """Record and analyse one rig; the same case gives the same finding."""
+    words = zlib.crc32(f"coverage/{case.simulator}".encode())
+    rng = np.random.default_rng([case.study_seed, words, case.number])
+    rig = draw(case.simulator, rng, tools().station, limits())
+    return Finding(
+        case,
+        rig.law,
+        rig.natural_hz,
+        whole=_outcomes(rig, rig.bench, sensor=True),
+        no_sensor=_outcomes(rig, rig.without_sensor_errors, sensor=False),
+    )
+
+
+@lru_cache(maxsize=1)
+def limits() -> Limits:
+    """Return what the primary method's budget allows the rig, unless its user knows better."""
+    settings = tools().registry.settings_of("compensation", METHODS[0])().model_dump()
+    return Limits(**{name: settings[name] for name in Limits.__annotations__})
+
+
+def is_sensor(component: str) -> bool:
+    """Return whether a line of the budget is one of the sensor's constant errors."""
+    return component.startswith(("sensor", "zero"))
+
+
+def _outcomes(rig: Rig, bench: Bench, *, sensor: bool) -> dict[str, Outcome]:
+    shared = tools()
+    recorded = record_bench(bench, shared.registry, rig.station)
+    methods = tuple(CompensationRef.model_validate(name) for name in METHODS)
+    asked = {"compensations": methods, "primary_": METHODS[0], "fits": ()}
+    result = shared.analysed(recorded, shared.spec.model_copy(update=asked))
+    truths = np.array(recorded.truths_nm)
+    return {
+        name: _outcome([_kept(each, sensor=sensor) for each in found.points], truths)
+        for name, found in result.compensations.items()
+        if found.points
+    }
+
+
+def _kept(point: CompensatedPoint, *, sensor: bool) -> CompensatedPoint:
+    if sensor:
+        return point
+    components = tuple(part for part in point.components if not is_sensor(part.name))
+    torque = Estimate(point.torque.value, *combine(components), point.torque.unit)
+    return replace(point, components=components, torque=torque)
+
+
+def _outcome(points: Sequence[CompensatedPoint], truths: np.ndarray) -> Outcome:
+    torques = [point.torque for point in points]
+    mean = compensated_mean(points)
+    return Outcome(
+        error_nm=tuple(float(t.value - true) for t, true in zip(torques, truths, strict=True)),
+        u_nm=tuple(t.u for t in torques),
+        expanded_nm=tuple(map(_expanded, torques)),
+        mean_error_nm=float(mean.value - truths.mean()),
+        mean_expanded_nm=_expanded(mean),
+    )
+
+
+def _expanded(estimate: Estimate) -> float:
+    return estimate.u * coverage_factor(estimate.dof)
