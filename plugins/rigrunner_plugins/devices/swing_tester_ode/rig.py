@@ -54,19 +54,20 @@ def _steady_state(rig: OdeParameters, load_n: float, frequency_hz: float) -> Ste
 
 
 def starting_torque_nm(angle_rad: Array, torque_nm: Array) -> float:
-    """Return the greatest torque within 1 deg after a reversal, as the mean of both directions.
+    """Return the greatest torque against the motion within 1 deg after a reversal.
 
-    Both arrays hold one cycle, shape (n,). The angle is that of the load side; it reverses where it
-    is greatest and where it is least, and travel counts from there.
+    The mean of both directions. Both arrays hold one cycle, shape (n,). The angle is that of the
+    load side; it reverses where it is greatest and where it is least, and travel counts from there.
+    At a reversal friction still has the sign of the stroke before: that is not what is sought.
     """
     top, bottom = int(np.argmax(angle_rad)), int(np.argmin(angle_rad))
-    after_top = _first_degree(angle_rad, torque_nm, top, bottom)
-    after_bottom = _first_degree(angle_rad, torque_nm, bottom, top)
-    return (after_top + after_bottom) / 2
+    backward = _first_degree(angle_rad, -torque_nm, top, bottom)
+    forward = _first_degree(angle_rad, torque_nm, bottom, top)
+    return (forward + backward) / 2
 
 
 def _first_degree(angle: Array, torque: Array, start: int, end: int) -> float:
-    """Return the greatest |torque| in the first degree of the stroke from start to end."""
+    """Return the greatest torque in the first degree of the stroke from start to end."""
     stroke = np.arange(start + 1, end + 1 + (len(angle) if end < start else 0)) % len(angle)
     travel = np.abs(angle[stroke] - angle[start])
-    return float(np.abs(torque[stroke][travel <= STARTING_RAD]).max())
+    return float(torque[stroke][travel <= STARTING_RAD].max())

@@ -115,6 +115,16 @@ def test_truth_is_the_mean_of_both_directions_within_one_degree_of_the_reversals
     assert starting_torque_nm(angle, torque) == pytest.approx(0.4)
 
 
+def test_friction_of_the_stroke_before_is_no_starting_torque():
+    """With Stribeck's law it is greatest just before the reversal, at rest."""
+    angle = np.deg2rad(np.concatenate([np.linspace(-2, 2, 401), np.linspace(2, -2, 401)[1:-1]]))
+    torque = np.where(np.arange(800) < 400, 0.3, -0.5)
+    torque[395:405] = 0.9
+    torque[:5] = -0.9
+    torque[797:] = -0.9
+    assert starting_torque_nm(angle, torque) == pytest.approx(0.4)
+
+
 def test_a_load_of_zero_induces_nothing():
     assert steady_state(OdeParameters(), 0.0, 10.0).truth["starting_torque_nm"] == 0.0
 
