@@ -10,7 +10,7 @@ import pytest
 from rigrunner.workflow.study.coverage_case import limits
 from rigrunner.workflow.study.coverage_plots import FIGURES
 from rigrunner.workflow.study.coverage_population import HEADER, law_rows, population_rows
-from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ
+from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
 from rigrunner.workflow.study.coverage_table import ROW_HEADER, held_text
 from rigrunner.workflow.study.share import Share
 from rigrunner.workflow.study.tools import tools
@@ -28,8 +28,7 @@ def rows_after(words):
 def test_the_population_is_that_of_the_code():
     header, _, *rows = rows_after("## The rigs")
     assert header == list(HEADER)
-    (instrument,) = tools().station.instruments
-    assert rows == population_rows(instrument, limits())
+    assert rows == population_rows(torque_instrument(tools().station), limits())
     assert f"at {', '.join(f'{f:g}' for f in FREQUENCIES_HZ)} Hz" in PAGE
 
 

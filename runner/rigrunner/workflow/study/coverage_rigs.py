@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.workflow.study.bench import (
     NATURAL,
     Bench,
@@ -130,7 +131,7 @@ SENSOR_ERRORS = {
 
 def draw(simulator: str, rng: Generator, station: Station, limits: Limits) -> Rig:
     """Return a rig of the population, described by the station as well as a station can."""
-    (instrument,) = station.instruments
+    instrument = torque_instrument(station)
     law = str(rng.choice(list(LAWS[simulator])))
     values = drawn((*COMMON, *RANGES[simulator]), rng)
     natural_hz = values[NATURAL[simulator]].number
@@ -181,8 +182,14 @@ def _under_load(
     return scaled(with_inertia(simulator, settings, inertia), "support.friction", friction)
 
 
+def torque_instrument(station: Station) -> TorqueInstrument:
+    """Return the one torque transducer of the station's register."""
+    (instrument,) = torque_instruments(station.instruments).values()
+    return instrument
+
+
 def _described(station: Station, eccentric_mm: float, corner_hz: float) -> Station:
-    (instrument,) = station.instruments
+    instrument = torque_instrument(station)
     assert instrument.low_pass is not None  # noqa: S101  (of the shipped station, for the types)
     low_pass = instrument.low_pass.model_copy(update={"corner": corner_hz})
     return station.model_copy(
