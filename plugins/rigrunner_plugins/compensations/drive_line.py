@@ -29,7 +29,7 @@ TWIST_HARMONICS = 48
 """Of the twist, where no resonance is undone, and so less noise amplified."""
 
 TAPER = 1.5
-MAX_GAIN = 4.0
+MAX_GAIN = 2.5
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class DriveLine:
     def at_load(self, sensor_nm: Array, frequency_hz: float) -> Array:
         """Return the torque on the inertia, J alpha + F, from the sensor's, shape (..., N)."""
         harmonic_hz = _harmonics(sensor_nm) * frequency_hz
-        undone = _undone(self.sensor(harmonic_hz), self.harmonics)
+        undone = _undone(self.sensor(harmonic_hz), HARMONICS, self.harmonics / HARMONICS)
         return response.apply(undone, sensor_nm)
 
     def twist(self, sensor_nm: Array, frequency_hz: float) -> Array:
@@ -77,13 +77,14 @@ class DriveLine:
         return response.apply(undone / self.stiffness(harmonic_hz), sensor_nm)
 
 
-def _undone(through: response.Response, harmonics: int) -> response.Response:
+def _undone(through: response.Response, harmonics: int, share: float = 1.0) -> response.Response:
     """Return the inverse of a response at the harmonics 0, 1, 2, ...
 
-    In full up to that many, or to where it would amplify noise more than fourfold; then tapered.
+    In full up to that many, or to where it would amplify noise more than MAX_GAIN fold, or to a
+    share of either; then tapered.
     """
     too_little = np.flatnonzero(np.abs(through[:harmonics]) < 1 / MAX_GAIN)
-    band = float(too_little[0]) if len(too_little) else float(harmonics)
+    band = share * (float(too_little[0]) if len(too_little) else float(harmonics))
     taper = response.raised_cosine(np.arange(len(through), dtype=float), band, TAPER * band)
     return response.inverse(through, taper)
 

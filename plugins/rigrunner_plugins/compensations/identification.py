@@ -236,7 +236,14 @@ def _friction(
     coefficients = (np.linalg.pinv(basis) @ wanted[..., None])[..., 0]
     dry, growth = (_waveform(coefficients[:, i], swing.size) for i in (0, 1))
     slowest = twists[int(np.argmin(observed.frequency_hz))]
-    return make_friction(swing, slowest, dry, growth)
+    return make_friction(swing, slowest, dry, growth, _best_known_hz(basis))
+
+
+def _best_known_hz(basis: Complex) -> float:
+    """Return the f at which A + B f is known best, from the basis of all harmonics (K, F, 2)."""
+    used = np.abs(basis).sum(axis=(1, 2)) > 0
+    covariance = np.linalg.pinv(basis[used].conj().transpose(0, 2, 1) @ basis[used]).real
+    return float(-covariance[:, 0, 1].sum() / covariance[:, 1, 1].sum())
 
 
 def frictions_without_each(

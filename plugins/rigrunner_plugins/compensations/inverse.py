@@ -25,6 +25,7 @@ from rigrunner_plugins.compensations.bearing import (
     Pair,
     bearing_torque,
     mean_swing,
+    peak_bias,
     reversals,
     starting_torque,
 )
@@ -130,7 +131,7 @@ class Inverse(ABC):
         pair = Pair(mean_swing(loaded, friction.swing.size), template)
         bearing = bearing_torque(line, friction, pair)
         where = reversals(line, friction, pair.loaded, self.settings.window)
-        torque = float(where.torque(bearing))
+        torque = float(where.torque(bearing)) - peak_bias(line, where, bearing, pair)
         forward, backward = where.both(bearing)
         components = budget.components(pair)
         raw = float(np.ptp(pair.loaded.torque_nm) / 2)

@@ -13,7 +13,7 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal import response
-from rigrunner_plugins.compensations.bearing import MeanSwing
+from rigrunner_plugins.compensations.bearing import MeanSwing, mean_swing
 from rigrunner_plugins.compensations.identification import HARMONICS, frictions_without_each
 
 if TYPE_CHECKING:
@@ -36,19 +36,21 @@ BEYOND = 0.005
 class NoLoadModel:
     """What the no-load sweep says of the rig, at any frequency within its range.
 
-    `without_each` is the support's friction as learned without each frequency of the sweep.
+    `without_each` is the support's friction as learned without each frequency of the sweep;
+    `unexplained_nm` is what the model leaves of the torque at each, beyond noise, (frequencies, n).
     """
 
     rig: Identified
     without_each: tuple[SupportFriction, ...]
-    range_hz: tuple[float, float]
+    frequencies_hz: Array
+    unexplained_nm: Array
 
     def template(self, frequency_hz: float) -> MeanSwing:
         """Return the sensor's torque at a frequency; its replicates leave out each of the sweep's.
 
         Raises DataError outside the range of the sweep.
         """
-        lowest, highest = self.range_hz
+        lowest, highest = self.frequencies_hz[0], self.frequencies_hz[-1]
         if not lowest * (1 - BEYOND) <= frequency_hz <= highest * (1 + BEYOND):
             raise DataError(
                 f"{frequency_hz:.4g} Hz is outside of the no-load sweep, "
@@ -57,19 +59,53 @@ class NoLoadModel:
             )
         line, friction = self.rig.line, self.rig.friction
         twist = _settled_twist(line, friction, frequency_hz)
-        torque, *replicates = (
-            _sensor_torque(line, each, frequency_hz, twist)
-            for each in (friction, *self.without_each)
-        )
-        return MeanSwing(frequency_hz, torque, np.array(replicates))
+        torque = _sensor_torque(line, friction, frequency_hz, twist) + self._rest(frequency_hz)
+        replicates = [
+            _sensor_torque(line, each, frequency_hz, twist) + self._rest(frequency_hz, left_out)
+            for left_out, each in enumerate(self.without_each)
+        ]
+        return MeanSwing(frequency_hz, torque, np.array(replicates), of_cycles=False)
+
+    def _rest(self, frequency_hz: float, left_out: int | None = None) -> Array:
+        """Return what is unexplained between the neighbours in frequency, shape (n,)."""
+        frequencies, rest = self.frequencies_hz, self.unexplained_nm
+        if left_out is not None:
+            frequencies, rest = np.delete(frequencies, left_out), np.delete(rest, left_out, 0)
+        place = np.interp(frequency_hz, frequencies, np.arange(len(frequencies)))
+        below = min(int(place), len(frequencies) - 2)
+        share = place - below
+        return np.asarray((1 - share) * rest[below] + share * rest[below + 1])
 
 
 def no_load_model(points: Sequence[SwingPoint], rig: Identified) -> NoLoadModel:
     """Return the model of a sweep from which a rig was identified."""
-    frequencies = [point.frequency_hz.value for point in points]
+    order = np.argsort([point.frequency_hz.value for point in points])
+    ordered = tuple(points[i] for i in order)
     return NoLoadModel(
-        rig, frictions_without_each(points, rig), (min(frequencies), max(frequencies))
+        rig,
+        frictions_without_each(ordered, rig),
+        np.array([point.frequency_hz.value for point in ordered]),
+        np.array([_unexplained(point, rig) for point in ordered]),
     )
+
+
+def _unexplained(point: SwingPoint, rig: Identified) -> Array:
+    """Return what the model leaves of a point's mean torque, shape (n,), shrunk towards nothing.
+
+    Noise alone leaves something too: the more of the rest it can be, the less of it is kept
+    (positive part of James and Stein, Proc. Fourth Berkeley Symp. 1, 1961).
+    """
+    friction, frequency = rig.friction, point.frequency_hz.value
+    mean = mean_swing(point, friction.swing.size)
+    twist = _settled_twist(rig.line, friction, frequency)
+    rest = mean.torque_nm - _sensor_torque(rig.line, friction, frequency, twist)
+    spectrum = np.fft.rfft(rest)
+    spectrum[0], spectrum[HARMONICS + 1 :] = 0.0, 0.0
+    rest = np.fft.irfft(spectrum, len(rest))
+    changes = np.fft.rfft(mean.replicates_nm - mean.torque_nm, axis=-1)[:, 1 : HARMONICS + 1]
+    count = len(changes)
+    noise = 2 * (count - 1) / count * np.sum(np.abs(changes) ** 2) / len(rest) ** 2
+    return np.asarray(rest * max(0.0, 1 - noise / np.mean(rest**2)))
 
 
 def _settled_twist(line: DriveLine, friction: SupportFriction, frequency_hz: float) -> Array:

@@ -18,27 +18,32 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.swing import Swing
 
 
+ROUNDS = 3
+"""The growth is a part of the dry friction, which is what is left without it."""
+
+
 @dataclass(frozen=True, eq=False)
 class SupportFriction:
     """Friction torque over the swing: dry (1 + growth |v|) + viscous v, at the load's velocity v.
 
-    `dry_nm` is as it is over the drive's phase, shape (n,), while the coupling twists by
-    `reference_twist_rad` (n,), that of a slow swing. `growth_s` is in s/rad,
-    `viscous_nms` in N·m·s/rad.
+    `slow_nm` is the dry part over the drive's phase, shape (n,), while the coupling twists by
+    `reference_twist_rad` (n,), that of a slow swing. `growth_s` is in s/rad, `viscous_nms` in
+    N·m·s/rad. `dry_nm` and `growth_nm_per_hz`, shape (n,), are the line over frequency that was
+    seen over the drive's phase.
     """
 
     swing: Swing
     reference_twist_rad: Array
     dry_nm: Array
+    growth_nm_per_hz: Array
+    slow_nm: Array
     growth_s: float
     viscous_nms: float
-    growth_nm_per_hz: Array
-    """What grows with frequency, as it was seen over the drive's phase, shape (n,)."""
 
     @property
     def level_nm(self) -> float:
         """The dry friction of a stroke under way, in N·m: the median of its magnitude."""
-        return float(np.median(np.abs(self.dry_nm)))
+        return float(np.median(np.abs(self.slow_nm)))
 
     def torque(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque if the load lags the drive by the twist, shape (n,).
@@ -47,7 +52,7 @@ class SupportFriction:
         """
         drive = self.swing.angle_rad
         known, load = drive - share * self.reference_twist_rad, drive - share * twist_rad
-        dry = at_same_distance(self.dry_nm, known, load)
+        dry = at_same_distance(self.slow_nm, known, load)
         velocity = self.swing.velocity_per_hz * frequency_hz
         velocity = velocity - share * _rate(twist_rad, frequency_hz)
         return dry * (1 + self.growth_s * np.abs(velocity)) + self.viscous_nms * velocity
@@ -67,19 +72,34 @@ class SupportFriction:
 
 
 def make_friction(
-    swing: Swing, reference_twist_rad: Array, dry_nm: Array, growth_nm_per_hz: Array
+    swing: Swing,
+    reference_twist_rad: Array,
+    dry_nm: Array,
+    growth_nm_per_hz: Array,
+    known_hz: float,
 ) -> SupportFriction:
     """Return the friction whose torque is dry + f growth at the reference twist, arrays (n,).
 
     The growth is put down to speed in the two ways that it can have: friction that builds up over
     the same way as the dry part, and a viscous torque, there at once. Least squares over the swing
-    gives the coefficient of each.
+    gives the coefficient of each. The sum is known best at one frequency; the dry part as it is
+    there, less that growth, carries less noise than the line prolonged to rest.
     """
     velocity = swing.velocity_per_hz
-    basis = np.stack([np.abs(velocity) * dry_nm, velocity], axis=1)
-    (growth, viscous), *_ = np.linalg.lstsq(basis, growth_nm_per_hz, rcond=None)
+    seen, known = dry_nm + known_hz * growth_nm_per_hz, dry_nm
+    growth = viscous = 0.0
+    for _ in range(ROUNDS):
+        basis = np.stack([np.abs(velocity) * known, velocity], axis=1)
+        (growth, viscous), *_ = np.linalg.lstsq(basis, growth_nm_per_hz, rcond=None)
+        known = (seen - viscous * velocity * known_hz) / (1 + growth * np.abs(velocity) * known_hz)
     return SupportFriction(
-        swing, reference_twist_rad, dry_nm, float(growth), float(viscous), growth_nm_per_hz
+        swing,
+        reference_twist_rad,
+        dry_nm,
+        growth_nm_per_hz,
+        slow_nm=known,
+        growth_s=float(growth),
+        viscous_nms=float(viscous),
     )
 
 

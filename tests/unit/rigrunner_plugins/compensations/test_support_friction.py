@@ -6,6 +6,7 @@ from rigrunner_plugins.compensations.swing import make_swing, strokes
 
 SWING = make_swing(2 / 45)
 RIGID = np.zeros(SWING.size)
+KNOWN_HZ = 12.0
 
 
 def dry(angle, level=0.8, slip=0.005):
@@ -21,14 +22,14 @@ SPEED = np.abs(SWING.velocity_per_hz)
 
 def test_separates_the_two_ways_in_which_friction_grows_with_speed():
     growth = 0.3 * SPEED * DRY + 0.2 * SWING.velocity_per_hz
-    friction = make_friction(SWING, RIGID, DRY, growth)
+    friction = make_friction(SWING, RIGID, DRY, growth, KNOWN_HZ)
     assert friction.growth_s == pytest.approx(0.3)
     assert friction.viscous_nms == pytest.approx(0.2)
 
 
 def test_without_twist_it_is_as_measured():
     growth = 0.3 * SPEED * DRY + 0.2 * SWING.velocity_per_hz
-    friction = make_friction(SWING, RIGID, DRY, growth)
+    friction = make_friction(SWING, RIGID, DRY, growth, KNOWN_HZ)
     np.testing.assert_allclose(friction.torque(20.0, RIGID, 1.0), DRY + 20 * growth, atol=1e-9)
     np.testing.assert_allclose(friction.change(20.0, RIGID), 0, atol=1e-9)
 
@@ -36,7 +37,7 @@ def test_without_twist_it_is_as_measured():
 def test_follows_the_load_as_far_as_it_takes_part():
     twist = 0.002 * np.sin(2 * np.pi * np.arange(SWING.size) / SWING.size + 0.4)
     rate = 0.002 * 2 * np.pi * 20 * np.cos(2 * np.pi * np.arange(SWING.size) / SWING.size + 0.4)
-    friction = make_friction(SWING, RIGID, DRY, 0.2 * SWING.velocity_per_hz)
+    friction = make_friction(SWING, RIGID, DRY, 0.2 * SWING.velocity_per_hz, KNOWN_HZ)
     for share in (0.0, 0.5, 1.0):
         velocity = 20 * SWING.velocity_per_hz - share * rate
         expected = dry(SWING.angle_rad - share * twist) + 0.2 * velocity
@@ -46,10 +47,22 @@ def test_follows_the_load_as_far_as_it_takes_part():
 
 def test_twist_of_the_slow_swing_changes_nothing():
     twist = 1e-4 * np.sign(SWING.velocity_per_hz) * (1 - np.exp(-SPEED / 0.02))
-    friction = make_friction(SWING, twist, DRY, np.zeros(SWING.size))
+    friction = make_friction(SWING, twist, DRY, np.zeros(SWING.size), KNOWN_HZ)
     np.testing.assert_allclose(friction.change(0.0, twist), 0, atol=1e-9)
 
 
 def test_level_is_that_of_a_stroke_under_way():
-    friction = make_friction(SWING, RIGID, DRY, np.zeros(SWING.size))
+    friction = make_friction(SWING, RIGID, DRY, np.zeros(SWING.size), KNOWN_HZ)
     assert friction.level_nm == pytest.approx(0.8, rel=0.01)
+
+
+def test_noise_of_the_line_prolonged_to_rest_stays_out():
+    """The line is known at 12 Hz; what its slope is wrong by there is opposed at rest."""
+    rng = np.random.default_rng(1)
+    wrong = 1e-3 * rng.standard_normal(SWING.size)
+    growth = 0.2 * SWING.velocity_per_hz + wrong
+    friction = make_friction(SWING, RIGID, DRY - KNOWN_HZ * wrong, growth, KNOWN_HZ)
+    assert np.std(friction.dry_nm - DRY) > 0.01, "there is noise to keep out"
+    assert np.std(friction.torque(0.0, RIGID, 1.0) - DRY) < 0.001
+    seen = friction.seen(20.0, RIGID, 1.0)
+    np.testing.assert_allclose(seen, friction.dry_nm + 20 * growth, atol=1e-12)
