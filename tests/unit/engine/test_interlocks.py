@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from math import inf
 
@@ -19,8 +20,14 @@ from rigrunner.api.events import (
     StepEnded,
 )
 from rigrunner.api.quantity import unit
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.engine.watching import Watch
 from rigrunner.plan.actions import Interlock, SetDrive, Settle
+from rigrunner.rig import Rig
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.station.limits import DriveLimits
 
 HOT = Interlock(
     name="hot", member="tester.load", condition="above 2000 N", shown=unit("N"), maximum=2000.0
@@ -104,8 +111,6 @@ class Rising(FakeTester):
 
 
 def run_with(interlock, load_at, plan=None, **more):
-    from rigrunner.clock import SimulatedClock  # noqa: PLC0415  (one clock for each run)
-
     clock, listener = SimulatedClock(), Listener()
     device = Rising(clock, load_at)
     plan = plan or plan_of((), [Settle(3.0)], (SetDrive("tester", "load", 0.0, "N"),))
@@ -221,3 +226,29 @@ def test_a_teardown_is_done_though_an_interlock_is_tripped():
     assert summary.outcome is Outcome.ABORTED
     assert [one.ok for one in listener.of(StepEnded)] == [False, True, True]
     assert device.calls[-1] == "make_safe"
+
+
+def test_what_comes_up_in_the_last_step_does_not_pass_unseen():
+    # the channel is read once a second, and the last step is over sooner
+    plan = plan_of((), [Settle(1.0), Settle(0.5)], ())
+    summary, _, _ = run_with(replace(HOT, every_s=60.0), steps_over_at(1.2), plan)
+    assert summary.outcome is Outcome.ABORTED
+
+
+def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
+    clock, listener = SimulatedClock(), Listener()
+    device = Rising(clock, steps_over_at(6.0))
+    rules = DriveRules({"tester.load": DriveLimits(rate="100 N/s")})
+    rig = Rig({"tester": device}, clock, rules=rules)
+    rig.connect()
+    device.drives_at["load"] = 0.0
+    plan = plan_of((), [SetDrive("tester", "load", 500.0, "N")], ())
+    begin_s = clock.monotonic_s()
+    summary = run_plan(
+        plan, rig, Bus([listener]), clock, UnattendedAnswers(), threading.Event(), "led"
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    assert clock.monotonic_s() - begin_s == pytest.approx(5.0, abs=0.2)
+    steps = [float(call.split()[-1]) for call in device.calls if call.startswith("set load")]
+    assert max(np.diff(steps)) <= 10.0 + 1e-6
+    assert steps[-1] == 500.0
