@@ -130,7 +130,7 @@ def test_a_device_that_cannot_be_closed_costs_no_result(tmp_path, monkeypatch):
 
 
 def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path, monkeypatch):
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("rigrunner.workflow.record.analyse_run", interrupted)
