@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import leave_one_out_means, robust_mean
 from rigrunner_plugins.compensations.swing import interpolated, strokes
 
@@ -95,12 +96,20 @@ def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
 def reversals(
     line: DriveLine, friction: SupportFriction, loaded: MeanSwing, window_rad: float
 ) -> Reversals:
-    """Return the samples within the window after each reversal of the load."""
+    """Return the samples within the window after each reversal of the load.
+
+    Raises DataError where there is none: the load does not swing as the angle does.
+    """
     twist = line.share * line.twist(loaded.torque_nm, loaded.frequency_hz)
     forward, backward = (
         stroke.index[(stroke.distance_rad > 0) & (stroke.distance_rad <= window_rad)]
         for stroke in strokes(friction.swing.angle_rad - twist)
     )
+    if not (len(forward) and len(backward)):
+        raise DataError(
+            f"at {loaded.frequency_hz:.4g} Hz the load has no reversal to look behind",
+            hint="the torque would twist the coupling by more than it swings: look at the signal",
+        )
     return Reversals(forward, backward)
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import LowPass
-from rigrunner_plugins.compensations.bearing import MeanSwing, Reversals, replicates
+from rigrunner_plugins.compensations.bearing import MeanSwing, Reversals, replicates, reversals
 from rigrunner_plugins.compensations.drive_line import DriveLine
 from rigrunner_plugins.compensations.noise_bias import noise_bias
+from rigrunner_plugins.compensations.swing import make_swing
 
 SIZE, CYCLES, HERTZ = 256, 20, 1.0
 STIFF = DriveLine(1e6, 0.5, 1e-3, 1.0, 0.0, LowPass(corner="1000 kHz"))
@@ -44,3 +48,11 @@ def test_the_greatest_value_of_a_noisy_curve_is_high_and_is_put_right():
 
 def test_without_noise_there_is_nothing_to_put_right():
     assert studied(0.0, rounds=1)[0] == pytest.approx([0.0, 0.0], abs=1e-10)
+
+
+def test_a_load_without_samples_behind_a_reversal_is_refused():
+    friction = SimpleNamespace(swing=make_swing(2 / 45, SIZE))
+    loaded = run(np.random.default_rng(3), 0.0)
+    assert len(reversals(STIFF, friction, loaded, 0.01).forward)
+    with pytest.raises(DataError, match="at 1 Hz the load has no reversal to look behind"):
+        reversals(STIFF, friction, loaded, 1e-12)
