@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
-    from rigrunner.engine import Pauses, RunSummary
+    from rigrunner.engine import Pauses, RunSummary, Seam
 
 RATE_HZ = 1000.0
 BLOCK = 100
@@ -194,6 +194,7 @@ def run(
     answers: object = None,
     clock: SimulatedClock | None = None,
     pauses: Pauses | None = None,
+    seam: Seam | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig of one fake tester, in simulated time."""
     clock = clock or SimulatedClock()
@@ -208,6 +209,7 @@ def run(
         stop or threading.Event(),
         "test-run",
         pauses=pauses,
+        seam=seam,
     )
 
 

@@ -60,9 +60,9 @@ class Bus:
 class Emitter:
     """Numbers and times events and puts them on a bus; the only source of a run's events."""
 
-    def __init__(self, bus: Bus, clock: Clock) -> None:
+    def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
         self._bus = bus
-        self._stamp = EventStamp(clock)
+        self._stamp = EventStamp(clock, first_seq)
 
     def __call__(self, kind: type[Event], **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
@@ -73,9 +73,9 @@ class Emitter:
 class EventStamp:
     """Makes events with consecutive sequence numbers and the clock's time."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, first_seq: int = 0) -> None:
         self._clock = clock
-        self._seq = itertools.count()
+        self._seq = itertools.count(first_seq)
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""

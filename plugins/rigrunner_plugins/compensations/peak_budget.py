@@ -1,18 +1,20 @@
-"""What the difference of two peaks is worth: the inputs that peak methods share."""
+"""What the difference of two peaks is worth: the components that peak methods share, in N·m."""
 
 from __future__ import annotations
 
-from math import isinf
+from dataclasses import replace
+from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import MotionSource
-from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.api.analysis import Component, MotionSource
+from rigrunner.signal.sensor import rectangular, undivided
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.data import Estimate
+    from rigrunner.api.instruments import TorqueInstrument
 
 SAME_PHASE = (
     "Assumes that the loaded and the no-load peak fall at the same phase of the swing. They do "
@@ -24,21 +26,31 @@ ENTERED = (
     "uncertainty."
 )
 SINGLE_VALUES = (
-    "Single values, whose scatter is not known: so their uncertainty is not known either."
+    "Single values, whose scatter is not known: the uncertainty lacks it, and is a lower bound."
 )
 
 
-def frequency_effect(name: str, slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
-    """Return what not knowing the frequency makes of a no-load peak that goes with it."""
-    known = Input(
-        name,
-        frequency_hz.value,
-        frequency_hz.u,
-        frequency_hz.dof,
-        Distribution.RECTANGULAR if isinf(frequency_hz.dof) else Distribution.T,
-        "Hz",
+def sensor_components(
+    instrument: TorqueInstrument, gain_acts_on_nm: float, runs: int
+) -> tuple[Component, ...]:
+    """Return gain, non-linearity and drift of a peak, or of the difference of two runs' peaks.
+
+    Each run has drifted on its own since its zero reading. The zero takes the offset out.
+    """
+    accuracy = instrument.accuracy
+    drift = rectangular("zero drift", accuracy.drift)
+    return (
+        rectangular("sensor gain", accuracy.gain * gain_acts_on_nm),
+        rectangular("sensor non-linearity", accuracy.nonlinearity * instrument.full_scale),
+        replace(drift, u=drift.u * sqrt(runs)),
+        *undivided(instrument),
     )
-    return Effect(known, -slope_nm_per_hz)
+
+
+def frequency_component(slope_nm_per_hz: float, frequency_hz: Estimate) -> Component:
+    """Return what not knowing the frequency makes of a no-load peak that goes with it."""
+    u = abs(slope_nm_per_hz) * frequency_hz.u
+    return Component("frequency", u, frequency_hz.dof, "normal", common=False)
 
 
 def notes_on(points: Iterable[PeakPoint]) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ def prepare_point(
     if recording.samples == 1:
         return _single_value(recording, run)
     name = torque_channel(recording, run.instruments)
-    torque, spikes = _clean_torque(recording, name, run.zeros.get(name, 0.0), spec)
+    torque, spikes = _clean_torque(recording, name, run.zero(recording.name, name), spec)
     motion = find_motion(recording, run, torque)
     peaks = _peaks(torque, motion.starts)
     kept, rejections = _judged(recording, name, peaks, rule)
@@ -76,7 +76,7 @@ def _single_value(recording: Recording, run: RunData) -> PeakPoint:
         set_frequency_hz=entered_hz,
         frequency_hz=entered_frequency(entered_hz),
         load_n=load_n(recording, name),
-        peak_nm=finite(recording, name) - run.zeros.get(name, 0.0),
+        peak_nm=finite(recording, name) - run.zero(recording.name, name),
         peak_kept=np.ones(1, bool),
         motion=MotionSource.ENTERED,
     )

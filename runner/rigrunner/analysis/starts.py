@@ -68,7 +68,7 @@ def _start(
             f"recording {recording.name} has no angle channel, and a start needs one",
             hint="record the angle of rotation, such as tester.angle",
         )
-    torque_nm = finite(recording, torque) - run.zeros.get(torque, 0.0)
+    torque_nm = finite(recording, torque) - run.zero(recording.name, torque)
     spikes = 0
     if spec.despike is not None:
         torque_nm, spikes = hampel(torque_nm, spec.despike.window, spec.despike.threshold)

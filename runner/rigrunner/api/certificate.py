@@ -234,7 +234,6 @@ DeviationKind = Literal[
     "alarm",
     "note",
     "failed_step",
-    "repeated",
     "failed_check",
     "remark",
     "calibration",

@@ -23,9 +23,7 @@ class Block:
 
     rate_hz: float
     first_sample: int
-    """Counted from the beginning of the stream."""
     monotonic_s: float
-    """When the first sample was taken, or this block arrived; it never goes back in a stream."""
     channels: Mapping[str, Array]
 
     @property
@@ -121,3 +119,9 @@ class RunData:
     """Who did what, by role: 'operator'."""
     approval: Mapping[str, str] = field(default_factory=dict)
     """The state of the procedure when the run began, as in the run's header."""
+    recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """By recording, the zero readings in force when it was made, where the run was zeroed again."""
+
+    def zero(self, recording: str, channel: str) -> float:
+        """Return the zero reading that belongs to a channel of a recording; 0 without one."""
+        return self.recording_zeros.get(recording, {}).get(channel, self.zeros.get(channel, 0.0))

@@ -8,9 +8,7 @@ DriveInfo names, which is the coherent SI unit of its dimension.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
-
-from rigrunner.api.errors import PluginError
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -44,18 +42,6 @@ class StopToken(Protocol):
         ...
 
 
-class MakeDevice(Protocol):
-    """Makes a device of any plugin."""
-
-    def __call__(self, plugin: str, settings: Mapping[str, Any], /) -> Device:
-        """Return the device, in the same role; raise PluginError."""
-        ...
-
-
-def _no_other_device(plugin: str, settings: Mapping[str, Any], /) -> Device:  # noqa: ARG001  (the Protocol's)
-    raise PluginError(f"the device '{plugin}' cannot be made here", hint="name it in a station")
-
-
 @dataclass(frozen=True)
 class DeviceContext:
     """What a device is given beside its settings."""
@@ -64,8 +50,6 @@ class DeviceContext:
     clock: Clock
     folder: Path
     """The folder of the station file, to which relative paths in settings refer."""
-    make: MakeDevice = _no_other_device
-    """For a device that wraps another one, whose settings are WrapperSettings."""
 
 
 @dataclass(frozen=True)
@@ -189,6 +173,15 @@ class Pausable(Protocol):
 
     def resume(self) -> None:
         """Bring every drive back to where it was when paused; return when it is there."""
+        ...
+
+
+@runtime_checkable
+class CountsStreams(Protocol):
+    """Gives each stream at the same set-points something of its own, as a simulator its noise."""
+
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Count what was streamed before the program was started anew: set-points by drive."""
         ...
 
 

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Block
 
 
+RESUME_RUN = "resume run"
+"""The intervention at the seam of a run that was broken off and taken up again."""
+
+
 class Outcome(StrEnum):
     """How a run ended; not to be confused with the verdict on what it measured."""
 

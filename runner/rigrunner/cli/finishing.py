@@ -13,7 +13,7 @@ from rigrunner.cli.summary import identity, summary
 from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.record import FinishedRun
+    from rigrunner.workflow.finish import FinishedRun
 
 
 def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
@@ -38,6 +38,12 @@ def _tell_error(finished: FinishedRun) -> None:
         show_bug(error)
     if error is not None:
         message(f"The run was {_ending(finished)}.")
+    if not finished.sealed:
+        name = finished.folder.name
+        message(
+            f"It is not sealed: once that is mended, 'rigrunner resume {name}' goes on with it,"
+            f" and 'rigrunner recover {name}' closes it as it is."
+        )
     for text in finished.passed_over:
         message(f"The run went on after a failure: {text}")
 

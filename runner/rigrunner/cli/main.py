@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 SUMMARIES = {
     "demo": "Run both procedures on the simulated rig and write the report.",
     "run": "Run a procedure on a station.",
+    "resume": "Go on with a run that was broken off.",
+    "recover": "Close a run that was broken off as it is.",
     "approve": "Approve a procedure as it stands, or show who did.",
     "check": "Check a procedure, and how it fits a station, without a rig.",
     "plan": "Show each action of a run, its torque, time and disk.",

@@ -4,6 +4,7 @@ from rigrunner.engine.answers import AnswerSource, UnattendedAnswers
 from rigrunner.engine.overrides import Override
 from rigrunner.engine.pausing import Choice, Decision, Paused, Pauses
 from rigrunner.engine.run import RunSummary, run_plan
+from rigrunner.engine.seam import Seam, find_seam, passed_over, streams_before
 
 __all__ = [
     "AnswerSource",
@@ -13,6 +14,10 @@ __all__ = [
     "Paused",
     "Pauses",
     "RunSummary",
+    "Seam",
     "UnattendedAnswers",
+    "find_seam",
+    "passed_over",
     "run_plan",
+    "streams_before",
 ]

@@ -8,19 +8,24 @@ from rigrunner.api.errors import AbortedError, RigrunnerError
 from rigrunner.api.events import Alarm, Intervention, Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
     from rigrunner.engine.session import Emit
+
+GOES_ON = "; the run goes on"
+"""Ends the text of the alarm for a failure that is passed over."""
 
 
 class Notes:
     """The first error decides how a run ends, the others are put on record beside it."""
 
-    def __init__(self, emit: Emit, stop: StopToken) -> None:
+    def __init__(self, emit: Emit, stop: StopToken, passed_over: Iterable[str] = ()) -> None:
         self._emit = emit
         self._stop = stop
         self._noted: list[BaseException] = []
-        self._passed_over: list[str] = []
+        self._passed_over = list(passed_over)
 
     @property
     def first(self) -> BaseException | None:

@@ -7,8 +7,15 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DeviceError
-from rigrunner.api.events import Alarm, Intervention, MadeSafe, RunEnded, RunStarted
+from rigrunner.api.errors import AbortedError, DeviceError
+from rigrunner.api.events import (
+    RESUME_RUN,
+    Alarm,
+    Intervention,
+    MadeSafe,
+    RunEnded,
+    RunStarted,
+)
 from rigrunner.bus import Emitter
 from rigrunner.engine.breaks import take_break
 from rigrunner.engine.interlocks import Guard, InterlockError
@@ -20,7 +27,7 @@ from rigrunner.engine.tries import do_step
 from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.events import Outcome
@@ -28,6 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.overrides import Override
     from rigrunner.engine.pausing import Decision, Pauses
+    from rigrunner.engine.seam import Seam
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
 
@@ -56,16 +64,18 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     overrides: Sequence[Override] = (),
     *,
     pauses: Pauses | None = None,
+    seam: Seam | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
 
     Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
     tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
-    whatever asks for a pause aborts the run. Connecting and closing the rig is the caller's.
+    whatever asks for a pause aborts the run. With a `seam` a run that was broken off goes on there.
+    Connecting and closing the rig is the caller's.
     """
-    emit = Emitter(bus, clock)
+    emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
-    run = _Run(plan, Session(rig, emit, answers, stop, guard, pauses), overrides)
+    run = _Run(plan, Session(rig, emit, answers, stop, guard, pauses), overrides, seam)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
@@ -80,22 +90,26 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
 class _Run:
     """One run in progress."""
 
-    def __init__(self, plan: Plan, session: Session, overrides: Sequence[Override]) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        session: Session,
+        overrides: Sequence[Override],
+        seam: Seam | None,
+    ) -> None:
         self._plan = plan
         self._overrides = overrides
+        self._seam = seam
         self._session = session
-        self.notes = Notes(session.emit, session.stop)
-        self._tries = Counter[int]()
+        self.notes = Notes(session.emit, session.stop, seam.passed_over if seam else ())
+        self._tries = Counter[int](seam.tries if seam else {})
         self._begun = -1
 
     def forward(self, run_id: str) -> None:
         """Do all steps up to the teardown, those of called procedures included."""
-        steps, seconds = self._plan.steps, self._plan.estimated_s
-        self._session.emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
-        for each in self._overrides:
-            told = {"by": each.by, "reason": each.reason, "subject": each.subject}
-            self._session.emit(Intervention, action="override", **told)
-        index, before = 0, list[int]()
+        steps = self._plan.steps
+        index = self._begin(run_id) if self._seam is None else self._take_up(run_id, self._seam)
+        before = settles_before(steps, index) if index < len(steps) else []
         while index < len(steps) and self.notes.first is None:
             step = steps[index]
             if step.phase is Phase.TEARDOWN:
@@ -150,6 +164,39 @@ class _Run:
         self.notes.tell(RunEnded, outcome=outcome, reason=reason, read_back=read_back)
         passed_over = self.notes.passed_over
         return RunSummary(*self.notes.outcome(), self.notes.first, not unsafe, passed_over)
+
+    def _begin(self, run_id: str) -> int:
+        """Put the start on record, and return the first step."""
+        self._tell_start(run_id, range(len(self._plan.steps)))
+        for each in self._overrides:
+            told = {"by": each.by, "reason": each.reason, "subject": each.subject}
+            self._session.emit(Intervention, action="override", **told)
+        return 0
+
+    def _take_up(self, run_id: str, seam: Seam) -> int:
+        """Bring the rig to where a run was broken off, and return the step that it goes on at.
+
+        Nothing here is left out: without its zero and its drives the rest would not be comparable.
+        """
+        self._tell_start(run_id, (*seam.before, *range(seam.start, len(self._plan.steps))))
+        known = {"by": seam.by, "subject": seam.subject}
+        self._session.emit(Intervention, action=RESUME_RUN, **known)
+        unpaused = replace(self._session, pauses=None)
+        for index in seam.before:
+            unpaused.check(anew=True)
+            self._begun = index
+            try:
+                do_step(index, self._plan.steps[index], unpaused, self.notes, self._tries)
+            except PauseWantedError as wanted:
+                text = f"{wanted.message}, while the run was being taken up again"
+                raise AbortedError(text, by=wanted.by) from wanted
+        return seam.start
+
+    def _tell_start(self, run_id: str, indices: Iterable[int]) -> None:
+        """Say that the steps of these indices are begun, and how long they take."""
+        steps = self._plan.steps
+        seconds = sum(steps[index].estimated_s for index in indices)
+        self._session.emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
 
     def _go_on(self, index: int, at: int) -> None:
         """Do a step on the way forward; `at` is how far the run has come."""

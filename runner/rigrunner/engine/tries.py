@@ -8,7 +8,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm, Note, StepEnded, StepStarted
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.limits import judge
-from rigrunner.engine.notes import words
+from rigrunner.engine.notes import GOES_ON, words
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.steps import Measured, perform
 
@@ -76,7 +76,7 @@ def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool,
         notes.tell(Alarm, source=path, text=text)
     elif passed_over:
         notes.pass_over(f"{path}: {words(error)}")
-        notes.tell(Alarm, source=path, text=f"{words(error)}; the run goes on")
+        notes.tell(Alarm, source=path, text=words(error) + GOES_ON)
     else:
         notes.note(path, error)
     return again, passed_over

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.api.devices import KnowsTruth, Pausable, Readable, Settable, Streaming
+from rigrunner.api.devices import CountsStreams, KnowsTruth, Pausable, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
 from rigrunner.rig.drives import agrees, tolerance, travel_s
 from rigrunner.rig.safe_state import make_safe, safe_places
@@ -116,6 +117,13 @@ class Rig:
         """Say whether a set-point is farther from the safe value than where the drive stands."""
         safe = self._drive(role, drive).safe_value
         return abs(value - safe) > abs(self.standing(role, drive) - safe)
+
+    def continue_after(self, streams: Mapping[str, Sequence[Mapping[str, float]]]) -> None:
+        """Tell each device that asks for it which streams of its role the run has behind it."""
+        for role, before in streams.items():
+            device = self.devices[role]
+            if isinstance(device, CountsStreams):
+                self._call(role, "continue a run", partial(device.continue_after, before))
 
     def pause(self) -> list[str]:
         """Let every device stand still that can, in the order of making safe.

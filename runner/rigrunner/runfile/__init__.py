@@ -1,6 +1,8 @@
 """A run on disk: journal, finished recordings, sealed HDF5 file."""
 
 from rigrunner.runfile.folder import create_run_folder
+from rigrunner.runfile.lock import is_going_on, run_lock
+from rigrunner.runfile.loose import NEVER_ENDED
 from rigrunner.runfile.manifest import Difference
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun, SweepPlot
 from rigrunner.runfile.probe import refuse_crashing
@@ -9,6 +11,7 @@ from rigrunner.runfile.sealing import seal
 from rigrunner.runfile.writer import RunWriter
 
 __all__ = [
+    "NEVER_ENDED",
     "Difference",
     "RunHeader",
     "RunInfo",
@@ -17,10 +20,12 @@ __all__ = [
     "SweepPlot",
     "create_run_folder",
     "file_differences",
+    "is_going_on",
     "read",
     "read_info",
     "read_truth",
     "refuse_crashing",
+    "run_lock",
     "seal",
     "sealed_file_of",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -13,6 +14,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 READ_ONLY = 0o444
+_REMEDIES = {
+    errno.ENOSPC: "free some space on the disk",
+    errno.EDQUOT: "free some space: your share of the disk is used up",
+    errno.EFBIG: "free some space: the file must not grow any more",
+    errno.EROFS: "the disk is read-only: mount it for writing",
+    errno.EACCES: "you may not write there: ask for the right to, or choose another --runs",
+    errno.EPERM: "you may not write there: ask for the right to, or choose another --runs",
+    errno.ENOENT: "the folder is gone: was it deleted or moved, or its disk taken away?",
+    errno.ENOTDIR: "a file stands where a folder is needed: choose another --runs",
+    errno.EIO: "the disk does not answer: was it taken away, or is it broken?",
+    errno.ENODEV: "the disk is gone: was it taken away?",
+    errno.EBUSY: "another program holds the file: close it there",
+}
+"""What is to be done about a file that cannot be written, by the system's number of the error."""
 
 
 def temporary(path: Path) -> Path:
@@ -56,6 +71,10 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise DataError(
-            f"cannot write {path}: {error.strerror or error}",
-            hint="what was recorded before is kept; is the disk full or the folder read-only?",
+            f"cannot write {path}: {error.strerror or error}", hint=_hint(error)
         ) from error
+
+
+def _hint(error: OSError) -> str:
+    what = _REMEDIES.get(error.errno or 0, "is the disk full, gone or read-only?")
+    return f"what was recorded before is kept; {what}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import event_from, event_text
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import (
@@ -32,9 +33,10 @@ from rigrunner.runfile.measurements import (
 )
 from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import read_recording
+from rigrunner.runfile.seams import parts_of, zeros_in_force
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     import h5py
@@ -84,11 +86,13 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
         write_text(truth[name], "name", recording)
 
 
-def add_recordings(entry: h5py.Group, parts: Iterable[Path], replaced: Container[str]) -> None:
+def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Event]) -> None:
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
 
-    `replaced` are the names of those whose point was repeated.
+    Those whose point was repeated go into a group of their own. Each says in which part of the run
+    it was made.
     """
+    replaced, part_of = superseded(events), parts_of(events)
     finished = new_group(entry, "recordings", "NXcollection")
     incomplete = new_group(entry, "incomplete", "NXcollection")
     former = new_group(entry, SUPERSEDED, "NXcollection")
@@ -98,7 +102,9 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], replaced: Container
             name = str(part.attrs["name"])
             complete = former if name in replaced else finished
             group = complete if part.attrs["complete"] else incomplete
-            file.copy(part, group, free_name(group, name))
+            place = free_name(group, name)
+            file.copy(part, group, place)
+            group[place].attrs["part"] = part_of.get(name, 1)
     recordings = _in_order(finished)
     entry.attrs["sha256"] = _digest(entry, recordings)
     for first in recordings[:1]:
@@ -129,6 +135,7 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
         header=RunHeader(
             **texts,
             **verbatim,
+            files={},
             called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
             inputs=read_texts(entry["inputs"]),
             provenance=read_texts(entry["provenance"]),
@@ -151,6 +158,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         incomplete=tuple(read_recording(group) for group in _in_order(entry["incomplete"])),
         superseded=_former(entry),
         zeros=read_values(entry["zeros"])[0],
+        recording_zeros=zeros_in_force(events),
         measurements=measurements_of(events),
         events=events,
         result_document=_read_document(entry),

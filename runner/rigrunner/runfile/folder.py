@@ -61,6 +61,11 @@ class RunFolder:
         return self.path / "run.h5"
 
     @property
+    def lock(self) -> Path:
+        """The file that is locked while a process writes to the run."""
+        return self.path / "run.lock"
+
+    @property
     def journal(self) -> Path:
         """The folder of what is being written while the run lasts."""
         return self.path / "journal"

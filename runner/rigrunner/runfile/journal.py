@@ -48,12 +48,20 @@ class Record:
 class JournalWriter:
     """Appends records. A record that was not written whole is taken back; raises OSError."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, records_end: int | None = None) -> None:
+        """Begin a new journal, or go on with one whose last intact record ends at `records_end`.
+
+        What follows that record is cut off: nothing could be read behind it.
+        """
         self.path = path
-        self._file = path.open("xb", buffering=0)
-        self._end = len(MAGIC)
         self._synced_s = time.monotonic()
-        self._write(MAGIC)
+        self._file = path.open("xb" if records_end is None else "r+b", buffering=0)
+        self._end = len(MAGIC) if records_end is None else records_end
+        if records_end is None:
+            self._write(MAGIC)
+        else:
+            self._file.truncate(records_end)
+            self._file.seek(records_end)
 
     def append(self, kind: Kind, *parts: bytes | memoryview) -> None:
         """Append one record whose payload is the parts in order; the system has it on return."""

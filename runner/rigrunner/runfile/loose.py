@@ -15,6 +15,7 @@ from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.measurements import measurement_digest, measurements_of
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import Shape, assemble, facts_of, read_facts, read_recording
+from rigrunner.runfile.seams import zeros_in_force
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -37,6 +38,13 @@ class Journal:
     events: tuple[Event, ...]
     truth: Mapping[str, Mapping[str, float]]
     notes: tuple[str, ...]
+    records_end: int
+    """Where its last intact record ends in the file."""
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the run came to its end, whatever that was."""
+        return any(isinstance(event, RunEnded) for event in self.events)
 
     def zeros(self) -> tuple[dict[str, float], dict[str, str]]:
         """Return the latest zero of each channel, and the units."""
@@ -99,7 +107,7 @@ def read_journal(files: RunFolder) -> Journal:
         raise DataError(f"{files.path} is not a run: its journal ends before the run's header")
     lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
-    return Journal(_with_answers(headers[0], events), tuple(events), truth, notes)
+    return Journal(_with_answers(headers[0], events), tuple(events), truth, notes, end or 0)
 
 
 def unfolded(files: RunFolder) -> list[SampleJournal]:
@@ -140,6 +148,7 @@ def read_loose(files: RunFolder) -> StoredRun:
         incomplete=tuple(recording for facts, recording, _ in found if not facts.complete),
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
+        recording_zeros=zeros_in_force(journal.events),
         measurements=measurements_of(journal.events),
         events=journal.events,
         result_document=None,

@@ -46,6 +46,9 @@ class RunHeader:
     approval: Mapping[str, str] = field(default_factory=lambda: dict(DRAFT))
     """The state of the procedure: 'state' is 'approved' or 'draft', 'by' and 'utc' say by whom and
     when, 'sha256' of which texts, 'note' what is to be said of it. Older runs count as drafts."""
+    files: Mapping[str, str] = field(default_factory=dict)
+    """From where 'procedure', 'station' and 'no_load' were taken. Only a run that is not sealed
+    keeps it, to be taken up again: it means nothing on another machine."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +87,8 @@ class StoredRun:
     """Good recordings of points that were repeated: kept, but no analysis uses them."""
     zeros: Mapping[str, float]
     """The latest zero reading of each zeroed channel, in SI units."""
+    recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """The zero readings in force when a recording was made, by its name."""
     measurements: tuple[Measurement, ...] = ()
     """What `measure` steps found, in order."""
     events: tuple[Event, ...]

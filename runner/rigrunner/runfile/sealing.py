@@ -6,7 +6,6 @@ import shutil
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.entry import add_recordings, write_analysis, write_entry
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import new_file, new_group, open_file
@@ -71,7 +70,7 @@ def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> N
 def _write_loose(entry: h5py.Group, files: RunFolder) -> None:
     journal = read_journal(files)
     write_entry(entry, journal)
-    add_recordings(entry, files.finished_parts(), superseded(journal.events))
+    add_recordings(entry, files.finished_parts(), journal.events)
 
 
 def _embed(entry: h5py.Group, no_load: Path) -> None:

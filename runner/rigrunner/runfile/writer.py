@@ -10,7 +10,7 @@ from rigrunner.runfile.codec import block_bytes, event_text, header_bytes, truth
 from rigrunner.runfile.durable import sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
-from rigrunner.runfile.loose import open_samples
+from rigrunner.runfile.loose import open_samples, read_journal
 from rigrunner.runfile.sealing import fold, seal
 
 if TYPE_CHECKING:
@@ -27,16 +27,17 @@ class RunWriter:
     When the event of a finished recording was taken, the recording is on the disk.
     """
 
-    def __init__(self, folder: Path, header: RunHeader) -> None:
+    def __init__(self, folder: Path, header: RunHeader | None = None) -> None:
+        """Begin the journal of a new run, or without a header go on with the one that is there.
+
+        What is on the disk stays as it is then; only a torn end of the journal is cut off.
+        """
         self._files = RunFolder(folder)
         with writing(folder):
-            self._files.journal.mkdir(parents=True)
-            self._events = JournalWriter(self._files.events)
-            self._events.append(Kind.HEADER, header_bytes(header))
-            self._events.sync()
-            for path in (self._files.journal, folder, folder.parent):
-                sync_folder(path)
-        self._recordings = 0
+            if header is None:
+                self._events, self._recordings = _reopened(self._files)
+            else:
+                self._events, self._recordings = _begun(self._files, header), 0
         self._samples: JournalWriter | None = None
         self._started: StepStarted | None = None
 
@@ -125,3 +126,24 @@ class RunWriter:
         self._samples.close()
         path, self._samples = self._samples.path, None
         return path
+
+
+def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
+    """Return the journal of a new run."""
+    files.journal.mkdir(parents=True)
+    events = JournalWriter(files.events)
+    events.append(Kind.HEADER, header_bytes(header))
+    events.sync()
+    for path in (files.journal, files.path, files.path.parent):
+        sync_folder(path)
+    return events
+
+
+def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
+    """Return the journal of a run that was broken off, and the number of its last recording."""
+    journal = read_journal(files)
+    begun = sum(isinstance(one, StepStarted) and bool(one.recording) for one in journal.events)
+    numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]
+    events = JournalWriter(files.events, journal.records_end)
+    events.sync()
+    return events, max(begun, *numbers, 0)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import Problem
+from rigrunner.api.hooks import DeviceRecord
 from rigrunner.api.quantity import readable, unit
 from rigrunner.plan.actions import Measure, Ramp, Record, SetDrive
 from rigrunner.workflow.stored import NO_ANALYSIS
@@ -158,8 +159,9 @@ class _Register:
 
     def _is_simulated(self, channel: str) -> bool:
         role, _ = split_member(channel)
-        device = self.planned.station.model.devices[role]
-        return self.planned.registry.is_simulated(device.plugin, device.settings)
+        plugin = self.planned.station.model.devices[role].plugin
+        record = self.planned.registry.find("device", plugin).record
+        return isinstance(record, DeviceRecord) and record.simulated
 
     def _entered(
         self, lack: Lack, each: Instrument, field: str, message: str, hint: str

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.registry import Registry
-    from rigrunner.workflow.record import FinishedRun
+    from rigrunner.workflow.finish import FinishedRun
 
 STATION = "simulated"
 PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")

@@ -70,8 +70,9 @@ def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each ki
         case Alarm():
             return f"ALARM {event.source}: {event.text}"
         case Intervention():
-            about = f"{event.subject}; reason: " if event.subject else ""
-            return f"{event.action} by {event.by}: {about}{event.reason}"
+            reason = f"reason: {event.reason}" if event.subject and event.reason else event.reason
+            told = "; ".join(text for text in (event.subject, reason) if text)
+            return f"{event.action} by {event.by}{f': {told}' if told else ''}"
         case MadeSafe():
             return made_safe_text(event)
         case RunEnded():

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, UsageError
+from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Override
 from rigrunner.workflow.calibration import calibration_findings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Container, Iterable, Sequence
+    from datetime import datetime
 
     from rigrunner.workflow.calibration import Finding
     from rigrunner.workflow.prepare import Planned
@@ -41,7 +44,16 @@ def overrides_for(
 
 def require_overridden(planned: Planned, overrides: Iterable[Override]) -> None:
     """Raise InvalidFileError with all that keeps a run from starting and is not overridden."""
-    known = {each.what for each in overrides}
+    _refuse_all_but(planned, {each.what for each in overrides})
+
+
+def require_still_allowed(planned: Planned, started: datetime) -> None:
+    """Raise InvalidFileError with what came to stand against a run since it was started."""
+    at_start = replace(planned, clock=SimulatedClock(started))
+    _refuse_all_but(planned, {_key(finding) for finding in calibration_findings(at_start)})
+
+
+def _refuse_all_but(planned: Planned, known: Container[str]) -> None:
     left = [each.problem for each in calibration_findings(planned) if _key(each) not in known]
     if left:
         raise InvalidFileError(left)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner.runfile import read_info
+from rigrunner.runfile import NEVER_ENDED, is_going_on, read_info
 from rigrunner.workflow.locate import run_names
 
 if TYPE_CHECKING:
@@ -23,6 +23,25 @@ class ListedRun:
     info: RunInfo | None
     problem: str = ""
     """Why the run cannot be read, where it cannot."""
+    is_going_on: bool = False
+    """Whether a process writes to it just now."""
+
+    @property
+    def state(self) -> str:
+        """How the run ended, or that it did not, in words."""
+        if self.info is None:
+            return "unreadable"
+        if self.is_going_on:
+            return "going on"
+        if self.info.sealed:
+            return self.info.outcome
+        broken_off = self.info.reason == NEVER_ENDED
+        return "broken off" if broken_off else f"{self.info.outcome}, not sealed"
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether it was broken off, and can be resumed or recovered."""
+        return self.info is not None and not self.info.sealed and not self.is_going_on
 
 
 def list_runs(runs: Path) -> list[ListedRun]:
@@ -32,6 +51,7 @@ def list_runs(runs: Path) -> list[ListedRun]:
 
 def _listed(runs: Path, name: str) -> ListedRun:
     try:
-        return ListedRun(name, read_info(runs / name))
+        going_on = is_going_on(runs / name)
+        return ListedRun(name, read_info(runs / name), is_going_on=going_on)
     except RigrunnerError as error:
         return ListedRun(name, None, str(error))

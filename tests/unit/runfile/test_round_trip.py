@@ -279,3 +279,37 @@ def test_whatever_was_recorded_comes_back(tmp_path_factory, found, data):
         for got, wanted in zip(run.recordings, found, strict=True):
             assert_same_recording(got, wanted)
     assert loose.digest == sealed.digest
+
+
+def test_each_recording_keeps_the_zero_that_was_in_force(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        for index, (zero, one) in enumerate(zip((0.01, 0.05), TWO, strict=True)):
+            emit_zero(emit, zero)
+            start_recording(emit, one, index)
+            send_samples(emit, one, 1000)
+            end_recording(emit, one, index)
+        loose = read(tmp_path / "run")
+        writer.seal()
+    wanted = {TWO[0].name: {"tester.torque": 0.01}, TWO[1].name: {"tester.torque": 0.05}}
+    assert loose.recording_zeros == wanted
+    assert read(tmp_path / "run").recording_zeros == wanted
+    assert loose.zeros == {"tester.torque": 0.05}
+
+
+def test_a_torn_journal_is_gone_on_with_behind_its_last_whole_record(tmp_path):
+    writer = write_run(tmp_path / "run", TWO[:1])
+    journal = writer.folder / "journal" / "events.journal"
+    before = read(tmp_path / "run")
+    with journal.open("ab") as file:
+        file.write(b"torn")
+    with RunWriter(tmp_path / "run") as again:
+        emit = emitter_of(again)
+        start_recording(emit, TWO[1], 1)
+        send_samples(emit, TWO[1], 1000)
+        end_recording(emit, TWO[1], 1)
+    after = read(tmp_path / "run")
+    assert [one.name for one in after.recordings] == [one.name for one in TWO]
+    assert after.events[: len(before.events)] == before.events
+    assert after.notes == ()
+    assert (tmp_path / "run" / "recordings" / "000002.h5").exists()

@@ -133,7 +133,7 @@ def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rigrunner.workflow.record.analyse_run", interrupted)
+    monkeypatch.setattr("rigrunner.workflow.finish.analyse_run", interrupted)
     finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
     assert read(finished.folder).info.sealed
     assert finished.exit_code is ExitCode.INTERRUPTED

@@ -48,7 +48,7 @@ class SimulatedTester:
     """A swing tester that exists only as a SimulatedRig; a Device with every ability.
 
     Constant errors follow from the seed; noise from seed, set-points and how often these were
-    recorded in this set-up, so that the order of recordings does not matter.
+    recorded, or read, so that neither the order of recordings matters nor that a run is resumed.
     """
 
     non_blocking = True
@@ -64,7 +64,7 @@ class SimulatedTester:
         self._drives = Drives(_drives(settings), context.clock)
         self._connected_s: float | None = None
         self._repetitions: Counter[tuple[float, float]] = Counter()
-        self._readings = 0
+        self._readings: Counter[tuple[float, float]] = Counter()
         self._truth: Mapping[str, float] = {}
         self._held_hz: float | None = None
 
@@ -92,7 +92,7 @@ class SimulatedTester:
             )
         self._connected_s = self._clock.monotonic_s()
         self._repetitions.clear()
-        self._readings = 0
+        self._readings.clear()
         serial = f"SIM-{self._settings.seed:04d}"
         return Identity("Rigrunner", self._model, serial, simulated=True)
 
@@ -132,8 +132,9 @@ class SimulatedTester:
         """Return one sample of each channel."""
         state = self._state()
         check_channels(channels, CHANNELS)
-        self._readings += 1
-        values = self._sample(state, 1, READINGS + self._readings)
+        setpoints = (state.frequency_hz, state.load_n)
+        self._readings[setpoints] += 1
+        values = self._sample(state, 1, READINGS + self._readings[setpoints])
         return {name: float(values[name][0]) for name in channels}
 
     def stream(
@@ -146,6 +147,11 @@ class SimulatedTester:
         self._truth = self._truth_of(state)
         wanted = {name: values[name] for name in channels}
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
+
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Give no later stream the noise of one that the run has behind it."""
+        for setpoints in streams:
+            self._repetitions[setpoints.get("frequency", 0.0), setpoints.get("load", 0.0)] += 1
 
     def truth(self) -> Mapping[str, float]:
         """Return what was true of the rig in the last stream; nothing if it was at rest."""

@@ -65,7 +65,7 @@ def command(
     from rigrunner.cli.planning import lab_registry
     from rigrunner.clock import WallClock
     from rigrunner.workflow.decisions import Decider, decide_again
-    from rigrunner.workflow.record import verdict_code
+    from rigrunner.workflow.finish import verdict_code
 
     if (file is None) == (rule is None):
         raise UsageError("give --acceptance FILE or --rule RULE, one of them")

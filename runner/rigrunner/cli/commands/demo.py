@@ -11,7 +11,7 @@ from rigrunner.cli.output import message
 
 if TYPE_CHECKING:
     from rigrunner.api.errors import ExitCode
-    from rigrunner.workflow.record import FinishedRun
+    from rigrunner.workflow.finish import FinishedRun
 
 
 @click.command(name="demo")

@@ -14,7 +14,6 @@ from rigrunner.cli.table import table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.runfile import RunInfo
     from rigrunner.workflow.runs import ListedRun
 
 
@@ -32,19 +31,24 @@ def command(runs: Path, *, as_json: bool) -> None:
         message(f"There are no runs in {runs}.")
     else:
         result(table(["run", "outcome", "recordings"], [_row(run) for run in listed], "llr"))
+    _tell_interrupted([run.name for run in listed if run.is_interrupted])
+
+
+def _tell_interrupted(names: list[str]) -> None:
+    if names:
+        message(f"Broken off: {', '.join(names)}.")
+        message(
+            "  'rigrunner resume RUN' goes on with it, 'rigrunner recover RUN' closes it as it is."
+        )
 
 
 def _row(run: ListedRun) -> list[str]:
     if run.info is None:
         return [run.name, "unreadable", "-"]
-    return [run.name, _outcome(run.info), str(len(run.info.recording_names))]
-
-
-def _outcome(info: RunInfo) -> str:
-    return info.outcome if info.sealed else f"{info.outcome}, not sealed"
+    return [run.name, run.state, str(len(run.info.recording_names))]
 
 
 def _document(run: ListedRun) -> dict[str, Any]:
     if run.info is None:
         return {"run": run.name, "problem": run.problem}
-    return info_document(run.info)
+    return {**info_document(run.info), "going_on": run.is_going_on}

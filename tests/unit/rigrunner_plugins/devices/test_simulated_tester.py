@@ -105,6 +105,14 @@ def test_a_repeated_recording_has_noise_of_its_own():
     assert np.abs(record(device) - first).max() < 0.02  # the drift alone
 
 
+def test_a_run_that_is_resumed_has_the_noise_of_one_that_was_not():
+    whole, resumed = connect(sensors={"drift": "0 N·m"}), connect(sensors={"drift": "0 N·m"})
+    for _ in range(2):
+        record(whole)
+    resumed.continue_after([{"frequency": 20.0, "load": 1000.0}] * 2)
+    assert np.array_equal(record(whole), record(resumed))
+
+
 def test_the_zero_drifts_over_the_time_of_the_setup():
     device = connect(sensors={"noise": "0 N·m", "spike_probability": "0 %", "drift": "1 N·m"})
     shown = []

@@ -1,1 +1,0 @@
-"""Any other device with faults put into what it answers and streams."""

@@ -1,0 +1,95 @@
+"""`rigrunner resume`: a run that was broken off goes on at its next point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.cli.completing import procedures, stations, stored_runs
+from rigrunner.cli.options import json_option, run_argument, runs_option
+from rigrunner.workflow.locate import find_procedure, find_run, find_station
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="resume")
+@run_argument
+@runs_option
+@click.option(
+    "--procedure",
+    shell_complete=procedures,
+    help="The procedure, where it is not any more where it was.",
+)
+@click.option(
+    "--station",
+    shell_complete=stations,
+    help="The station, where it was moved, or brings plugins of its own.",
+)
+@click.option(
+    "--no-load",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="The no-load run to compensate with, instead of the one of the start.",
+)
+@click.option("--by", default="", metavar="NAME", help="Who resumes it; else who began it.")
+@click.option("--dry-run", is_flag=True, help="Check, and show where it would go on.")
+@click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
+@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@json_option
+def command(
+    run: str,
+    runs: Path,
+    procedure: str | None,
+    station: str | None,
+    no_load: str | None,
+    *,
+    by: str,
+    dry_run: bool,
+    unattended: bool,
+    realtime: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Go on with a run that was broken off.
+
+    Setup and zero are done once more, then the run goes on at its next point. Procedure, station,
+    software and instruments must be as they were.
+    """
+    from rigrunner.cli.answers import TerminalAnswers
+    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.pausing import TerminalPauses
+    from rigrunner.cli.planning import planned_run
+    from rigrunner.cli.progress import shown_progress
+    from rigrunner.cli.resuming import tell_resumable
+    from rigrunner.cli.stopping import stop_on_signals
+    from rigrunner.engine import UnattendedAnswers
+    from rigrunner.runfile import run_lock
+    from rigrunner.workflow.interrupted import person, read_interrupted
+    from rigrunner.workflow.resume import prepare_resume, resume, run_files
+
+    folder = find_run(run, runs)
+    with run_lock(folder):
+        stored = read_interrupted(folder)
+        files = run_files(
+            stored,
+            find_procedure(procedure) if procedure else None,
+            find_station(station) if station else None,
+        )
+        who = by.strip() or person(stored)
+        found = prepare_resume(folder, stored, planned_run(*files, realtime=realtime), who, no_load)
+        tell_resumable(found)
+        if dry_run:
+            return ExitCode.PASS
+        with stop_on_signals(attended=not unattended) as stop, shown_progress() as progress:
+            finished = resume(
+                found,
+                answers=UnattendedAnswers() if unattended else TerminalAnswers(stop, progress),
+                stop=stop,
+                listeners=[stop, progress],
+                pauses=None if unattended else TerminalPauses(stop, progress, who),
+                progress=progress.analysing,
+            )
+    tell_finished(finished, as_json=as_json)
+    return finished.exit_code

@@ -1,0 +1,51 @@
+"""How a run that was broken off is told to a person: what there is, and where it goes on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.cli.output import message
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.engine import Seam
+    from rigrunner.plan import Plan
+    from rigrunner.runfile import StoredRun
+    from rigrunner.workflow.resume import ResumableRun
+
+
+def tell_resumable(run: ResumableRun) -> None:
+    """Say on stderr what is on the disk and what comes next."""
+    message(f"{run.stored.header.run_id}: broken off after {run.stored.info.ended_utc}")
+    message(on_disk(run.stored))
+    if run.seam is None:
+        message("  the run had come to its end: only analysis, file and report are missing")
+        return
+    for line in _next(run.planned.plan, run.seam):
+        message(f"  {line}")
+
+
+def on_disk(stored: StoredRun) -> str:
+    """Return what there is of a run, a line for each kind of it."""
+    broken_off = (
+        f"broken off: {each.name}, of which {each.samples / each.rate_hz:.1f} s are kept"
+        for each in stored.incomplete
+    )
+    finished = f"finished recordings: {_names(stored.info.recording_names)}"
+    lines = [finished, *broken_off, *stored.notes]
+    return "\n".join(f"  {line}" for line in lines)
+
+
+def _next(plan: Plan, seam: Seam) -> Iterator[str]:
+    if seam.before:
+        yield "once more: " + "; ".join(plan.steps[index].text for index in seam.before)
+    if seam.start < len(plan.steps):
+        step = plan.steps[seam.start]
+        yield f"goes on at {step.path}: {step.text} (step {seam.start + 1} of {len(plan.steps)})"
+
+
+def _names(names: tuple[str, ...]) -> str:
+    if len(names) > 1:
+        return f"{len(names)}, {names[0]} to {names[-1]}"
+    return names[0] if names else "none"

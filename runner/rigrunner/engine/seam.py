@@ -1,0 +1,185 @@
+"""Where a run that was broken off goes on: found among its events and the steps of its plan."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Alarm, Intervention, StepEnded, StepStarted
+from rigrunner.engine.notes import GOES_ON
+from rigrunner.engine.pausing import Choice
+from rigrunner.engine.points import point_at
+from rigrunner.plan.actions import Ask, Measure, Phase, Ramp, Record, SetDrive, Zero
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from rigrunner.api.events import Event
+    from rigrunner.plan.actions import Action, PlannedStep
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seam:
+    """How a run goes on that was broken off."""
+
+    start: int
+    """The step that it goes on at; where the teardown begins if nothing else is left."""
+    before: tuple[int, ...]
+    """The steps to be done once more ahead of it, in order: setup, zeros, where drives stood."""
+    tries: Mapping[int, int]
+    """How often each step was begun, by index."""
+    passed_over: tuple[str, ...]
+    """What the run went on after, though it was not as it should be."""
+    next_seq: int
+    """The number of its next event."""
+    by: str
+    subject: str = ""
+    """What was there when it went on, in a sentence."""
+
+
+def find_seam(
+    steps: Sequence[PlannedStep], events: Sequence[Event], by: str, subject: str = ""
+) -> Seam:
+    """Return where a run of these steps goes on; raise DataError where it cannot.
+
+    The set-point that was broken off is begun anew. A step that must not be done twice is left as
+    it is if it was completed; one that was broken off cannot be gone on with.
+    """
+    done = {one.index for one in events if isinstance(one, StepEnded) and one.ok}
+    start = _start(steps, _reached(steps, events), done)
+    tries = Counter(one.index for one in events if isinstance(one, StepStarted))
+    over = start == len(steps) or _is_final(steps[start])
+    before = () if over else tuple(_again(steps, start, done))
+    for index in (*before, start):
+        if index < len(steps) and tries[index] and not steps[index].terms.repeatable:
+            raise DataError(
+                f"{steps[index].path} was broken off, and must not be done twice",
+                hint="'rigrunner recover' closes the run as it is",
+            )
+    return Seam(
+        start=start,
+        before=before,
+        tries=dict(tries),
+        passed_over=tuple(passed_over(events)),
+        next_seq=max((one.seq for one in events), default=-1) + 1,
+        by=by,
+        subject=subject,
+    )
+
+
+def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[dict[str, float]]]:
+    """Return by role the set-points, by drive, of each stream that is not repeated, in order."""
+    standing: dict[str, dict[str, float]] = {}
+    found: dict[str, list[dict[str, float]]] = {}
+    for index, step in enumerate(steps[: seam.start]):
+        match step.action:
+            case SetDrive(role, drive, value) | Ramp(role, drive, end=value):
+                standing.setdefault(role, {})[drive] = value
+            case action if index not in seam.before and (role := _streaming(action)):
+                found.setdefault(role, []).append(dict(standing.get(role, {})))
+    return found
+
+
+def _streaming(action: Action) -> str:
+    """Return the role that an action streams from; an empty text for none."""
+    match action:
+        case Record(role=role) | Zero(role=role):
+            return role
+        case Measure(channels=channels, sample_rate_hz=rate) if rate:
+            return split_member(channels[0])[0]
+        case _:
+            return ""
+
+
+def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
+    """Return the first step on the way forward that was not completed or passed over."""
+    reached = 0
+    for event in events:
+        match event:
+            case StepStarted(index=index) if _is_forward(steps, index, reached):
+                reached = index
+            case StepEnded(index=index, ok=True) if index == reached:
+                reached = index + 1
+            case Intervention(action=Choice.SKIP) if reached < len(steps):
+                reached = point_at(steps, reached).stop
+            case Intervention(action=Choice.REPEAT) if reached < len(steps):
+                reached = point_at(steps, reached).start
+    return reached
+
+
+def _is_forward(steps: Sequence[PlannedStep], index: int, reached: int) -> bool:
+    """Say whether a begun step is where the run has come to, and not one done besides.
+
+    What settles anew after a pause lies behind; the teardown after a failure lies ahead.
+    """
+    step = steps[index]
+    if step.phase is Phase.TEARDOWN:
+        return index == reached
+    return index >= reached
+
+
+def _start(steps: Sequence[PlannedStep], reached: int, done: set[int]) -> int:
+    """Return the beginning of the set-point that was reached; itself if that must not be redone."""
+    if reached >= len(steps):
+        return len(steps)
+    first = point_at(steps, reached).start
+    fixed = [at for at in range(first, reached) if at in done and not steps[at].terms.repeatable]
+    return reached if fixed else first
+
+
+def _is_final(step: PlannedStep) -> bool:
+    return step.phase is Phase.TEARDOWN and not step.calls
+
+
+def _again(steps: Sequence[PlannedStep], start: int, done: set[int]) -> list[int]:
+    """Return setup, the last zero of each channel, and how the drives stood then and at the end."""
+    own = [at for at in range(start) if steps[at].phase is Phase.SETUP]
+    zeros = {
+        (zero.role, zero.channel): at
+        for at in range(len(own), start)
+        if isinstance(zero := steps[at].action, Zero)
+    }
+    led = _led_at(steps, start)
+    sets = {at for end in zeros.values() for at in _last_sets(steps, len(own), end).values()}
+    last = _last_sets(steps, len(own), start)
+    sets |= {at for drive, at in last.items() if drive not in led}
+    wanted = sorted({*own, *zeros.values(), *sets})
+    return [at for at in wanted if not (at in done and _is_kept(steps[at]))]
+
+
+def _is_kept(step: PlannedStep) -> bool:
+    """Say whether a completed step keeps its outcome: an answer, or what must not be redone."""
+    return isinstance(step.action, Ask) or not step.terms.repeatable
+
+
+def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[tuple[str, str], int]:
+    """Return by role and drive the step that last led it, before `end`."""
+    return {
+        (action.role, action.drive): at
+        for at in range(first, end)
+        if isinstance(action := steps[at].action, (SetDrive, Ramp))
+    }
+
+
+def _led_at(steps: Sequence[PlannedStep], start: int) -> set[tuple[str, str]]:
+    """Return the drives that a set-point leads itself, with the steps that it begins with."""
+    led: set[tuple[str, str]] = set()
+    for step in steps[start:]:
+        if not isinstance(step.action, (SetDrive, Ramp)):
+            break
+        led.add((step.action.role, step.action.drive))
+    return led
+
+
+def passed_over(events: Iterable[Event]) -> Iterator[str]:
+    """Yield the failures and skips after which a run went on, in words."""
+    for event in events:
+        match event:
+            case Intervention(action=Choice.SKIP, by=by, reason=reason):
+                point, _, why = reason.partition(": ")
+                yield f"{point}: skipped by {by}: {why}"
+            case Alarm(source=source, text=text) if text.endswith(GOES_ON):
+                yield f"{source}: {text.removesuffix(GOES_ON)}"

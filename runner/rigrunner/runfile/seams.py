@@ -1,0 +1,42 @@
+"""What a run that was broken off and taken up again is made of, found among its events."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import RESUME_RUN, Intervention, StepEnded, StepStarted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.api.events import Event
+
+
+def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
+    """Return for each finished recording the zero readings that were the latest when it was made.
+
+    In SI units, by recording and channel. A run that is taken up again is zeroed anew, and what was
+    recorded before belongs to the zero before.
+    """
+    latest: dict[str, float] = {}
+    found: dict[str, dict[str, float]] = {}
+    for event in events:
+        if not isinstance(event, StepEnded) or not event.ok:
+            continue
+        if event.action == "zero":
+            latest |= event.values
+        elif event.recording:
+            found[event.recording] = dict(latest)
+    return found
+
+
+def parts_of(events: Iterable[Event]) -> dict[str, int]:
+    """Return for each recording in which part of the run it was made: 1 up to the first seam."""
+    part = 1
+    found: dict[str, int] = {}
+    for event in events:
+        if isinstance(event, Intervention) and event.action == RESUME_RUN:
+            part += 1
+        elif isinstance(event, StepStarted) and event.recording:
+            found[event.recording] = part
+    return found

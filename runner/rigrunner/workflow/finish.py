@@ -1,0 +1,140 @@
+"""What becomes of a run once the rig is safe: analysed, sealed, reported."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
+from rigrunner.api.events import Outcome
+from rigrunner.api.results import Verdict
+from rigrunner.runfile.durable import writing
+from rigrunner.workflow.plot import sweep_plot
+from rigrunner.workflow.report import write_report
+from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.analysis.analyse import Progress
+    from rigrunner.api.devices import StopToken
+    from rigrunner.api.results import Result
+    from rigrunner.runfile import RunWriter
+    from rigrunner.workflow.prepare import Planned
+
+RESULT_FILE = "result.json"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FinishedRun:
+    """What a run left behind."""
+
+    folder: Path
+    outcome: Outcome
+    reason: str
+    error: BaseException | None
+    """The first error of the run, or else that of its analysis, or of sealing it."""
+    sealed: bool = True
+    """Whether run.h5 is there; else the folder holds what was recorded, as after a crash."""
+    result: Result | None = None
+    report: Path | None = None
+    passed_over: tuple[str, ...] = ()
+    """The failures after which the run went on because the procedure says so."""
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """How a command that did this run ends."""
+        if isinstance(self.error, KeyboardInterrupt):
+            return ExitCode.INTERRUPTED
+        if self.outcome is Outcome.ABORTED and not isinstance(self.error, AbortedError):
+            return ExitCode.ABORTED
+        if isinstance(self.error, RigrunnerError):
+            return self.error.exit_code
+        if self.error is not None:
+            return ExitCode.BUG
+        code = verdict_code(self.result)
+        return ExitCode.UNDECIDED if code is ExitCode.PASS and self.passed_over else code
+
+
+def verdict_code(result: Result | None) -> ExitCode:
+    """Return the exit code of a completed run: its verdict, where there is one to give."""
+    if result is None or result.decision is None:
+        return ExitCode.PASS
+    codes = {Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
+    return codes.get(result.decision.verdict, ExitCode.UNDECIDED)
+
+
+def finish(
+    planned: Planned,
+    writer: RunWriter,
+    end: tuple[Outcome, str, tuple[str, ...]],
+    no_load: Path | None,
+    errors: list[BaseException],
+    *,
+    progress: Progress,
+) -> FinishedRun:
+    """Analyse what was recorded, seal it whatever comes of that, and report.
+
+    `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is.
+    """
+    outcome, reason, passed_over = end
+    folder = writer.folder
+    with kept(errors):
+        writer.close()
+    result = report = None
+    asked = planned.procedure.model.analysis != NO_ANALYSIS
+    if asked and outcome is Outcome.COMPLETED:
+        with kept(errors):
+            result = analyse_run(folder, planned.registry, no_load, progress=progress)
+    content = None if result is None else document(result)
+    sealed = False
+    with kept(errors):
+        writer.seal(content, None if result is None else sweep_plot(result), no_load)
+        sealed = True
+    if content is not None and sealed:
+        with kept(errors):
+            _write_result(folder, content)
+            report = write_report(folder, planned.registry, result=result)
+    return FinishedRun(
+        folder=folder,
+        outcome=outcome,
+        reason=reason,
+        error=next(iter(errors), None),
+        sealed=sealed,
+        result=result,
+        report=report,
+        passed_over=passed_over,
+    )
+
+
+def stoppable(progress: Progress, stop: StopToken) -> Progress:
+    """Return a progress that ends the analysis at a stop: the run is sealed without a result."""
+
+    def told(what: str, done: int, of: int) -> None:
+        progress(what, done, of)
+        if stop.is_set():
+            raise AbortedError(
+                f"stopped at {done} of {of} {what}",
+                hint="the run is whole: 'rigrunner analyse' makes its result",
+            )
+
+    return told
+
+
+def _write_result(folder: Path, content: Mapping[str, object]) -> None:
+    text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+    with writing(folder / RESULT_FILE):
+        (folder / RESULT_FILE).write_text(text + "\n", encoding="utf-8")
+
+
+@contextmanager
+def kept(errors: list[BaseException]) -> Iterator[None]:
+    """Keep an error for the FinishedRun: what was measured must be sealed all the same."""
+    try:
+        yield
+    except BaseException as error:  # noqa: BLE001  (of a plugin, or Ctrl-C)
+        errors.append(error)

@@ -1,0 +1,70 @@
+"""Runs that were broken off: what is on the disk, and closing one as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Intervention, Outcome, RunEnded
+from rigrunner.bus import EventStamp
+from rigrunner.runfile import RunWriter, read, run_lock, seal, sealed_file_of
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import Clock
+    from rigrunner.runfile import StoredRun
+
+RECOVER = "recover"
+"""The intervention that closes a run as it is."""
+
+
+def read_interrupted(folder: Path) -> StoredRun:
+    """Read a run that is not sealed; raise DataError for one that is."""
+    if sealed_file_of(folder) is not None:
+        name = folder.parent.name if folder.is_file() else folder.name
+        raise DataError(
+            f"{name} is over and sealed: there is nothing to go on with, and nothing to save",
+            hint=f"'rigrunner show {name}' tells what it holds",
+        )
+    return read(folder)
+
+
+def has_ended(stored: StoredRun) -> bool:
+    """Say whether a run had come to its end, and only its file is not made yet."""
+    return any(isinstance(event, RunEnded) for event in stored.events)
+
+
+def person(stored: StoredRun) -> str:
+    """Return who began a run."""
+    header = stored.header
+    return header.people.get("operator") or header.inputs.get("operator") or "operator"
+
+
+def next_seq(stored: StoredRun) -> int:
+    """Return the number of the next event of a run."""
+    return max((event.seq for event in stored.events), default=-1) + 1
+
+
+def used_no_load(stored: StoredRun) -> Path | None:
+    """Return the no-load run that was chosen for a run, where it is still there."""
+    named = stored.header.files.get("no_load")
+    return Path(named) if named and Path(named).exists() else None
+
+
+def recover(folder: Path, clock: Clock, by: str, reason: str = "") -> StoredRun:
+    """Close a run that was broken off as it is, seal it, and return it; its rig is not touched.
+
+    Its outcome is 'aborted', unless it had come to its end already. Raises DataError for a run that
+    is sealed or still going on, or where the folder cannot be written to.
+    """
+    with run_lock(folder):
+        stored = read_interrupted(folder)
+        if not has_ended(stored):
+            stamp = EventStamp(clock, next_seq(stored))
+            why = f": {reason}" if reason else ""
+            text = f"broken off, and closed as it was by {by}{why}"
+            with RunWriter(folder) as writer:
+                writer(stamp(Intervention, action=RECOVER, by=by, reason=reason))
+                writer(stamp(RunEnded, outcome=Outcome.ABORTED, reason=text))
+        seal(folder, no_load=used_no_load(stored))
+        return read(folder)

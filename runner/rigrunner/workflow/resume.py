@@ -1,0 +1,136 @@
+"""Takes up a run that was broken off: on the same rig, with the same files and software."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.analyse import unseen
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.events import Outcome
+from rigrunner.engine import find_seam, passed_over
+from rigrunner.runfile import RunWriter
+from rigrunner.station import load_station
+from rigrunner.workflow.finish import finish, stoppable
+from rigrunner.workflow.interrupted import has_ended, used_no_load
+from rigrunner.workflow.overrides import require_still_allowed
+from rigrunner.workflow.prepare import no_load_for
+from rigrunner.workflow.record import carry_out
+from rigrunner.workflow.sameness import check_same, check_same_instruments
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.analysis.analyse import Progress
+    from rigrunner.api.devices import Identity, StopToken
+    from rigrunner.api.events import EventSink
+    from rigrunner.engine import AnswerSource, Pauses, Seam
+    from rigrunner.runfile import StoredRun
+    from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.workflow.prepare import Planned
+
+
+@dataclass(frozen=True, eq=False)
+class ResumableRun:
+    """A run that was broken off and can be taken up, checked in every way that needs no rig."""
+
+    folder: Path
+    stored: StoredRun
+    planned: Planned
+    no_load: Path | None
+    seam: Seam | None
+    """None where the run had come to its end, and only its file is to be made."""
+
+
+def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -> tuple[Path, Path]:
+    """Return the procedure and the station of a run: as given, or where they were at its start.
+
+    Raises UsageError where one is not there any more, and where the station brings plugins of its
+    own: a folder of files that came from elsewhere must not choose what code is run.
+    """
+    found = procedure or _file(stored, "procedure"), station or _file(stored, "station")
+    if station is None and load_station(found[1]).model.plugins is not None:
+        raise UsageError(
+            f"the station {found[1]} brings plugins of its own",
+            hint=f"say that you trust them: --station {found[1]}",
+        )
+    return found
+
+
+def prepare_resume(
+    folder: Path, stored: StoredRun, planned: Planned, by: str, no_load: str | None = None
+) -> ResumableRun:
+    """Check that a run can be taken up and find where; raise DataError with all that differs."""
+    check_same(stored.header, planned)
+    if has_ended(stored):
+        seam = None
+    else:
+        require_still_allowed(planned, datetime.fromisoformat(stored.header.started_utc))
+        seam = find_seam(planned.plan.steps, stored.events, by, _subject(stored))
+    named = no_load or (str(used) if (used := used_no_load(stored)) else None)
+    chosen = no_load_for(planned, folder.parent, named)
+    return ResumableRun(folder, stored, planned, chosen, seam)
+
+
+def resume(
+    run: ResumableRun,
+    *,
+    answers: AnswerSource,
+    stop: StopToken,
+    listeners: Sequence[EventSink] = (),
+    pauses: Pauses | None = None,
+    progress: Progress = unseen,
+) -> FinishedRun:
+    """Go on with a run whose folder is locked by the caller, and finish it.
+
+    Raises a DeviceError if the rig cannot be connected or another run has it, and DataError if
+    another instrument answers; the rig is made safe on every way.
+    """
+    if run.seam is None:
+        return _finish(run, stoppable(progress, stop))
+
+    @contextmanager
+    def opened(identified: Mapping[str, Identity]) -> Iterator[RunWriter]:
+        check_same_instruments(run.stored.header, identified)
+        with RunWriter(run.folder) as writer:
+            yield writer
+
+    return carry_out(
+        run.planned,
+        opened,
+        no_load=run.no_load,
+        answers=answers,
+        stop=stop,
+        listeners=listeners,
+        pauses=pauses,
+        progress=progress,
+        seam=run.seam,
+    )
+
+
+def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
+    info = run.stored.info
+    outcome = Outcome(info.outcome)
+    errors: list[BaseException] = []
+    if outcome is Outcome.ERROR:
+        errors.append(DataError(f"the run had ended by an error: {info.reason}"))
+    end = outcome, info.reason, tuple(passed_over(run.stored.events))
+    with RunWriter(run.folder) as writer:
+        return finish(run.planned, writer, end, run.no_load, errors, progress=progress)
+
+
+def _file(stored: StoredRun, what: str) -> Path:
+    named = stored.header.files.get(what, "")
+    if named and Path(named).is_file():
+        return Path(named)
+    lost = f"its {what}, {named}, is not there any more" if named else f"it names no {what}"
+    raise UsageError(f"{stored.header.run_id}: {lost}", hint=f"give it: --{what} FILE")
+
+
+def _subject(stored: StoredRun) -> str:
+    names = stored.info.recording_names
+    made = f"recordings made before: {', '.join(names)}" if names else "nothing recorded before"
+    return f"broken off after {stored.info.ended_utc}; {made}"

@@ -1,0 +1,73 @@
+"""Runs as a kill leaves them: the folder as it was on the disk at some instant of a run."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from typing import TYPE_CHECKING
+
+from helpers_workflow import quick_procedure, run
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
+from rigrunner.runfile import run_lock
+from rigrunner.workflow.interrupted import read_interrupted
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.resume import prepare_resume, resume, run_files
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+NO_LOAD = "no_load_inertia_sweep"
+FEWER = ("cycles: 12}", "cycles: 8}")
+
+
+class Snapshot:
+    """Copies the folder of a run when an event comes, once: that is what a kill would leave."""
+
+    def __init__(self, runs: Path, kept: Path, at) -> None:
+        self.runs = runs
+        self.kept = kept
+        self.at = at
+        self.folder: Path | None = None
+
+    def __call__(self, event) -> None:
+        if self.folder is None and self.at(event):
+            (source,) = (path for path in self.runs.iterdir() if not (path / "run.h5").exists())
+            self.folder = self.kept / source.name
+            shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
+
+
+def broken_off(tmp_path, at, *, station=None):
+    """Return the folder of a run as it was at the first event for which `at` holds, and the run."""
+    (folder,), whole = broken_off_at(tmp_path, [at], station=station)
+    return folder, whole
+
+
+def broken_off_at(tmp_path, instants, *, station=None):
+    """Return the folder of one run as it was at each of several instants, and the run."""
+    snapshots = [
+        Snapshot(tmp_path / "runs", tmp_path / f"killed{number}", at)
+        for number, at in enumerate(instants)
+    ]
+    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER)
+    whole = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
+    assert all(one.folder is not None for one in snapshots)
+    return [one.folder for one in snapshots], whole
+
+
+def resumable(folder, by="A. Jones", *, procedure=None, station=None):
+    stored = read_interrupted(folder)
+    files = run_files(stored, procedure, station)
+    planned = plan_run(*files, load_registry(), SimulatedClock())
+    return prepare_resume(folder, stored, planned, by)
+
+
+def take_up(folder, by="A. Jones", *, listeners=(), stop=None):
+    with run_lock(folder):
+        return resume(
+            resumable(folder, by),
+            answers=UnattendedAnswers(),
+            stop=stop or threading.Event(),
+            listeners=listeners,
+        )
