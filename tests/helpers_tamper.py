@@ -14,7 +14,7 @@ ORDER = (
     "--customer=Example customer", "--customer-contact=2 Sample Road", "--item=Bearing",
     "--item-condition=as new", "--received=2026-02-27", "--authorised-by=Z. Head",
 )  # fmt: skip
-PLACES = ("bytes ", "/entry/", "/ (file)", "the seal", "no seal", "cannot be read", "layout of")
+PLACES = ("changed at bytes", "/entry", "/ (file)", "the seal itself", "structure", "layout of")
 """By one of these words `verify` says where."""
 
 

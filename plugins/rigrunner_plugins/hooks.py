@@ -17,6 +17,7 @@ from rigrunner_plugins.compensations.settings import (
     InverseSettings,
     TemplateInverseSettings,
 )
+from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
@@ -43,7 +44,7 @@ BREAKAWAY = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
 
 @hookimpl
 def rigrunner_devices() -> list[DeviceRecord]:
-    """Return simulated rigs, the replay of recordings, and tables of values."""
+    """Return simulated rigs, replayed recordings, tables of values, and faults for any device."""
     return [
         DeviceRecord(
             name="swing_tester_sim",
@@ -80,6 +81,12 @@ def rigrunner_devices() -> list[DeviceRecord]:
             factory=_tabulated,
             simulated=True,
         ),
+        DeviceRecord(
+            name="fault",
+            help="Any other device with faults injected: lost, late, stuck, clipped, gaps, ...",
+            settings=FaultyDeviceSettings,
+            factory=_fault,
+        ),
     ]
 
 
@@ -113,6 +120,12 @@ def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.tabulated.device import Tabulated  # noqa: PLC0415  (when needed)
 
     return Tabulated(settings, context)
+
+
+def _fault(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.fault.device import make  # noqa: PLC0415  (numpy)
+
+    return make(settings, context)
 
 
 @hookimpl

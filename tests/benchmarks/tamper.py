@@ -19,11 +19,11 @@ from helpers_tamper import Flip, flips, issue, letterhead, quick_runs
 COUNT, SEED = 200, 17025
 WORDS = {
     "a section, line or object of the document": "changed at bytes",
-    "the document's seal": "seal",
-    "an object of the run file": "/entry/",
+    "the document's seal": "the seal itself",
+    "an object of the run file": "/entry",
     "the run file's root": "/ (file)",
-    "a place that cannot be read": "cannot be read",
-    "the layout of the run file, nothing recorded": "layout of",
+    "its structure, which cannot be walked through": "structure",
+    "its layout, nothing recorded": "layout of",
 }
 
 

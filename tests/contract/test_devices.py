@@ -17,7 +17,7 @@ from rigrunner.registry import load_registry
 
 REGISTRY = load_registry()
 DEVICES = REGISTRY.names("device")
-TESTERS = ["replay", "swing_tester_ode", "swing_tester_sim"]
+TESTERS = ["fault", "replay", "swing_tester_ode", "swing_tester_sim"]
 SI_SYMBOLS = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
 
 
@@ -38,6 +38,8 @@ def _settings(name, folder):
         points = ["frequency", "load"]
         rows = [{**value, "load": load} for load in ("0 N", "100 N")]
         return {"title": "T", "set_points": points, "cycle_frequency": "frequency", "rows": rows}
+    if name == "fault":
+        return {"plugin": "swing_tester_sim", "settings": {"seed": 3}}
     if name != "replay":
         return {"seed": 3}
     angle = np.sin(np.arange(6000) / 50)
@@ -69,7 +71,7 @@ only_testers = pytest.mark.parametrize("name", TESTERS, indirect=True)
 @pytest.fixture
 def device(name, clock, tmp_path):
     context = DeviceContext("tester", clock, tmp_path)
-    return REGISTRY.make("device", name, _settings(name, tmp_path), context)
+    return REGISTRY.make_device(name, _settings(name, tmp_path), context)
 
 
 @pytest.fixture

@@ -28,7 +28,8 @@ def compensated(loaded, coefficients="refit"):
     no_load = (swing_point([t, t], f) for f, t in zip(TABLE_2_HZ, TABLE_2_NM, strict=True))
     sensor = instrument(full_scale="20 N·m", nonlinearity="0.5 %")
     fit = PolynomialFit(PolynomialSettings())
-    sweep = Sweep(tuple(loaded), tuple(no_load), RIG, sensor, fit)
+    known_load = RIG.model_copy(update={"load_tolerance": 0.0})
+    sweep = Sweep(tuple(loaded), tuple(no_load), known_load, sensor, fit)
     return PaperPeak(PaperPeakSettings(coefficients=coefficients))(sweep)
 
 

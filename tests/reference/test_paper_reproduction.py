@@ -104,8 +104,10 @@ def test_an_impossible_torque_is_flagged_and_counted_not_hidden(result):
 def test_one_value_has_no_scatter_and_that_is_said(result):
     for name in ("paper_peak", "refitted"):
         compensation = result.compensations[name]
-        assert any("lower bound" in note for note in compensation.notes)
-        assert all(point.torque.u > 0 for point in compensation.points)
+        assert any("scatter is not known" in note for note in compensation.notes)
+        assert all(np.isnan(point.torque.u) for point in compensation.points)
+        known = {part.name: part.u for part in compensation.points[1].components}
+        assert known["no-load fit"] > 0.05
 
 
 def test_report_and_json_carry_the_same(finished, result):

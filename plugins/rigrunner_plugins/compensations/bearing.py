@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import leave_one_out_means, robust_mean
 from rigrunner_plugins.compensations.swing import interpolated, strokes
 
@@ -29,6 +30,8 @@ class MeanSwing:
     """Leave-one-out means, shape (cycles, n)."""
     of_cycles: bool = True
     """The replicates leave out a cycle each; else what a model learned without a frequency."""
+    frequency_u_hz: float = 0.0
+    """Of the measured frequency; 0 for a modelled swing, which is at the frequency asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,10 @@ def mean_swing(point: SwingPoint, size: int) -> MeanSwing:
     mean, _ = robust_mean(point.torque_nm, point.kept)
     replicates = leave_one_out_means(point.torque_nm, point.kept)
     return MeanSwing(
-        point.frequency_hz.value, interpolated(mean, size), interpolated(replicates, size)
+        point.frequency_hz.value,
+        interpolated(mean, size),
+        interpolated(replicates, size),
+        frequency_u_hz=point.frequency_hz.u,
     )
 
 
@@ -90,12 +96,20 @@ def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
 def reversals(
     line: DriveLine, friction: SupportFriction, loaded: MeanSwing, window_rad: float
 ) -> Reversals:
-    """Return the samples within the window after each reversal of the load."""
+    """Return the samples within the window after each reversal of the load.
+
+    Raises DataError where there is none: the load does not swing as the angle does.
+    """
     twist = line.share * line.twist(loaded.torque_nm, loaded.frequency_hz)
     forward, backward = (
         stroke.index[(stroke.distance_rad > 0) & (stroke.distance_rad <= window_rad)]
         for stroke in strokes(friction.swing.angle_rad - twist)
     )
+    if not (len(forward) and len(backward)):
+        raise DataError(
+            f"at {loaded.frequency_hz:.4g} Hz the load has no reversal to look behind",
+            hint="the torque would twist the coupling by more than it swings: look at the signal",
+        )
     return Reversals(forward, backward)
 
 
@@ -107,21 +121,6 @@ def replicates(line: DriveLine, bearing_nm: Array, run: MeanSwing, sign: int) ->
     """
     change = run.replicates_nm - run.torque_nm
     return bearing_nm + sign * line.at_load(change, run.frequency_hz)
-
-
-def peak_bias(line: DriveLine, where: Reversals, bearing_nm: Array, pair: Pair) -> float:
-    """Return by how much noise makes the starting torque too great, in N·m, by expectation.
-
-    The greatest value of a noisy curve is high. The jackknife takes off what goes with one over the
-    number of cycles (Quenouille, J. R. Statist. Soc. B 11(1), 1949), run by run.
-    """
-    torque = float(where.torque(bearing_nm))
-    runs = [(run, sign) for run, sign in ((pair.loaded, +1), (pair.no_load, -1)) if run.of_cycles]
-    return sum(
-        (len(run.replicates_nm) - 1)
-        * (float(where.torque(replicates(line, bearing_nm, run, sign)).mean()) - torque)
-        for run, sign in runs
-    )
 
 
 def starting_torque(

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, StartPoint
-from rigrunner.api.data import Estimate
+from rigrunner.api.analysis import Compensation, StartPoint
 from rigrunner.api.errors import DataError
-from rigrunner.signal.peaks import mean_peak
-from rigrunner.signal.sensor import reading_components, rectangular
-from rigrunner.signal.uncertainty import combine
+from rigrunner.api.uncertainty import Effect
+from rigrunner.signal.inputs import limited, model_of
+from rigrunner.signal.peaks import mean_peak, scatter_effect
+from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.sensor import gain, reading_effects
+from rigrunner_plugins.compensations.limits import load
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Sweep
-    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.analysis import CompensatedPoint, Sweep
     from rigrunner_plugins.compensations.breakaway_peak_settings import BreakawayPeakSettings
 
 MEASURAND = "breakaway torque from rest"
@@ -41,29 +42,27 @@ class BreakawayPeak:
             raise DataError(REVERSALS, hint="say 'starts: {}' under analysis if they are starts")
         return Compensation(
             measurand=MEASURAND,
-            points=tuple(self._point(point, sweep.instrument) for point in starts),
+            points=tuple(self._point(point, sweep) for point in starts),
             notes=(ONE_BEARING,),
         )
 
-    def _point(self, point: StartPoint, instrument: TorqueInstrument) -> CompensatedPoint:
+    def _point(self, point: StartPoint, sweep: Sweep) -> CompensatedPoint:
         """Return the mean less half the greatest fixture friction; the other half is its doubt.
 
         Friction between 0 and its limit has the expectation and the half-width of half of it
         (GUM 4.3.7).
         """
-        raw, scatter = mean_peak(point)
+        raw = mean_peak(point)
         rig = self.settings.fixture_friction / 2
-        components = (
-            *(replace(part, name="scatter between starts") for part in scatter),
-            *reading_components(instrument, raw, zeroed=True),
-            rectangular("fixture friction", rig),
+        effects = (
+            scatter_effect("scatter between starts", raw),
+            *reading_effects(sweep.instrument, zeroed=True),
+            Effect(limited("fixture friction", rig, value=rig), -1.0),
         )
-        u, dof = combine(components)
-        return CompensatedPoint(
+        scales = (gain(sweep.instrument), *((load(sweep.rig),) if point.load_n > 0 else ()))
+        return compensated_point(
+            model_of(raw.value - rig, effects, scales=scales),
             set_frequency_hz=point.set_frequency_hz,
             frequency_hz=point.frequency_hz.value,
-            raw_nm=raw,
-            rig_nm=rig,
-            torque=Estimate(raw - rig, u, dof),
-            components=components,
+            raw_nm=raw.value,
         )

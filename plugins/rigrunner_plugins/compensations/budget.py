@@ -1,38 +1,34 @@
-"""The uncertainty budget of one starting torque (GUM 4 and 5), each component in N·m.
+"""The measurement model of a starting torque from whole swings, and what its inputs are worth.
 
-What is not measured enters as the half-width of a rectangular distribution, over sqrt 3
-(GUM 4.3.7).
+    T = (T_d + sum c_i (x_i - estimate_i)) / ((1 + gain) (1 + load))
+
+T_d is what the algorithm makes of the two runs at the best estimates. Each c_i says what it makes
+of another x_i: found by trial through the algorithm itself (GUM 5.1.3, note 2), or by its equation.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Component
-from rigrunner.signal.averaging import jackknife
-from rigrunner.signal.sensor import undivided
-from rigrunner_plugins.compensations.bearing import (
-    Reversals,
-    bearing_torque,
-    replicates,
-    reversals,
-    starting_torque,
-)
+from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.signal.inputs import bounded_effect, limited, model_of, scattered
+from rigrunner.signal.repeatability import jackknife_error
+from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
+from rigrunner_plugins.compensations.bearing import starting_torque
 from rigrunner_plugins.compensations.identification import Identified, vector, with_vector
+from rigrunner_plugins.compensations.limits import load
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner_plugins.compensations.bearing import Pair
+    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.uncertainty import MeasurementModel
+    from rigrunner_plugins.compensations.bearing import MeanSwing, Pair
     from rigrunner_plugins.compensations.drive_line import DriveLine
+    from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.settings import InverseSettings
-
-NONLINEAR_SLOPE = 4.0
-"""Greatest slope of a parabolic error curve, in its greatest value over full scale."""
 
 PLACE = 0.1
 """Of what the friction's place makes out: more than either rig model errs by, without noise."""
@@ -40,101 +36,166 @@ PLACE = 0.1
 COARSER = 0.75
 """Of the harmonics: what changes with a quarter fewer of them is not resolved."""
 
+LEARNED = "resonance, damping, inertia"
+LEARNED_UNITS = {
+    "natural frequency": "Hz",
+    "damping ratio": "1",
+    "inertia": "kg·m²",
+    "share of twist in friction": "1",
+    "delay of torque behind angle": "s",
+}
+"""Names and units of what is learned from the no-load sweep, in the order of its covariance."""
+
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """Makes the components of every point of a sweep.
+    """Makes the measurement model of every point of a sweep.
+
+    The settings' limits are those of this very rig, where its station states them.
 
     `refiltered` is the rig as learned with the low-pass corner at its upper limit.
     """
 
     settings: InverseSettings
     instrument: TorqueInstrument
+    described: RigDescription
     rig: Identified
     refiltered: Identified
 
-    def components(self, pair: Pair) -> tuple[Component, ...]:
-        """Return the components of one point."""
-        line, friction = self.rig.line, self.rig.friction
-        bearing = bearing_torque(line, friction, pair)
-        where = reversals(line, friction, pair.loaded, self.settings.window)
-        torque = float(where.torque(bearing))
-        return (
-            _repeatability(
-                "repeatability, loaded", where, replicates(line, bearing, pair.loaded, +1)
-            ),
-            _repeatability(
-                "repeatability, no load", where, replicates(line, bearing, pair.no_load, -1)
-            ),
-            *self._sensor(torque, pair),
-            self._identification(pair),
-            _rectangular("low-pass filter", self._refiltered(pair) - torque),
-            _rectangular("inertia between the runs", self._inertia(pair)),
-            _rectangular("support friction under load", self._support()),
-            _rectangular("place of the friction", self._place(pair)),
-            _rectangular("finite band", self._band(pair, torque)),
+    def model(self, found: Evaluated) -> MeasurementModel:
+        """Return the model of one point."""
+        pair = found.pair
+        effects = (
+            _repeatability("repeatability, loaded", found, 0),
+            _repeatability("repeatability, no load", found, 1),
+            bounded_effect("noise in the maximum", found.bias_nm),
+            *self._sensor(found),
+            *self._learned(pair),
+            self._low_pass(found),
+            *self._frequencies(pair),
+            self._inertia(found),
+            self._support(),
+            self._place(pair),
+            self._band(found),
+        )
+        return model_of(
+            found.torque_nm,
+            effects,
+            scales=(gain(self.instrument), load(self.described)),
+            correlations={LEARNED: _correlation(self.rig.covariance)},
         )
 
-    def _sensor(self, torque: float, pair: Pair) -> tuple[Component, ...]:
-        """Return gain of the difference, and of non-linearity what a smooth error curve can differ.
+    def _sensor(self, found: Evaluated) -> tuple[Effect, ...]:
+        """Return what the transducer's errors come to, besides the gain.
 
-        A constant offset, and drift between the runs, fall out of the mean of both strokes; what
-        drifts within half a swing does not.
+        Both runs are of one transducer: an offset, and drift between the runs, fall out of the mean
+        of both strokes; what drifts within half a swing does not. Of a smooth error curve only the
+        slope between the torques of the two runs is left.
         """
         accuracy = self.instrument.accuracy
-        cycles = min(len(pair.loaded.replicates_nm), len(pair.no_load.replicates_nm))
+        cycles = min(len(run.replicates_nm) for run in (found.pair.loaded, found.pair.no_load))
+        curve = limited("sensor non-linearity", accuracy.nonlinearity, "1")
         return (
-            _rectangular("sensor gain", accuracy.gain * torque),
-            _rectangular("sensor non-linearity", NONLINEAR_SLOPE * accuracy.nonlinearity * torque),
-            _rectangular("sensor drift", accuracy.drift / (2 * cycles)),
-            *undivided(self.instrument),
+            Effect(curve, -NONLINEAR_SLOPE * found.torque_nm),
+            Effect(limited("sensor drift", accuracy.drift), 1 / (2 * cycles)),
+            Effect(limited("sensor offset", accuracy.offset), 0.0),
+            *one_figure(self.instrument),
         )
 
-    def _identification(self, pair: Pair) -> Component:
-        """Return the part of fn, z, J and share, with their covariance from the no-load sweep."""
-        line, u_values = self.rig.line, np.sqrt(np.diag(self.rig.covariance))
+    def _learned(self, pair: Pair) -> tuple[Effect, ...]:
+        """Return fn, z, J, share and delay, with their covariance from the no-load sweep."""
+        line, u = self.rig.line, np.sqrt(np.diag(self.rig.covariance))
         above, below = (
             np.array([self._of(with_vector(line, vector(line) + s), pair) for s in np.diag(step)])
-            for step in (u_values, -u_values)
+            for step in (u, -u)
         )
-        gradient = (above - below) / (2 * u_values)
-        u = sqrt(gradient @ self.rig.covariance @ gradient)
-        return Component("resonance, damping, inertia", u, self.rig.dof, "normal", common=True)
+        return tuple(
+            Effect(self._learned_input(*known), float(change))
+            for *known, change in zip(
+                LEARNED_UNITS.items(), vector(line), u, (above - below) / (2 * u), strict=True
+            )
+        )
 
-    def _refiltered(self, pair: Pair) -> float:
-        rig = self.refiltered
-        return starting_torque(rig.line, rig.friction, pair, self.settings.window)
+    def _learned_input(self, named: tuple[str, str], value: float, u: float) -> Input:
+        name, unit = named
+        return Input(
+            name,
+            float(value),
+            float(u),
+            self.rig.dof,
+            Distribution.NORMAL,
+            unit,
+            common=True,
+            line=LEARNED,
+            ensemble=LEARNED,
+        )
 
-    def _inertia(self, pair: Pair) -> float:
-        acceleration = self.rig.friction.swing.acceleration_per_hz2 * pair.loaded.frequency_hz**2
-        mismatch = self.settings.inertia_mismatch * self.rig.line.inertia_kgm2
-        return float(mismatch * np.abs(acceleration).max())
+    def _low_pass(self, found: Evaluated) -> Effect:
+        rig, corner_hz = self.refiltered, self.rig.line.low_pass.corner
+        limit_hz = rig.line.low_pass.corner - corner_hz
+        torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
+        slope = (torque - found.maximum_nm) / limit_hz if limit_hz > 0 else 0.0
+        return Effect(limited("low-pass filter", limit_hz, "Hz", corner_hz), slope)
 
-    def _support(self) -> float:
-        return self.settings.support_load_dependence * self.rig.friction.level_nm
+    def _frequencies(self, pair: Pair) -> tuple[Effect, ...]:
+        """Return the two runs' frequencies: their difference is corrected as inertia's."""
+        return (
+            self._frequency("frequency, loaded", pair, "loaded"),
+            self._frequency("frequency, no load", pair, "no_load"),
+        )
 
-    def _place(self, pair: Pair) -> float:
+    def _frequency(self, name: str, pair: Pair, run: str) -> Effect:
+        mean: MeanSwing = getattr(pair, run)
+        u, cycles = mean.frequency_u_hz, len(mean.replicates_nm)
+        at = Input(name, mean.frequency_hz, u, cycles - 1.0, Distribution.T, "Hz")
+        if u == 0:
+            return Effect(at, 0.0)
+        above, below = (
+            self._of(self.rig.line, replace(pair, **{run: replace(mean, frequency_hz=hz)}))
+            for hz in (mean.frequency_hz + u, mean.frequency_hz - u)
+        )
+        return Effect(at, (above - below) / (2 * u))
+
+    def _inertia(self, found: Evaluated) -> Effect:
+        """Return what the loaded run's inertia may differ by: it acts by the acceleration there."""
+        swing, line = self.rig.friction.swing, self.rig.line
+        acceleration = swing.acceleration_per_hz2 * found.pair.loaded.frequency_hz**2
+        limit = self.settings.inertia_mismatch
+        more = found.where.torque(found.bearing_nm + limit * line.inertia_kgm2 * acceleration)
+        slope = (float(more) - found.maximum_nm) / limit if limit > 0 else 0.0
+        return Effect(limited("inertia between the runs", limit, "1"), -slope)
+
+    def _support(self) -> Effect:
+        limit = self.settings.support_load_dependence
+        growth = limited("support friction under load", limit, "1")
+        return Effect(growth, -self.rig.friction.level_nm)
+
+    def _place(self, pair: Pair) -> Effect:
         """Return what it may matter that friction follows the load or the drive.
 
         `share` is learned from the support's friction alone, as one number: a part of the whole
-        difference stays open.
+        difference stays open. Of which sign is not known; it is taken to be alike at all points.
         """
         load, drive = (self._of(replace(self.rig.line, share=share), pair) for share in (1.0, 0.0))
-        return PLACE * (load - drive)
+        return Effect(limited("place of the friction", PLACE, "1"), abs(load - drive))
 
-    def _band(self, pair: Pair, torque: float) -> float:
+    def _band(self, found: Evaluated) -> Effect:
         line = self.rig.line
-        return self._of(replace(line, harmonics=round(COARSER * line.harmonics)), pair) - torque
+        coarser = replace(line, harmonics=round(COARSER * line.harmonics))
+        change = self._of(coarser, found.pair) - found.maximum_nm
+        return bounded_effect("finite band", abs(change))
 
     def _of(self, line: DriveLine, pair: Pair) -> float:
         return starting_torque(line, self.rig.friction, pair, self.settings.window)
 
 
-def _rectangular(name: str, half_width: float) -> Component:
-    return Component(name, abs(half_width) / sqrt(3), inf, "rectangular", common=True)
+def _repeatability(name: str, found: Evaluated, run: int) -> Effect:
+    """Return the jackknife over one run: what the torque is without each of its cycles."""
+    torques = found.where.torque(found.without_each_nm[run])
+    mean = (found.pair.loaded, found.pair.no_load)[run]
+    return scattered(name, *jackknife_error(torques, in_a_row=mean.of_cycles))
 
 
-def _repeatability(name: str, where: Reversals, without_each: Array) -> Component:
-    """Return the jackknife over the cycles of one run: what the torque is without each of them."""
-    values = where.torque(without_each)
-    return Component(name, jackknife(values), len(values) - 1, "normal", common=False)
+def _correlation(covariance: Array) -> Array:
+    u = np.sqrt(np.diag(covariance))
+    return np.asarray(covariance / np.outer(u, u))

@@ -9,21 +9,23 @@ torque.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Trace
-from rigrunner.api.data import Estimate
-from rigrunner.signal.averaging import jackknife, leave_one_out_means, robust_mean
-from rigrunner.signal.sensor import undivided
+from rigrunner.api.analysis import Compensation, Trace
+from rigrunner.api.uncertainty import Effect
+from rigrunner.signal.averaging import leave_one_out_means, robust_mean
+from rigrunner.signal.inputs import limited, model_of, scattered
+from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.repeatability import jackknife_error
+from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
 from rigrunner.signal.swings import with_swings
-from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
+from rigrunner_plugins.compensations.limits import load, stated
 from rigrunner_plugins.compensations.matching import pairs
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Sweep, SwingPoint
+    from rigrunner.api.analysis import CompensatedPoint, Sweep, SwingPoint
     from rigrunner_plugins.compensations.settings import EnergySettings
     from rigrunner_plugins.compensations.swing import Swing
 
@@ -55,36 +57,33 @@ class Energy:
         swing = make_swing(ratio, loaded.torque_nm.shape[-1])
         means = [robust_mean(point.torque_nm, point.kept)[0] for point in (loaded, no_load)]
         raw, rig = (float(running_torque(swing, mean)) for mean in means)
-        components = (
+        effects = (
             _repeatability("repeatability, loaded", swing, loaded),
             _repeatability("repeatability, no load", swing, no_load),
             *self._limits(sweep, raw - rig, rig),
         )
-        return CompensatedPoint(
+        scales = (gain(sweep.instrument), load(sweep.rig))
+        return compensated_point(
+            model_of(raw - rig, effects, scales=scales),
             set_frequency_hz=loaded.set_frequency_hz,
             frequency_hz=loaded.frequency_hz.value,
             raw_nm=raw,
-            rig_nm=rig,
-            torque=Estimate(raw - rig, *combine(components)),
-            components=components,
             trace=Trace(loaded.angle_rad, means[0], means[1], means[0] - means[1]),
         )
 
-    def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Component, ...]:
+    def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Effect, ...]:
         """Return what is known by limits of error only; an offset does no work over a swing."""
-        accuracy = sweep.instrument.accuracy
-        half_widths = {
-            "sensor gain": accuracy.gain * torque,
-            "sensor non-linearity": 4 * accuracy.nonlinearity * torque,
-            "support friction under load": self.settings.support_load_dependence * rig,
-        }
-        parts = tuple(
-            Component(name, abs(value) / sqrt(3), inf, "rectangular", common=True)
-            for name, value in half_widths.items()
+        accuracy, described = sweep.instrument.accuracy, sweep.rig
+        curve = limited("sensor non-linearity", accuracy.nonlinearity, "1")
+        limit = stated(described.support_load_dependence, self.settings.support_load_dependence)
+        return (
+            Effect(curve, -NONLINEAR_SLOPE * torque),
+            Effect(limited("sensor offset", accuracy.offset), 0.0),
+            *one_figure(sweep.instrument),
+            Effect(limited("support friction under load", limit, "1"), -rig),
         )
-        return (*parts, *undivided(sweep.instrument))
 
 
-def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Component:
+def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Effect:
     values = running_torque(swing, leave_one_out_means(point.torque_nm, point.kept))
-    return Component(name, jackknife(values), len(values) - 1, "normal", common=False)
+    return scattered(name, *jackknife_error(values))

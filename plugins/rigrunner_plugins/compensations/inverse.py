@@ -15,32 +15,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Trace
+from rigrunner.api.analysis import Compensation, Trace
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.swings import with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
-from rigrunner_plugins.compensations.bearing import (
-    Pair,
-    bearing_torque,
-    mean_swing,
-    peak_bias,
-    reversals,
-    starting_torque,
-)
-from rigrunner_plugins.compensations.budget import Budget
+from rigrunner_plugins.compensations.bearing import Pair, mean_swing
+from rigrunner_plugins.compensations.budget import LEARNED_UNITS, Budget
+from rigrunner_plugins.compensations.evaluation import evaluate
 from rigrunner_plugins.compensations.identification import identify, vector
+from rigrunner_plugins.compensations.limits import known
 from rigrunner_plugins.compensations.rig_errors import RigErrors
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.analysis import Check, Sweep, SwingPoint, SwingSweep
+    from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import LowPass, TorqueInstrument
     from rigrunner_plugins.compensations.bearing import MeanSwing
+    from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.identification import Identified
     from rigrunner_plugins.compensations.settings import InverseSettings
 
@@ -83,7 +80,8 @@ class Inverse(ABC):
         rig = identify(sweep.no_load, swing, low_pass)
         wider = low_pass.corner * (1 + self.settings.low_pass_tolerance)
         refiltered = identify(sweep.no_load, swing, low_pass.model_copy(update={"corner": wider}))
-        budget = Budget(self.settings, sweep.instrument, rig, refiltered)
+        settings = known(self.settings, sweep.rig)
+        budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered)
         templates = self.templates(sweep, rig)
         done = [
             self._point(budget, loaded, template)
@@ -103,22 +101,17 @@ class Inverse(ABC):
         """Return the torque per point in N·m, shape (points,), without its uncertainty."""
         sweep = with_swings(sweep)
         rig = self._learned(sweep)
-        window = self.settings.window
+        size, window = rig.friction.swing.size, self.settings.window
         return np.array(
             [
-                starting_torque(
-                    rig.line,
-                    rig.friction,
-                    Pair(mean_swing(loaded, rig.friction.swing.size), template),
-                    window,
-                )
+                evaluate(rig, Pair(mean_swing(loaded, size), template), window).torque_nm
                 for loaded, template in zip(sweep.loaded, self.templates(sweep, rig), strict=True)
             ]
         )
 
     def perturbation(self, sweep: Sweep) -> RigErrors:
         """Return what puts the errors that the settings state into the sweep."""
-        return RigErrors(self.settings, self._learned(with_swings(sweep)))
+        return RigErrors(known(self.settings, sweep.rig), self._learned(with_swings(sweep)))
 
     def _learned(self, sweep: SwingSweep) -> Identified:
         swing = make_swing(measured_ratio(sweep.no_load))
@@ -127,25 +120,19 @@ class Inverse(ABC):
     def _point(
         self, budget: Budget, loaded: SwingPoint, template: MeanSwing
     ) -> tuple[CompensatedPoint, _Diagnosis]:
-        line, friction = budget.rig.line, budget.rig.friction
-        pair = Pair(mean_swing(loaded, friction.swing.size), template)
-        bearing = bearing_torque(line, friction, pair)
-        where = reversals(line, friction, pair.loaded, self.settings.window)
-        torque = float(where.torque(bearing)) - peak_bias(line, where, bearing, pair)
-        forward, backward = where.both(bearing)
-        components = budget.components(pair)
-        raw = float(np.ptp(pair.loaded.torque_nm) / 2)
-        point = CompensatedPoint(
+        swing = budget.rig.friction.swing
+        pair = Pair(mean_swing(loaded, swing.size), template)
+        found = evaluate(budget.rig, pair, self.settings.window)
+        forward, backward = found.where.both(found.bearing_nm)
+        point = compensated_point(
+            budget.model(found),
             set_frequency_hz=loaded.set_frequency_hz,
-            frequency_hz=pair.loaded.frequency_hz,
-            raw_nm=raw,
-            rig_nm=raw - torque,
-            torque=Estimate(torque, *combine(components)),
-            components=components,
-            trace=_trace(loaded, pair, bearing),
+            frequency_hz=found.pair.loaded.frequency_hz,
+            raw_nm=float(np.ptp(found.pair.loaded.torque_nm) / 2),
+            trace=_trace(loaded, found),
         )
         asymmetry = float((forward - backward) / (forward + backward))
-        return point, _Diagnosis(asymmetry, float(running_torque(friction.swing, bearing)))
+        return point, _Diagnosis(asymmetry, float(running_torque(swing, found.bearing_nm)))
 
 
 def _low_pass(instrument: TorqueInstrument) -> LowPass:
@@ -159,28 +146,23 @@ def _low_pass(instrument: TorqueInstrument) -> LowPass:
     return instrument.low_pass
 
 
-def _trace(loaded: SwingPoint, pair: Pair, bearing: Array) -> Trace:
-    step = len(bearing) // len(loaded.angle_rad)
+def _trace(loaded: SwingPoint, found: Evaluated) -> Trace:
+    step = len(found.bearing_nm) // len(loaded.angle_rad)
     return Trace(
         angle_rad=loaded.angle_rad,
-        raw_nm=pair.loaded.torque_nm[::step],
-        no_load_nm=pair.no_load.torque_nm[::step],
-        compensated_nm=bearing[::step],
+        raw_nm=found.pair.loaded.torque_nm[::step],
+        no_load_nm=found.pair.no_load.torque_nm[::step],
+        compensated_nm=found.bearing_nm[::step],
     )
 
 
 def _parameters(rig: Identified) -> Mapping[str, Estimate]:
-    names = {
-        "natural frequency": "Hz",
-        "damping ratio": "1",
-        "inertia": "kg·m²",
-        "share of twist in friction": "1",
-        "delay of torque behind angle": "s",
-    }
     u = np.sqrt(np.diag(rig.covariance))
     return {
         name: Estimate(float(value), float(u_value), rig.dof, unit)
-        for (name, unit), value, u_value in zip(names.items(), vector(rig.line), u, strict=True)
+        for (name, unit), value, u_value in zip(
+            LEARNED_UNITS.items(), vector(rig.line), u, strict=True
+        )
     }
 
 

@@ -59,20 +59,18 @@ class NoLoadModel:
             )
         line, friction = self.rig.line, self.rig.friction
         twist = _settled_twist(line, friction, frequency_hz)
-        torque = _sensor_torque(line, friction, frequency_hz, twist) + self._rest(frequency_hz)
-        replicates = [
-            _sensor_torque(line, each, frequency_hz, twist) + self._rest(frequency_hz, left_out)
-            for left_out, each in enumerate(self.without_each)
-        ]
+        rest = self._rest(frequency_hz)
+        torque, *replicates = (
+            _sensor_torque(line, each, frequency_hz, twist) + rest
+            for each in (friction, *self.without_each)
+        )
         return MeanSwing(frequency_hz, torque, np.array(replicates), of_cycles=False)
 
-    def _rest(self, frequency_hz: float, left_out: int | None = None) -> Array:
+    def _rest(self, frequency_hz: float) -> Array:
         """Return what is unexplained between the neighbours in frequency, shape (n,)."""
-        frequencies, rest = self.frequencies_hz, self.unexplained_nm
-        if left_out is not None:
-            frequencies, rest = np.delete(frequencies, left_out), np.delete(rest, left_out, 0)
-        place = np.interp(frequency_hz, frequencies, np.arange(len(frequencies)))
-        below = min(int(place), len(frequencies) - 2)
+        rest = self.unexplained_nm
+        place = np.interp(frequency_hz, self.frequencies_hz, np.arange(len(rest)))
+        below = min(int(place), len(rest) - 2)
         share = place - below
         return np.asarray((1 - share) * rest[below] + share * rest[below + 1])
 

@@ -12,24 +12,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component
-from rigrunner.api.data import Estimate
+from rigrunner.api.analysis import Compensation, Spreading
 from rigrunner.api.errors import DataError
-from rigrunner.signal.peaks import mean_peak, peak_points
-from rigrunner.signal.uncertainty import combine
+from rigrunner.api.uncertainty import Distribution, Effect, Input, Line
+from rigrunner.signal.inputs import model_of
+from rigrunner.signal.peaks import mean_peak, peak_points, scatter_effect
+from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner_plugins.compensations.limits import load
 from rigrunner_plugins.compensations.paper_equation import published_curve
-from rigrunner_plugins.compensations.peak_budget import (
-    frequency_component,
-    notes_on,
-    sensor_components,
-)
+from rigrunner_plugins.compensations.peak_budget import frequency_effect, notes_on
 
 if TYPE_CHECKING:
-    from rigrunner.api.analysis import Curve, PeakPoint, Sweep
+    from rigrunner.api.analysis import CompensatedPoint, Curve, PeakPoint, Sweep
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
 
 MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"
+FIT = "no-load fit"
 STEP = 1e-3
 """Relative distance over which the curve's slope is taken."""
 OTHER_RIG = (
@@ -50,7 +50,7 @@ class PaperPeak:
         notes = notes_on((*sweep.loaded, *sweep.no_load) if self._refit else sweep.loaded)
         return Compensation(
             measurand=MEASURAND,
-            points=tuple(self._point(point, curve, sweep.instrument) for point in sweep.loaded),
+            points=tuple(self._point(point, curve, sweep) for point in sweep.loaded),
             curve=curve,
             notes=notes if self._refit else (*notes, OTHER_RIG),
         )
@@ -69,35 +69,37 @@ class PaperPeak:
             )
         return sweep.fit(peak_points(sweep.no_load))
 
-    def _point(
-        self, point: PeakPoint, curve: Curve, instrument: TorqueInstrument
-    ) -> CompensatedPoint:
+    def _point(self, point: PeakPoint, curve: Curve, sweep: Sweep) -> CompensatedPoint:
         frequency = point.frequency_hz.value
-        raw, scatter = mean_peak(point)
-        rig, fit = _rig_part(curve, frequency)
-        components = (
-            *scatter,
-            fit,
-            frequency_component(_slope(curve, frequency), point.frequency_hz),
-            *self._sensor(instrument, raw, raw - rig),
+        peak = mean_peak(point)
+        value, fit = _rig_part(curve, frequency)
+        effects = (
+            scatter_effect("scatter between cycles", peak),
+            *fit,
+            frequency_effect("frequency", _slope(curve, frequency), point.frequency_hz),
+            *difference_effects(sweep.instrument, runs=2 if self._refit else 1),
+            *self._published_gain(sweep.instrument, peak.value),
         )
-        u, dof = combine(components)
-        return CompensatedPoint(
+        scales = (gain(sweep.instrument),) if self._refit else ()
+        model = model_of(
+            peak.value - value,
+            effects,
+            scales=(*scales, load(sweep.rig)),
+            lines={FIT: Line(value, -1.0)},
+        )
+        return compensated_point(
+            model,
             set_frequency_hz=point.set_frequency_hz,
             frequency_hz=frequency,
-            raw_nm=raw,
-            rig_nm=rig,
-            torque=Estimate(raw - rig, u, dof),
-            components=components,
+            raw_nm=peak.value,
         )
 
-    def _sensor(
-        self, instrument: TorqueInstrument, raw_nm: float, difference_nm: float
-    ) -> tuple[Component, ...]:
-        """Return the sensor's part: refitted, both peaks come from it and its gain acts alike."""
-        if self._refit:
-            return sensor_components(instrument, difference_nm, runs=2)
-        return sensor_components(instrument, raw_nm, runs=1)
+    def _published_gain(self, instrument: TorqueInstrument, raw_nm: float) -> tuple[Effect, ...]:
+        """Return the gain's effect where only the raw peak comes from the sensor.
+
+        Refitted, both peaks do, and the gain scales their difference.
+        """
+        return () if self._refit else (Effect(gain(instrument), -raw_nm),)
 
 
 def _slope(curve: Curve, frequency_hz: float) -> float:
@@ -108,7 +110,20 @@ def _slope(curve: Curve, frequency_hz: float) -> float:
     return float(np.ptp(values) / np.ptp(around)) if np.ptp(around) > 0 else 0.0
 
 
-def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, Component]:
-    """Return the curve's value in N·m and its uncertainty, its covariance whole, as one line."""
-    value, u = curve.predict(np.array([frequency_hz]))
-    return float(value[0]), Component("no-load fit", float(u[0]), curve.dof, "t", common=True)
+def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, ...]]:
+    """Return the curve's value in N·m and its uncertainty, its covariance whole.
+
+    In directions in which the coefficients are independent of each other, each of them common to
+    all points: so the covariance between two frequencies is carried too.
+    """
+    at = np.array([frequency_hz])
+    value, u = curve.predict(at)
+    spread = curve.spread(at)[0] if isinstance(curve, Spreading) else u
+    return float(value[0]), tuple(
+        Effect(_direction(number, curve.dof), -float(row)) for number, row in enumerate(spread, 1)
+    )
+
+
+def _direction(number: int, dof: float) -> Input:
+    name = f"{FIT}, direction {number}"
+    return Input(name, 0.0, 1.0, dof, Distribution.T, "1", common=True, line=FIT, ensemble=FIT)

@@ -1,20 +1,18 @@
-"""What the difference of two peaks is worth: the components that peak methods share, in N·m."""
+"""What the difference of two peaks is worth: the inputs that peak methods share."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import sqrt
+from math import isinf
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Component, MotionSource
-from rigrunner.signal.sensor import rectangular, undivided
+from rigrunner.api.analysis import MotionSource
+from rigrunner.api.uncertainty import Distribution, Effect, Input
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.data import Estimate
-    from rigrunner.api.instruments import TorqueInstrument
 
 SAME_PHASE = (
     "Assumes that the loaded and the no-load peak fall at the same phase of the swing. They do "
@@ -26,31 +24,21 @@ ENTERED = (
     "uncertainty."
 )
 SINGLE_VALUES = (
-    "Single values, whose scatter is not known: the uncertainty lacks it, and is a lower bound."
+    "Single values, whose scatter is not known: so their uncertainty is not known either."
 )
 
 
-def sensor_components(
-    instrument: TorqueInstrument, gain_acts_on_nm: float, runs: int
-) -> tuple[Component, ...]:
-    """Return gain, non-linearity and drift of a peak, or of the difference of two runs' peaks.
-
-    Each run has drifted on its own since its zero reading. The zero takes the offset out.
-    """
-    accuracy = instrument.accuracy
-    drift = rectangular("zero drift", accuracy.drift)
-    return (
-        rectangular("sensor gain", accuracy.gain * gain_acts_on_nm),
-        rectangular("sensor non-linearity", accuracy.nonlinearity * instrument.full_scale),
-        replace(drift, u=drift.u * sqrt(runs)),
-        *undivided(instrument),
-    )
-
-
-def frequency_component(slope_nm_per_hz: float, frequency_hz: Estimate) -> Component:
+def frequency_effect(name: str, slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
     """Return what not knowing the frequency makes of a no-load peak that goes with it."""
-    u = abs(slope_nm_per_hz) * frequency_hz.u
-    return Component("frequency", u, frequency_hz.dof, "normal", common=False)
+    known = Input(
+        name,
+        frequency_hz.value,
+        frequency_hz.u,
+        frequency_hz.dof,
+        Distribution.RECTANGULAR if isinf(frequency_hz.dof) else Distribution.T,
+        "Hz",
+    )
+    return Effect(known, -slope_nm_per_hz)
 
 
 def notes_on(points: Iterable[PeakPoint]) -> tuple[str, ...]:

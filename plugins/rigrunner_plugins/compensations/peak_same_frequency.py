@@ -6,25 +6,25 @@ is not in it, and that the two peaks stand at different phases still is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import CompensatedPoint, Compensation
+from rigrunner.api.analysis import Compensation
 from rigrunner.api.data import Estimate
-from rigrunner.signal.peaks import mean_peak
-from rigrunner.signal.uncertainty import combine
+from rigrunner.signal.inputs import model_of
+from rigrunner.signal.peaks import mean_peak, scatter_effect
+from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner_plugins.compensations.limits import load
 from rigrunner_plugins.compensations.matching import peak_pairs
-from rigrunner_plugins.compensations.peak_budget import (
-    frequency_component,
-    notes_on,
-    sensor_components,
-)
+from rigrunner_plugins.compensations.peak_budget import frequency_effect, notes_on
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import Component, PeakPoint, Sweep
+    from rigrunner.api.analysis import CompensatedPoint, PeakPoint, Sweep
+    from rigrunner.api.uncertainty import Effect
     from rigrunner_plugins.compensations.peak_same_frequency_settings import (
         PeakSameFrequencySettings,
     )
@@ -48,25 +48,23 @@ class PeakSameFrequency:
 
 
 def _point(sweep: Sweep, loaded: PeakPoint, no_load: PeakPoint) -> CompensatedPoint:
-    raw, scatter = mean_peak(loaded)
-    rig, rig_scatter = mean_peak(no_load)
-    components = (
-        *_named("scatter between cycles, loaded", scatter),
-        *_named("scatter between cycles, no load", rig_scatter),
+    raw, rig = mean_peak(loaded), mean_peak(no_load)
+    effects = (
+        scatter_effect("scatter between cycles, loaded", raw),
+        scatter_effect("scatter between cycles, no load", rig),
         _frequency(loaded, no_load, sweep.no_load),
-        *sensor_components(sweep.instrument, raw - rig, runs=2),
+        *difference_effects(sweep.instrument, runs=2),
     )
-    return CompensatedPoint(
+    scales = (gain(sweep.instrument), load(sweep.rig))
+    return compensated_point(
+        model_of(raw.value - rig.value, effects, scales=scales),
         set_frequency_hz=loaded.set_frequency_hz,
         frequency_hz=loaded.frequency_hz.value,
-        raw_nm=raw,
-        rig_nm=rig,
-        torque=Estimate(raw - rig, *combine(components)),
-        components=components,
+        raw_nm=raw.value,
     )
 
 
-def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint]) -> Component:
+def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint]) -> Effect:
     """Return what the peak may differ by because the two frequencies are not known to be one.
 
     Each has its own uncertainty, and what they are seen to differ by is not corrected.
@@ -75,7 +73,7 @@ def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint
     apart = (estimates[0].value - estimates[1].value) / sqrt(3)
     u = hypot(estimates[0].u, estimates[1].u, apart)
     dof = min(each.dof for each in estimates)
-    return frequency_component(_slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
+    return frequency_effect("frequency", _slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
 
 
 def _slope(point: PeakPoint, others: Sequence[PeakPoint]) -> float:
@@ -83,13 +81,9 @@ def _slope(point: PeakPoint, others: Sequence[PeakPoint]) -> float:
 
     From the neighbour in frequency; of a single point, what inertia alone would make: 2 T/f.
     """
-    own, hertz = mean_peak(point)[0], point.frequency_hz.value
+    own, hertz = mean_peak(point).value, point.frequency_hz.value
     away = [each for each in others if abs(each.frequency_hz.value - hertz) > APART * hertz]
     if not away:
         return 2 * own / hertz
     next_to = min(away, key=lambda each: abs(each.frequency_hz.value - hertz))
-    return (mean_peak(next_to)[0] - own) / (next_to.frequency_hz.value - hertz)
-
-
-def _named(name: str, scatter: Sequence[Component]) -> tuple[Component, ...]:
-    return tuple(replace(part, name=name) for part in scatter)
+    return (mean_peak(next_to).value - own) / (next_to.frequency_hz.value - hertz)

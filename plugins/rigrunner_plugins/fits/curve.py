@@ -41,6 +41,14 @@ class FittedCurve:
 
     def predict(self, x: Array) -> tuple[Array, Array]:
         """Return the curve at x (m,) and its standard uncertainty; DataError outside `valid_x`."""
+        value, spread = self._evaluated(x)
+        return value, np.linalg.norm(spread, axis=1)
+
+    def spread(self, x: Array) -> Array:
+        """Return the uncertainty at x (m,) in independent directions, as `Spreading` has it."""
+        return self._evaluated(x)[1]
+
+    def _evaluated(self, x: Array) -> tuple[Array, Array]:
         x = np.atleast_1d(np.asarray(x, np.float64))
         low, high = self.valid_x
         inside = (x >= low - RANGE_TOLERANCE * abs(low)) & (x <= high + RANGE_TOLERANCE * abs(high))
@@ -50,8 +58,7 @@ class FittedCurve:
                 f"the fit holds from {low:.6g} to {high:.6g}, not at {outside[0]:.6g}",
                 hint="a fit says nothing outside its points; measure there",
             )
-        value, spread = self.value_and_spread(x)
-        return value, np.linalg.norm(spread, axis=1)
+        return self.value_and_spread(x)
 
 
 def r_squared(

@@ -1,18 +1,27 @@
-"""The uncertainty budget of the primary method at a low, a middle and a high frequency."""
+"""The uncertainty budget of the primary method: at some frequencies, and of the mean."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
-from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_reports.numbers import expanded, fixed, plain, significant
+from rigrunner.signal.uncertainty import coverage_factor, share_percent
+from rigrunner_reports.numbers import (
+    UNKNOWN,
+    expanded,
+    fixed,
+    plain,
+    significant,
+    with_standard_uncertainty,
+)
 from rigrunner_reports.view.points import low_middle_high
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import CompensatedPoint, Component
+    from rigrunner.api.analysis import Component
+    from rigrunner.api.data import Estimate
     from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 
@@ -54,13 +63,40 @@ class Total:
 
 
 @dataclass(frozen=True)
+class Line:
+    """One input at one frequency, as a budget table of the GUM has it."""
+
+    name: str
+    estimate: str
+    distribution: str
+    u: str
+    unit: str
+    sensitivity: str
+    contribution: str
+    dof: str
+    share: str
+
+
+@dataclass(frozen=True)
 class Budget:
-    """The budget of a method; `frequencies` are the columns."""
+    """The budget of a method: `columns` are some frequencies, and the mean over all.
+
+    `lines` is the whole of it at one of them, `at`.
+    """
 
     method: str
-    frequencies: tuple[str, ...]
+    columns: tuple[str, ...]
     rows: tuple[BudgetRow, ...]
     totals: tuple[Total, ...]
+    at: str
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    name: str
+    components: tuple[Component, ...]
+    estimate: Estimate
 
 
 def budget(result: Result, points: Sequence[SetPoint]) -> Budget | None:
@@ -68,49 +104,97 @@ def budget(result: Result, points: Sequence[SetPoint]) -> Budget | None:
     shown = low_middle_high([each for each in points if result.primary in each.by_method])
     if not shown:
         return None
-    found = [each.by_method[result.primary] for each in shown]
-    names = dict.fromkeys(part.name for point in found for part in point.components)
-    rows = [(name, _row(name, found)) for name in names]
+    columns = [_of(each, result.primary) for each in shown]
+    whole = columns[-1]
+    if result.headline is not None and result.headline_components:
+        columns.append(_Column("Mean", result.headline_components, result.headline))
+    names = dict.fromkeys(part.name for column in columns for part in column.components)
     return Budget(
         method=result.primary,
-        frequencies=tuple(f"{plain(each.point.set_frequency_hz)} Hz" for each in shown),
-        rows=tuple(row for _, row in rows),
-        totals=tuple(_total(point) for point in found),
+        columns=tuple(column.name for column in columns),
+        rows=tuple(_row(name, columns) for name in names),
+        totals=tuple(_total(column.estimate) for column in columns),
+        at=whole.name,
+        lines=_lines(whole.components),
     )
 
 
-def _row(name: str, points: Sequence[CompensatedPoint]) -> BudgetRow:
-    same = [_component(name, point) for point in points]
+def _of(shown: SetPoint, method: str) -> _Column:
+    point = shown.by_method[method]
+    return _Column(f"{plain(point.set_frequency_hz)} Hz", point.components, point.torque)
+
+
+def _lines(components: Sequence[Component]) -> tuple[Line, ...]:
+    shares = share_percent(components)
+    return tuple(_line(part, share) for part, share in zip(components, shares, strict=True))
+
+
+def _line(part: Component, share: float) -> Line:
+    return Line(
+        name=part.name,
+        estimate=_estimate(part),
+        distribution=part.distribution,
+        u=significant(part.input_u, 2) if isfinite(part.input_u) else UNKNOWN,
+        unit=part.unit,
+        sensitivity=significant(part.sensitivity, 3) if isfinite(part.sensitivity) else MISSING,
+        contribution=_milli(part.u),
+        dof=degrees_of_freedom(part.dof),
+        share=_share(share),
+    )
+
+
+def _estimate(part: Component) -> str:
+    """Return the estimate to the place of its uncertainty's second digit."""
+    if not isfinite(part.value):
+        return MISSING
+    if part.value == 0:
+        return "0"
+    if not (isfinite(part.input_u) and part.input_u > 0):
+        return plain(part.value)
+    return with_standard_uncertainty(part.value, part.input_u, "").split(" ±")[0].lstrip("(")
+
+
+def _row(name: str, columns: Sequence[_Column]) -> BudgetRow:
+    same = [_component(name, column.components) for column in columns]
     known = [part for part in same if part is not None]
     return BudgetRow(
         name=name,
         distribution=known[0].distribution,
         dof=_range([part.dof for part in known]),
-        common="all points alike" if known[0].common else "each point",
-        parts=tuple(_part(part, point) for part, point in zip(same, points, strict=True)),
+        common="all points" if known[0].common else "each point",
+        parts=tuple(
+            _part(part, column.components) for part, column in zip(same, columns, strict=True)
+        ),
     )
 
 
-def _component(name: str, point: CompensatedPoint) -> Component | None:
-    return next((part for part in point.components if part.name == name), None)
+def _component(name: str, components: Sequence[Component]) -> Component | None:
+    return next((part for part in components if part.name == name), None)
 
 
-def _part(component: Component | None, point: CompensatedPoint) -> Part:
+def _part(component: Component | None, components: Sequence[Component]) -> Part:
     if component is None:
         return Part(MISSING, MISSING, 0.0)
-    total = sum(part.u**2 for part in point.components)
-    share = 100 * component.u**2 / total if total > 0 else 0.0
-    shown = "< 1 %" if 0 < share < LEAST_SHARE else f"{share:.0f} %"
-    return Part(_milli(component.u), shown, round(share, 1))
+    share = share_percent(components)[components.index(component)]
+    return Part(_milli(component.u), _share(share), round(share, 1) if isfinite(share) else 0.0)
+
+
+def _share(percent: float) -> str:
+    if not isfinite(percent):
+        return MISSING
+    return "< 1 %" if 0 < percent < LEAST_SHARE else f"{percent:.0f} %"
 
 
 def _milli(u_nm: float) -> str:
     """Return a torque in mN·m with two significant digits, or that there is next to nothing."""
+    if not isfinite(u_nm):
+        return UNKNOWN
+    if u_nm == 0:
+        return "0"
     return f"< {LEAST_MILLI}" if MILLI * u_nm < LEAST_MILLI else significant(MILLI * u_nm, 2)
 
 
-def _total(point: CompensatedPoint) -> Total:
-    torque = point.torque
+def _total(torque: Estimate) -> Total:
     return Total(
         u=significant(MILLI * torque.u, 2),
         dof=degrees_of_freedom(torque.dof),
@@ -121,6 +205,8 @@ def _total(point: CompensatedPoint) -> Total:
 
 def degrees_of_freedom(dof: float) -> str:
     """Return degrees of freedom as a whole number, as GUM G.4.1 rounds them: downwards."""
+    if isnan(dof):
+        return UNKNOWN
     return f"{int(dof)}" if dof < MANY_DOF else "∞"
 
 

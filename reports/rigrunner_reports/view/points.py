@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal.peaks import mean_peak
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -50,9 +49,8 @@ class SetPoint:
 
     @property
     def raw_peak_u_nm(self) -> float:
-        """Its type A standard uncertainty: s over the root of n (GUM 4.2.3); nan for one peak."""
-        peaks = self.kept_peaks_nm
-        return float(peaks.std(ddof=1) / np.sqrt(len(peaks))) if len(peaks) > 1 else float("nan")
+        """Its type A standard uncertainty (GUM 4.2.3); nan for one peak."""
+        return mean_peak(self.point).u
 
 
 def set_points(report: ReportInput) -> tuple[SetPoint, ...]:

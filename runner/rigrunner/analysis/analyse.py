@@ -15,7 +15,8 @@ from rigrunner.analysis.evidence import (
     failed_decisive,
     without_scatter,
 )
-from rigrunner.analysis.headline import compensated_mean, raw_peak_mean
+from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_peak_mean
+from rigrunner.analysis.load import with_known_load
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.sources import of_this_run, sources
@@ -29,7 +30,15 @@ from rigrunner.signal.peaks import peak_points
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import Check, Curve, Fit, OutlierRule, PeakPoint, Rejection
+    from rigrunner.api.analysis import (
+        Check,
+        Component,
+        Curve,
+        Fit,
+        OutlierRule,
+        PeakPoint,
+        Rejection,
+    )
     from rigrunner.api.data import Array, Estimate, Points, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.measurand import MeasurandKind
@@ -130,6 +139,7 @@ class _Analysis:
             compensations=compensations,
             primary=self.spec.primary,
             headline=headline,
+            headline_components=self._headline_components(compensations),
             raw_headline=raw,
             decision=decision,
             validation=self._validation(loaded, no_load, compensations, headline),
@@ -196,7 +206,9 @@ class _Analysis:
             return Compensation(self.measurand.name, (), not_applicable=str(error))
 
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
-        return Sweep(loaded, no_load, self.run.rig, self._instrument(), self._first_fit())
+        instrument = self._instrument()
+        rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
+        return Sweep(loaded, no_load, rig, instrument, self._first_fit())
 
     def _validation(
         self,
@@ -243,6 +255,12 @@ class _Analysis:
         if primary.points:
             return compensated_mean(primary.points), ""
         return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
+
+    def _headline_components(
+        self, compensations: Mapping[str, Compensation]
+    ) -> tuple[Component, ...]:
+        points = compensations[self.spec.primary].points if self.spec.primary else ()
+        return budget_of_mean(points) if points else ()
 
     def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
         return self._raw(loaded) if loaded else None

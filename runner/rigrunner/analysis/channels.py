@@ -70,17 +70,17 @@ def finite(recording: Recording, name: str) -> Array:
 
 def set_point(recording: Recording, torque: str, quantity: str) -> float:
     """Return the set value of a quantity of the device that owns the torque channel."""
-    return _value(recording, recording.setpoints, f"{_role(torque)}.{quantity}", "set-point")
+    return _value(recording, recording.setpoints, f"{role_of(torque)}.{quantity}", "set-point")
 
 
 def is_set(recording: Recording, torque: str, quantity: str) -> bool:
     """Return whether that quantity was set, and not to zero."""
-    return recording.setpoints.get(f"{_role(torque)}.{quantity}", 0.0) > 0
+    return recording.setpoints.get(f"{role_of(torque)}.{quantity}", 0.0) > 0
 
 
 def load_n(recording: Recording, torque: str) -> float:
     """Return the load as it was read while recording, or else as it was set, in N."""
-    name = f"{_role(torque)}.load"
+    name = f"{role_of(torque)}.load"
     source = recording.conditions if name in recording.conditions else recording.setpoints
     return _value(recording, source, name, "load")
 
@@ -93,7 +93,8 @@ def _member(channel: str) -> str:
     return channel.rpartition(".")[2]
 
 
-def _role(channel: str) -> str:
+def role_of(channel: str) -> str:
+    """Return the role of the device that has a channel."""
     return channel.split(".", 1)[0]
 
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 from math import nan
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.document_budget import budget
 from rigrunner.analysis.document_decision import decision
 from rigrunner.analysis.document_fits import curve_of, fit
 from rigrunner.analysis.document_validation import validation
 from rigrunner.analysis.document_values import (
-    degrees_of_freedom,
     estimate,
     number,
     plain,
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
         Check,
         CompensatedPoint,
         Compensation,
-        Component,
         PeakPoint,
         Rejection,
     )
@@ -90,6 +89,7 @@ def _headline(result: Result) -> Json:
     return {
         "method": result.primary or None,
         "compensated": estimate(result.headline),
+        "budget": budget(result.headline_components),
         "raw_peak": estimate(result.raw_headline),
     }
 
@@ -174,15 +174,5 @@ def _compensated(point: CompensatedPoint) -> Json:
         "raw": quantity(point.raw_nm, TORQUE),
         "rig": quantity(point.rig_nm, TORQUE),
         "torque": estimate(point.torque),
-        "budget": [_component(each) for each in point.components],
-    }
-
-
-def _component(component: Component) -> Json:
-    return {
-        "name": component.name,
-        "standard_uncertainty": quantity(component.u, TORQUE),
-        "degrees_of_freedom": degrees_of_freedom(component.dof),
-        "distribution": component.distribution,
-        "common_to_all_points": component.common,
+        "budget": budget(point.components),
     }

@@ -96,7 +96,8 @@ def _by_angle(source: MotionSource, values: Array, rate_hz: float, rig: RigDescr
 
 
 def _by_index(pulses: Array, rate_hz: float, rig: RigDescription) -> Motion:
-    starts = starts_from_edges(pulse_edges(pulses), rig.index_phase, len(pulses))
+    edges = pulse_edges(pulses)
+    starts = starts_from_edges(edges, rig.index_phase, len(pulses))
     _refuse_few(starts)
     frequency = _frequency(starts, rate_hz, edge_u=HALF_SAMPLE)
     phase = 2 * np.pi * np.arange(PHASES) / PHASES
@@ -106,9 +107,22 @@ def _by_index(pulses: Array, rate_hz: float, rig: RigDescription) -> Motion:
         starts=starts,
         frequency_hz=frequency,
         angles_rad=np.tile(angle, (len(starts) - 1, 1)),
-        phase_u_rad=2 * pi * frequency.value / rate_hz * HALF_SAMPLE,
+        phase_u_rad=2 * pi * frequency.value / rate_hz * _edge_u(edges),
         phase_common_u_rad=_tolerance(rig),
     )
+
+
+def _edge_u(edges: Array) -> float:
+    """Return the standard uncertainty of where the mean cycle's pulse rises, in samples.
+
+    Each rise is known to half a sample. What of that shows as scatter about an even turning
+    averages out over the cycles; what does not show, as with a whole number of samples in a cycle,
+    is the same in all of them.
+    """
+    turns = np.arange(len(edges))
+    residual = edges - np.polyval(np.polyfit(turns, edges, 1), turns)
+    seen = float(residual @ residual) / (len(edges) - 2)
+    return sqrt(max(HALF_SAMPLE**2 - seen, 0.0) + seen / len(edges))
 
 
 def _by_entry(torque_nm: Array, rate_hz: float, entered_hz: float) -> Motion:

@@ -8,14 +8,16 @@ is its uncertainty, whatever it does with the swings (GUM 5.1.3, a sensitivity f
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Component, SwingPoint
-from rigrunner.api.data import Estimate
-from rigrunner.signal.uncertainty import combine
+from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.uncertainty import Effect
+from rigrunner.signal.inputs import extended, limited
+from rigrunner.signal.mean_model import model_of_point
+from rigrunner.signal.propagation import propagate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,7 +37,8 @@ NOTE = (
 )
 COMMON, OWN = "place of the index or tacho", "time of the index pulse"
 Pattern = tuple[int, ...]
-ALIKE, OPPOSITE, NOT, ALTERNATING = (1,), (-1,), (0,), (1, -1)
+ALIKE, OPPOSITE, NOT = (1,), (-1,), (0,)
+ALTERNATING = ((1, -1), (-1, 1))
 """Which way the points of a run are shifted, over and over."""
 
 
@@ -71,15 +74,17 @@ class _Trial:
         A common error shifts both runs alike, and its sign matters. Each recording's own shifts it
         against the other run, and against its neighbours.
         """
-        late, early = (
-            self._moved_by(sign, sign, "phase_common_u_rad") for sign in (ALIKE, OPPOSITE)
-        )
-        loaded = self._moved_by(ALTERNATING, NOT, "phase_u_rad")
-        no_load = self._moved_by(NOT, ALTERNATING, "phase_u_rad")
+        loaded = self._worse("phase_u_rad", *((way, NOT) for way in ALTERNATING))
+        no_load = self._worse("phase_u_rad", *((NOT, way) for way in ALTERNATING))
         return {
-            COMMON: np.maximum(np.abs(late), np.abs(early)),
+            COMMON: self._worse("phase_common_u_rad", (ALIKE, ALIKE), (OPPOSITE, OPPOSITE)),
             OWN: np.hypot(loaded, no_load),
         }
+
+    def _worse(self, doubt: str, *ways: tuple[Pattern, Pattern]) -> Array:
+        """Return the greater effect of shifts either way: a maximum need not take them alike."""
+        moved = [np.abs(self._moved_by(*way, doubt)) for way in ways]
+        return np.asarray(np.max(moved, axis=0))
 
     def _moved_by(self, loaded: Pattern, no_load: Pattern, doubt: str) -> Array:
         moved = replace(
@@ -117,13 +122,12 @@ def _torques(found: Compensation) -> Array:
 
 
 def _with(point: CompensatedPoint, effects_nm: dict[str, float]) -> CompensatedPoint:
-    components = (
-        *point.components,
-        *(
-            Component(name, effect, inf, "rectangular", common=name == COMMON)
-            for name, effect in effects_nm.items()
-            if effect > 0
-        ),
-    )
-    torque = Estimate(point.torque.value, *combine(components), point.torque.unit)
-    return replace(point, torque=torque, components=components)
+    """Return the point with more in its model: of errors whose size is known, not their sign."""
+    effects = [
+        Effect(replace(limited(name, 1.0, "1"), common=name == COMMON), sqrt(3) * effect)
+        for name, effect in effects_nm.items()
+        if effect > 0
+    ]
+    model = extended(model_of_point(point), effects)
+    found = propagate(model)
+    return replace(point, torque=found.estimate, components=found.components, model=model)

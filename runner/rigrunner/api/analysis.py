@@ -95,6 +95,19 @@ class Curve(Protocol):
         ...
 
 
+@runtime_checkable
+class Spreading(Protocol):
+    """What a Curve can have besides: its uncertainty in independent directions."""
+
+    def spread(self, x: Array) -> Array:
+        """Return the curve's gradient times a square root of the covariance at x (m,).
+
+        Shape (m, p). The norm of a row is the standard uncertainty there, the product of two rows
+        the covariance of the curve at two places. Raises DataError outside `valid_x`.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Candidate:
     """One of the curves that a fit chose from."""

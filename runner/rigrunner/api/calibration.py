@@ -164,6 +164,15 @@ Accuracy = Annotated[str, BeforeValidator(_read_accuracy)]
 """Limits of error of any instrument, as its data sheet states them."""
 
 
+def limit_of_error(accuracy: str, value: float, full_scale: float) -> float:
+    """Return what an `Accuracy` allows at a value, in the SI unit as the value and full scale."""
+    share = re.fullmatch(r"\s*([0-9.]+)\s*%\s*(FS|reading)\s*", accuracy)
+    if share is None:
+        return difference(parse_quantity(accuracy))
+    of = full_scale if share[2] == "FS" else value
+    return float(share[1]) / 100 * abs(of)
+
+
 def difference(quantity: Quantity) -> float:
     """Return a difference or a width in the SI unit; raise QuantityError for '0.2 °C'.
 

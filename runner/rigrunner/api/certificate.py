@@ -234,6 +234,7 @@ DeviationKind = Literal[
     "alarm",
     "note",
     "failed_step",
+    "repeated",
     "failed_check",
     "remark",
     "calibration",

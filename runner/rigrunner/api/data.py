@@ -23,7 +23,9 @@ class Block:
 
     rate_hz: float
     first_sample: int
+    """Counted from the beginning of the stream."""
     monotonic_s: float
+    """When the first sample was taken, or this block arrived; it never goes back in a stream."""
     channels: Mapping[str, Array]
 
     @property

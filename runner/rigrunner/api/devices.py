@@ -8,7 +8,9 @@ DriveInfo names, which is the coherent SI unit of its dimension.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from rigrunner.api.errors import PluginError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -42,6 +44,18 @@ class StopToken(Protocol):
         ...
 
 
+class MakeDevice(Protocol):
+    """Makes a device of any plugin."""
+
+    def __call__(self, plugin: str, settings: Mapping[str, Any], /) -> Device:
+        """Return the device, in the same role; raise PluginError."""
+        ...
+
+
+def _no_other_device(plugin: str, settings: Mapping[str, Any], /) -> Device:  # noqa: ARG001  (the Protocol's)
+    raise PluginError(f"the device '{plugin}' cannot be made here", hint="name it in a station")
+
+
 @dataclass(frozen=True)
 class DeviceContext:
     """What a device is given beside its settings."""
@@ -50,6 +64,8 @@ class DeviceContext:
     clock: Clock
     folder: Path
     """The folder of the station file, to which relative paths in settings refer."""
+    make: MakeDevice = _no_other_device
+    """For a device that wraps another one, whose settings are WrapperSettings."""
 
 
 @dataclass(frozen=True)

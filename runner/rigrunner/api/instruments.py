@@ -15,6 +15,7 @@ from rigrunner.api.calibration import (
     CalibrationPoint,
     StatedTorqueAccuracy,
     TorqueAccuracy,
+    limit_of_error,
 )
 from rigrunner.api.quantity import UNITS, QuantityError
 from rigrunner.api.settings import (
@@ -24,6 +25,7 @@ from rigrunner.api.settings import (
     Length,
     ListOf,
     MomentOfInertia,
+    Ratio,
     RotationalDamping,
     Settings,
     Torque,
@@ -192,6 +194,18 @@ class OtherInstrument(Instrument):
         """The dimension of what it measures."""
         return self.measures
 
+    def limit_of_error(self, value: float) -> float | None:
+        """Return what it may be off by at a value, both in the SI unit; None if nothing says it.
+
+        As stated, or else |deviation| + U of the worst calibration point. Full scale is the end of
+        the calibrated range.
+        """
+        reach = self.calibrated_range
+        if self.accuracy is not None and (reach or not self.accuracy.endswith("FS")):
+            return limit_of_error(self.accuracy, value, reach[1] if reach else math.nan)
+        limits = [abs(p.deviation) + p.k * p.standard_uncertainty for p in self.points]
+        return max(limits, default=None)
+
 
 def _torque_or_other(value: object) -> str:
     measures = value.get("measures") if isinstance(value, dict) else getattr(value, "quantity", "")
@@ -246,6 +260,19 @@ class RigDescription(Settings):
     phase_tolerance: Annotated[
         Angle, Field(ge=0, description="of the crank phase, where index or tacho stand for it")
     ] = math.pi / 180
+
+    load_tolerance: Annotated[
+        Ratio,
+        Field(ge=0, description="limit of error of the load; by default class 0.5 of ISO 7500-1"),
+    ] = 0.005
+    inertia_mismatch: Annotated[
+        Ratio | None,
+        Field(ge=0, description="limit of what the inertia may differ by between the two runs"),
+    ] = None
+    support_load_dependence: Annotated[
+        Ratio | None,
+        Field(ge=0, description="limit of what the load may change the support's friction by"),
+    ] = None
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.analysis import Check, Compensation, Curve, PeakPoint
+    from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Points, RunData
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
@@ -124,6 +124,8 @@ class Result:
     primary: str = ""
     headline: Estimate | None = None
     """The mean over the set-points by the primary method."""
+    headline_components: tuple[Component, ...] = ()
+    """Its budget: what the points have in common enters once, the rest averaged."""
     raw_headline: Estimate | None = None
     """The same mean of the raw torque."""
     decision: Decision | None = None

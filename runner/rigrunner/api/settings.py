@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from datetime import date
 from functools import partial
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
@@ -27,6 +27,20 @@ class Settings(BaseModel):
     """Frozen, strict, no unknown keys: the base of every model that is read from YAML."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class WrapperSettings(Settings):
+    """The base of the settings of a device that is made of another one, `DeviceContext.make`."""
+
+    plugin: Annotated[
+        str,
+        Field(
+            description="of the device that is wrapped", json_schema_extra={"x-plugin": "device"}
+        ),
+    ]
+    settings: Annotated[
+        dict[str, Any], Field(description="what the wrapped device's plugin is told")
+    ] = Field(default_factory=dict)
 
 
 def _read(dimension: str | None, value: object) -> Quantity:

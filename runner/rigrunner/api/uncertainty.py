@@ -63,6 +63,14 @@ class Input:
         return self.line or self.name
 
 
+@dataclass(frozen=True)
+class Line:
+    """What the budget shows of a line of several inputs, such as a fit: one quantity in N·m."""
+
+    value_nm: float
+    sensitivity: float = 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class MeasurementModel:
     """Inputs, their correlation, and the equation that makes the measurand of them, in N·m.
@@ -74,8 +82,8 @@ class MeasurementModel:
     inputs: tuple[Input, ...]
     equation: Equation
     correlation: Array | None = None
-    lines: Mapping[str, float] = field(default_factory=dict)
-    """What the budget shows as the estimate of a line of several inputs, in N·m."""
+    lines: Mapping[str, Line] = field(default_factory=dict)
+    """How lines of several inputs appear in the budget, by name."""
 
     def __post_init__(self) -> None:
         names = [each.name for each in self.inputs]

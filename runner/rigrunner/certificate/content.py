@@ -122,10 +122,17 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(
             code="draft_procedure", detail=f"{words}: {approval.note or approval.state}"
         )
-    if source.simulated:
+    simulated = source.simulated or _has_simulated_instrument(source)
+    if simulated:
         yield Restriction(code="simulated", detail=source.stored.header.station_id)
-    if requested and not drafts and not source.simulated:
+    if requested and not drafts and not simulated:
         yield Restriction(code="requested")
+
+
+def _has_simulated_instrument(source: Source) -> bool:
+    """Say whether the register of either run has one."""
+    entries = instruments_of(source.result.run, source.result.no_load_run)
+    return any(each.calibration == "simulated" for each in entries)
 
 
 def _runs(source: Source) -> tuple[StoredRun, ...]:
@@ -190,7 +197,7 @@ def _run_evidence(run: StoredRun, file_sha256: str) -> RunEvidence:
         procedure_revision=header.procedure_revision,
         started_utc=header.started_utc,
         digest_sha256=run.digest,
-        manifest_sha256=getattr(run, "manifest_sha256", ""),
+        manifest_sha256=run.manifest_sha256,
         file_sha256=file_sha256,
     )
 

@@ -30,9 +30,7 @@ def deviations_of(
     run_id = stored.header.run_id
     for each in (stored, stored.no_load):
         if each is not None:
-            yield from _recorded(each.header.run_id, each.events)
-            for text in each.notes:
-                yield Deviation(kind="remark", run_id=each.header.run_id, text=text)
+            yield from _of_run(each)
     for entry in instruments:
         if entry.overdue:
             text = f"{entry.serial}: due {entry.due}"
@@ -53,6 +51,16 @@ def rejected_of(result: Result) -> Iterator[RejectedCycle]:
         if run is not None:
             for point in points:
                 yield from _rejected(run.run_id, point)
+
+
+def _of_run(run: StoredRun) -> Iterator[Deviation]:
+    run_id = run.header.run_id
+    yield from _recorded(run_id, run.events)
+    for former in run.superseded:
+        utc = former.started_utc
+        yield Deviation(kind="repeated", run_id=run_id, where=former.name, text="", utc=utc)
+    for text in run.notes:
+        yield Deviation(kind="remark", run_id=run_id, text=text)
 
 
 def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:

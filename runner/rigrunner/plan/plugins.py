@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import InvalidFileError, PluginError
+from rigrunner.api.settings import WrapperSettings
 from rigrunner.plan.problems import Problems
 from rigrunner.yamlfile import validate
 
@@ -73,7 +74,13 @@ def _named(spec: AnalysisSpec) -> Iterator[tuple[str, Path, PluginRef]]:
 
 def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> None:
     try:
-        validate(lookup.settings_of(use.kind, use.name), use.document, use.settings_at)
+        settings = lookup.settings_of(use.kind, use.name)
+        found = validate(settings, use.document, use.settings_at)
+        if isinstance(found, WrapperSettings):
+            named_at, settings_at = (*use.settings_at, "plugin"), (*use.settings_at, "settings")
+            _check(
+                _Use(use.kind, found.plugin, use.document, named_at, settings_at), lookup, problems
+            )
     except PluginError as error:
         at_key = use.named_at == use.settings_at
         problems.add(use.document, use.named_at, error.message, error.hint, key=at_key)

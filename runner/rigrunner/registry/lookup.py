@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import difflib
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
 from rigrunner.api.errors import PluginError
-from rigrunner.api.hooks import CompensationRecord
+from rigrunner.api.hooks import CompensationRecord, DeviceRecord
+from rigrunner.api.settings import WrapperSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
@@ -96,6 +98,24 @@ class Registry:
             where = ".".join(str(part) for part in first["loc"])
             raise PluginError(f"{kind} '{name}': {where}: {first['msg']}") from error
         return record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+
+    def make_device(
+        self, plugin: str, settings: Mapping[str, Any], context: DeviceContext
+    ) -> Device:
+        """Return a device that can make others of this registry; raise PluginError."""
+
+        def make(other: str, of_other: Mapping[str, Any], /) -> Device:
+            return self.make_device(other, of_other, context)
+
+        return self.make("device", plugin, settings, replace(context, make=make))  # type: ignore[no-any-return]  # a device
+
+    def is_simulated(self, plugin: str, settings: Mapping[str, Any]) -> bool:
+        """Say whether a device is simulated; one that wraps another is if that one is."""
+        record = self.find("device", plugin).record
+        if issubclass(record.settings, WrapperSettings):
+            wrapped = record.settings.model_validate(dict(settings))
+            return self.is_simulated(wrapped.plugin, wrapped.settings)
+        return isinstance(record, DeviceRecord) and record.simulated
 
     def _suggestion(self, kind: str, name: str) -> str:
         names = self.names(kind)

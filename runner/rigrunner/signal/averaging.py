@@ -53,13 +53,3 @@ def leave_one_out_means(cycles: Array, kept: Mask, threshold: float = DEFAULT_TH
     count = (mask.sum(axis=0) - mask)[kept]
     means: Array = without / np.maximum(count, 1)
     return means
-
-
-def jackknife(replicates: Array) -> float:
-    """Return the standard uncertainty of a statistic from its leave-one-out values, shape (n,).
-
-    Any smooth statistic of a mean over n cycles: u^2 = (n - 1)/n sum (x_i - mean)^2, with n - 1
-    degrees of freedom (Efron and Stein, Ann. Statist. 9(3), 1981).
-    """
-    n = len(replicates)
-    return float(np.sqrt((n - 1) / n * np.sum((replicates - replicates.mean()) ** 2)))

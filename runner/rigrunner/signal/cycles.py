@@ -27,6 +27,9 @@ HYSTERESIS = 0.3
 LEAST_SWING = 0.5
 """Of the amplitude that the kinematics give: less is noise of a rig at rest."""
 
+SHORTEST = 0.5
+"""Of the median: the least length of a cycle. No crank turns a single time twice as fast."""
+
 REFINEMENTS = 4
 BASELINES = 3
 SPLINE_ORDER: Final = 5
@@ -58,7 +61,7 @@ def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
     Hysteresis finds the swings whatever the noise; then each start is refined by least squares of
     the guide bar's kinematics of eccentric ratio `ratio` over the half turn around it, with the
     offset and scale that the angle channel shows over all of them. Raises DataError if the angle
-    does not swing through one whole cycle.
+    does not swing through one whole cycle, or if one cycle is shorter than half the median.
     """
     starts = _rough_starts(angle_rad, LEAST_SWING * max_angle(ratio))
     if len(starts) < 2:  # noqa: PLR2004  (a cycle has two ends)
@@ -69,7 +72,9 @@ def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
     starts = _with_ends(starts, len(angle_rad))
     offset, scale = 0.0, 1.0
     for _ in range(REFINEMENTS):
+        _refuse_short(starts, rate_hz)
         starts, offset, scale = _refine(angle_rad, starts, ratio)
+    _refuse_short(starts, rate_hz)
     starts = starts[(starts >= 0) & (starts <= len(angle_rad) - 1)]
     return Cycles(starts, rate_hz / np.diff(starts), offset, scale * ratio)
 
@@ -104,6 +109,17 @@ def _rough_starts(angle: Array, least_rad: float) -> Array:
     side = np.sign(centred[outside])
     rising = np.flatnonzero(np.diff(side) > 0)
     return (outside[rising] + outside[rising + 1]) / 2
+
+
+def _refuse_short(starts: Array, rate_hz: float) -> None:
+    """Raise DataError for starts that no crank can have: spikes, or a jump, made them."""
+    lengths = np.diff(starts)
+    if not lengths.min() > SHORTEST * np.median(lengths):
+        where_s = starts[int(lengths.argmin())] / rate_hz
+        raise DataError(
+            f"a cycle at {where_s:.3g} s is shorter than half of the others",
+            hint="the angle has spikes, or jumps: look at its channel",
+        )
 
 
 def _with_ends(starts: Array, samples: int) -> Array:

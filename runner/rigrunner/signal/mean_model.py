@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import nan
+from math import isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,13 +18,17 @@ if TYPE_CHECKING:
 
 
 def mean_model(points: Sequence[CompensatedPoint]) -> MeasurementModel:
-    """Return the model of the mean torque of one or more points.
+    """Return the model of the mean torque of one or more points; ValueError as `mean_of_models`."""
+    return mean_of_models([model_of_point(point) for point in points])
+
+
+def mean_of_models(models: Sequence[MeasurementModel]) -> MeasurementModel:
+    """Return the model of the mean of one or more measurands.
 
     A common input is one and the same in all points, so that its errors add up with their signs;
     the others are told apart by the point and average out. Raises ValueError where a common input
     is not the same in two points.
     """
-    models = [point.model or _of_components(point) for point in points]
     names = [_names(model, place) for place, model in enumerate(models, 1)]
     inputs: dict[str, Input] = {}
     for model, renamed in zip(models, names, strict=True):
@@ -66,8 +70,13 @@ def _renamed(own: Input, names: Mapping[str, str]) -> Input:
 
 def _enter(inputs: dict[str, Input], new: Input) -> None:
     known = inputs.setdefault(new.name, new)
-    if (known.value, known.u, known.distribution) != (new.value, new.u, new.distribution):
+    if not _same(known, new):
         raise ValueError(f"{new.name} is common to all points, but not the same in two of them")
+
+
+def _same(one: Input, other: Input) -> bool:
+    known = (one.value, one.distribution) == (other.value, other.distribution)
+    return known and (one.u == other.u or (isnan(one.u) and isnan(other.u)))
 
 
 def _correlation(
@@ -84,8 +93,10 @@ def _correlation(
     return whole
 
 
-def _of_components(point: CompensatedPoint) -> MeasurementModel:
-    """Return the model of a point that gives its components only: each adds to the torque."""
+def model_of_point(point: CompensatedPoint) -> MeasurementModel:
+    """Return the model of a point; where it has components only, each adds to the torque."""
+    if point.model is not None:
+        return point.model
     effects = tuple(_effect(part) for part in point.components)
     return MeasurementModel(
         inputs=tuple(each.input for each in effects),
@@ -100,5 +111,5 @@ def _effect(part: Component) -> Effect:
     """
     name = part.distribution
     known = Distribution(name) if name in set(Distribution) else Distribution.NORMAL
-    u = nan if np.isnan(part.u) else 1.0
+    u = nan if isnan(part.u) else 1.0
     return Effect(Input(part.name, 0.0, u, part.dof, known, "1", part.common), part.u)

@@ -2,31 +2,36 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.analysis import Component
-from rigrunner.api.data import Points
+from rigrunner.api.data import Estimate, Points
+from rigrunner.signal.inputs import scattered, unknown
+from rigrunner.signal.repeatability import standard_error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.analysis import PeakPoint
+    from rigrunner.api.uncertainty import Effect
 
 
-def mean_peak(point: PeakPoint) -> tuple[float, tuple[Component, ...]]:
+def mean_peak(point: PeakPoint) -> Estimate:
     """Return the mean of the kept raw peaks in N·m, and its type A uncertainty (GUM 4.2).
 
-    A single value shows no scatter: then the uncertainty is unknown, and there is no component.
+    A single value shows no scatter: then uncertainty and degrees of freedom are nan.
     """
     values = point.peak_nm[point.peak_kept]
     if len(values) == 1:
-        return float(values[0]), ()
-    u = float(values.std(ddof=1)) / sqrt(len(values))
-    scatter = Component("scatter between cycles", u, float(len(values) - 1), "t", common=False)
-    return float(values.mean()), (scatter,)
+        return Estimate(float(values[0]), nan, nan)
+    return Estimate(float(values.mean()), *standard_error(values))
+
+
+def scatter_effect(name: str, peak: Estimate) -> Effect:
+    """Return the scatter of a mean peak as an input; unknown, where a single value showed none."""
+    return unknown(name) if isnan(peak.u) else scattered(name, peak.u, peak.dof)
 
 
 def peak_points(points: Sequence[PeakPoint]) -> Points:
@@ -35,9 +40,9 @@ def peak_points(points: Sequence[PeakPoint]) -> Points:
     With their type A uncertainty, unless that of one of them is unknown.
     """
     peaks = [mean_peak(point) for point in points]
-    u = [part.u for _, scatter in peaks for part in scatter]
+    u = np.array([peak.u for peak in peaks])
     return Points(
         x=np.array([point.frequency_hz.value for point in points]),
-        y=np.array([value for value, _ in peaks]),
-        u_y=np.array(u) if len(u) == len(peaks) else None,
+        y=np.array([peak.value for peak in peaks]),
+        u_y=None if np.isnan(u).any() else u,
     )

@@ -7,21 +7,27 @@ Satterthwaite (G.4.1), extended to inputs of one estimation (Willink, Metrologia
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.api.analysis import Component
+from rigrunner.api.analysis import CompensatedPoint, Component
 from rigrunner.api.data import Estimate
+from rigrunner.api.uncertainty import Line
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.api.analysis import Trace
     from rigrunner.api.data import Array
     from rigrunner.api.uncertainty import Input, MeasurementModel
+
+
+UNKNOWN_STEP = 1e-3
+"""Over which the sensitivity to an input of unknown uncertainty is taken."""
 
 
 @dataclass(frozen=True)
@@ -35,21 +41,44 @@ class Propagated:
 def propagate(model: MeasurementModel) -> Propagated:
     """Return estimate and budget.
 
-    Raises ValueError for correlated inputs that are neither of one ensemble nor both of infinite
-    degrees of freedom: nothing says what those of the result would be.
+    An input of unknown uncertainty (nan) makes that of the result unknown: nan, and so its degrees
+    of freedom. Raises ValueError for correlated inputs that are neither of one ensemble nor both of
+    infinite degrees of freedom: nothing says what those of the result would be.
     """
     gradient = sensitivities(model)
+    known = [not np.isnan(each.u) for each in model.inputs]
     numbers = _uncertain_numbers(model)
     parts = {
-        line: _combined(line, [each for each in rows if gradient[each] != 0], gradient, numbers)
+        line: _combined(rows, gradient, numbers) if all(known[row] for row in rows) else None
         for line, rows in _lines(model).items()
     }
-    total = sum(parts.values())
-    value, u, dof = model.value, *_u_and_dof(total)
+    u, dof = _u_and_dof(None if None in parts.values() else sum(parts.values()))
     components = (
         _component(model, line, gradient, _u_and_dof(part)) for line, part in parts.items()
     )
-    return Propagated(Estimate(value, u, dof), tuple(components))
+    return Propagated(Estimate(model.value, u, dof), tuple(components))
+
+
+def compensated_point(
+    model: MeasurementModel,
+    *,
+    set_frequency_hz: float,
+    frequency_hz: float,
+    raw_nm: float,
+    trace: Trace | None = None,
+) -> CompensatedPoint:
+    """Return the point of which that is the model: its torque and budget follow from it."""
+    found = propagate(model)
+    return CompensatedPoint(
+        set_frequency_hz=set_frequency_hz,
+        frequency_hz=frequency_hz,
+        raw_nm=raw_nm,
+        rig_nm=raw_nm - found.estimate.value,
+        torque=found.estimate,
+        components=found.components,
+        trace=trace,
+        model=model,
+    )
 
 
 def sensitivities(model: MeasurementModel) -> Array:
@@ -60,7 +89,7 @@ def sensitivities(model: MeasurementModel) -> Array:
     """
     count = len(model.inputs)
     values = np.array([each.value for each in model.inputs])
-    u = np.array([each.u for each in model.inputs])
+    u = np.array([UNKNOWN_STEP if isnan(each.u) else each.u for each in model.inputs])
     steps = np.concatenate([np.diag(u), -np.diag(u)]).reshape(2 * count, count)
     trials = dict(zip((each.name for each in model.inputs), (values + steps).T, strict=True))
     if not count:
@@ -83,7 +112,8 @@ def _uncertain_numbers(model: MeasurementModel) -> Sequence[Any]:
     import GTC  # noqa: PLC0415  (0.6 s that only a propagation is to pay)
 
     numbers: list[Any] = [
-        GTC.ureal(x.value, x.u, x.dof, independent=x.dof < inf) for x in model.inputs
+        None if isnan(x.u) else GTC.ureal(x.value, x.u, x.dof, independent=x.dof < inf)
+        for x in model.inputs
     ]
     for rows in _ensembles(model).values():
         inputs = [model.inputs[row] for row in rows]
@@ -131,15 +161,17 @@ def _refuse_without_dof(one: Input, other: Input) -> None:
         )
 
 
-def _combined(line: str, rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
+def _combined(rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
     import GTC  # noqa: PLC0415  (see above)
 
-    start = GTC.constant(0.0, label=line)
-    return sum((float(gradient[row]) * numbers[row] for row in rows), start)
+    acting = [row for row in rows if gradient[row] != 0]
+    return sum((float(gradient[row]) * numbers[row] for row in acting), GTC.constant(0.0))
 
 
 def _u_and_dof(number: Any) -> tuple[float, float]:
-    """Return u and its degrees of freedom; of what is certain they are infinite."""
+    """Return u and its degrees of freedom: infinite of what is certain, nan of what is unknown."""
+    if number is None:
+        return nan, nan
     return float(getattr(number, "u", 0.0)), float(getattr(number, "df", inf))
 
 
@@ -149,15 +181,20 @@ def _component(
     rows = _lines(model)[line]
     first = model.inputs[rows[0]]
     u, dof = u_and_dof
-    single = len(rows) == 1
-    return Component(
+    shown = Component(
         name=line,
         u=u,
         dof=first.dof if u == 0 else dof,
         distribution=str(first.distribution),
         common=first.common,
-        value=first.value if single else model.lines.get(line, nan),
-        unit=first.unit if single else "N·m",
-        input_u=first.u if single else u,
-        sensitivity=float(gradient[rows[0]]) if single else 1.0,
+    )
+    if len(rows) == 1:
+        c = float(gradient[rows[0]])
+        return replace(shown, value=first.value, unit=first.unit, input_u=first.u, sensitivity=c)
+    whole = model.lines.get(line, Line(nan))
+    return replace(
+        shown,
+        value=whole.value_nm,
+        input_u=u / abs(whole.sensitivity),
+        sensitivity=whole.sensitivity,
     )

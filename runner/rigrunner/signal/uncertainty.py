@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scipy.special import ndtri, stdtrit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from rigrunner.api.analysis import Component
 
@@ -23,6 +23,15 @@ def combine(components: Iterable[Component]) -> tuple[float, float]:
     u = sqrt(sum(u**2 for u, _ in pairs))
     spread = sum((part / u) ** 4 / dof for part, dof in pairs)
     return u, 1 / spread if spread > 0 else inf
+
+
+def share_percent(components: Sequence[Component]) -> tuple[float, ...]:
+    """Return what each component makes up of the variance, in per cent; nan where one is unknown.
+
+    Of no variance at all each makes up nothing.
+    """
+    total = sum(part.u**2 for part in components)
+    return tuple(100 * part.u**2 / total if total != 0 else 0.0 for part in components)
 
 
 def coverage_factor(dof: float, p: float = 0.95) -> float:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import Problem
-from rigrunner.api.hooks import DeviceRecord
 from rigrunner.api.quantity import readable, unit
 from rigrunner.plan.actions import Measure, Ramp, Record, SetDrive
 from rigrunner.workflow.stored import NO_ANALYSIS
@@ -159,9 +158,8 @@ class _Register:
 
     def _is_simulated(self, channel: str) -> bool:
         role, _ = split_member(channel)
-        plugin = self.planned.station.model.devices[role].plugin
-        record = self.planned.registry.find("device", plugin).record
-        return isinstance(record, DeviceRecord) and record.simulated
+        device = self.planned.station.model.devices[role]
+        return self.planned.registry.is_simulated(device.plugin, device.settings)
 
     def _entered(
         self, lack: Lack, each: Instrument, field: str, message: str, hint: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from typing import TYPE_CHECKING
 
@@ -17,20 +17,19 @@ from rigrunner.certificate.content import (
 )
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
-from rigrunner.certificate.surroundings import instruments_of
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
+from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.office import Issued, Office
 from rigrunner.workflow.provenance import software
 from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.certificate import Authorisation, Certificate, Restriction
-    from rigrunner.api.results import Result
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 
@@ -82,28 +81,31 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
         )
         return make_certificate(source, order, letterhead, issue)
 
-    folder = request.out or (run if run.is_dir() else run.parent)
-    return Office(request.letterhead, letterhead, registry, now).issue(content, folder)
+    folder = run if run.is_dir() else run.parent
+    office = Office(request.letterhead, letterhead, registry, now)
+    issued = office.issue(content, request.out or folder)
+    return replace(issued, notes=(*issued.notes, *_decided_again(source, folder)))
 
 
 def read_source(run: Path, registry: Registry) -> Source:
     """Read and analyse a stored run; raise DataError."""
     stored = read(run)
     file = run / RUN_FILE if run.is_dir() else run
-    result = analyse_run(run, registry)
     return Source(
         stored=stored,
-        result=result,
+        result=analyse_run(run, registry),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
-        simulated=bool(read_truth(run)) or _is_simulated(result),
+        simulated=bool(read_truth(run)),
     )
 
 
-def _is_simulated(result: Result) -> bool:
-    """Say whether the register has a simulated instrument for either run."""
-    return any(
-        each.calibration == "simulated" for each in instruments_of(result.run, result.no_load_run)
-    )
+def _decided_again(source: Source, folder: Path) -> Iterator[str]:
+    """Yield what to know of decisions after the run: a certificate has what was agreed before."""
+    for each in later_decisions(source.stored, folder):
+        yield (
+            f"{each.path.name} decides this run again ('{each.summary.verdict}'); the certificate"
+            " states the decision by the procedure that was run"
+        )
 
 
 def _refuse_restricted(

@@ -58,10 +58,8 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
     if any(problem.field.startswith("devices") for problem in problems):
         raise InvalidFileError(problems)
     devices = {
-        role: registry.make(
-            "device", entry.plugin, entry.settings, DeviceContext(role, clock, station.parent)
-        )
-        for role, entry in loaded_station.model.devices.items()
+        role: _device(role, loaded_station, registry, DeviceContext(role, clock, station.parent))
+        for role in loaded_station.model.devices
     }
     plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
     problems.without(lambda: check_limits(loaded_procedure, plan, registry))
@@ -83,6 +81,20 @@ class _Problems(list[Problem]):
             if isinstance(error, InconsistentProcedureError):
                 return cast("_T", error.loaded)
         return None
+
+
+def _device(
+    role: str, station: LoadedStation, registry: Registry, context: DeviceContext
+) -> Device:
+    entry = station.model.devices[role]
+    try:
+        return registry.make_device(entry.plugin, entry.settings, context)
+    except PluginError as error:
+        path = ("devices", role, "settings")
+        where = station.document.where(path)
+        raise InvalidFileError(
+            [Problem(error.message, where, ".".join(path), error.hint)]
+        ) from error
 
 
 def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:

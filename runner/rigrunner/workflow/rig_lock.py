@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from filelock import FileLock, Timeout
 
 from rigrunner.api.errors import DeviceError
-from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import utc_text
 
 if TYPE_CHECKING:
@@ -64,11 +63,10 @@ def lock_folder() -> Path:
 
 
 def _simulated(planned: Planned) -> bool:
-    records = (
-        planned.registry.find("device", each.plugin).record
+    return all(
+        planned.registry.is_simulated(each.plugin, each.settings)
         for each in planned.station.model.devices.values()
     )
-    return all(isinstance(each, DeviceRecord) and each.simulated for each in records)
 
 
 def _holder(lock_file: Path) -> Path:

@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from rigrunner.api.instruments import AnyInstrument, OtherInstrument, TorqueInstrument
-from rigrunner.signal.sensor import reading_components
+from rigrunner.signal.sensor import reading_effects
 
 ENTRY = TypeAdapter(AnyInstrument)
 TORQUE = {"channel": "tester.torque", "serial": "T-1", "full_scale": "20 N·m"}
@@ -45,15 +45,16 @@ def test_an_entry_is_a_torque_transducer_unless_it_says_otherwise():
 @pytest.mark.parametrize("text", ["0.5 % FS", "0.5%FS", " .5 % FS "])
 def test_an_accuracy_in_one_figure_is_rectangular_over_full_scale(text):
     instrument = TorqueInstrument.model_validate(TORQUE | {"accuracy": text})
-    parts = reading_components(instrument, 3.0, zeroed=True)
-    told = {part.name: part for part in parts if part.u > 0}
+    told = {
+        each.input.name: each.input
+        for each in reading_effects(instrument, zeroed=True)
+        if each.sensitivity * each.input.u
+    }
 
     assert set(told) == {"sensor accuracy"}
-    assert told["sensor accuracy"].u == pytest.approx(0.1 / sqrt(3), rel=1e-12)
-    assert (told["sensor accuracy"].dof, told["sensor accuracy"].distribution) == (
-        inf,
-        "rectangular",
-    )
+    accuracy = told["sensor accuracy"]
+    assert accuracy.u == pytest.approx(0.1 / sqrt(3), rel=1e-12)
+    assert (accuracy.dof, accuracy.distribution) == (inf, "rectangular")
 
 
 def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,10 @@ def with_value(value: float):
     return spoil
 
 
+def later(block: Block, seconds: float) -> Block:
+    return replace(block, monotonic_s=block.monotonic_s + seconds)
+
+
 @pytest.mark.parametrize(
     ("spoil", "error", "message"),
     [
@@ -40,7 +45,13 @@ def with_value(value: float):
         (lambda blocks: [blocks[0], blocks[2]], DeviceLostError,
          "tester: the stream has a gap: sample 200 came, 100 was due"),
         (lambda blocks: [blocks[0], blocks[0]], DeviceLostError,
-         "tester: the stream has a gap: sample 0 came, 100 was due"),
+         "tester: the stream came twice, or in a wrong order: sample 0 came, 100 was due"),
+        (lambda blocks: [blocks[0], later(blocks[1], -0.2)], DeviceLostError,
+         "tester: time goes back by 0.1 s at sample 100"),
+        (lambda blocks: [blocks[0], later(blocks[1], math.nan)], DeviceLostError,
+         "tester: time goes back by nan s at sample 100"),
+        (lambda blocks: [blocks[0], later(blocks[1], 0.2), later(blocks[2], 0.2)], DeviceLostError,
+         "tester: a gap in time of 0.2 s before sample 100, though none is missing by their count"),
         (lambda blocks: [replace(blocks[0], rate_hz=999.0)], DeviceRejectedError,
          "tester: the stream has 999 samples per second, not 1000"),
         (lambda blocks: [replace(blocks[0], channels={"angle": np.zeros(100)})], DeviceLostError,
@@ -59,6 +70,14 @@ def test_spoilt_stream_fails_the_recording_and_says_why(spoil, error, message):
     assert message in summary.reason
     (ended,) = listener.of(StepEnded)
     assert (ended.ok, ended.recording) == (False, "001")
+
+
+@pytest.mark.parametrize("shifts", [(0.0, 0.1, 0.0), (0.5, 0.4, 0.3), (0.0, -0.09, 0.05)])
+def test_blocks_may_be_late_if_a_later_one_is_in_time(shifts):
+    summary, _ = outcome_of(
+        lambda blocks: [later(block, s) for block, s in zip(blocks, shifts, strict=True)]
+    )
+    assert summary.outcome is Outcome.COMPLETED
 
 
 def test_spoilt_block_is_not_handed_on():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import replace
+from datetime import date
 from typing import get_args
 
 import pytest
@@ -75,8 +76,16 @@ def approved(source):
         header = replace(run.header, approval=approval)
         return replace(run, info=replace(run.info, header=header))
 
+    def calibrated(data):
+        known = {"calibration": None, "certificate": "C-7", "laboratory": "Cal Lab"}
+        known |= {"calibrated": date(2026, 1, 2), "due": date(2099, 1, 2)}
+        found = {name: each.model_copy(update=known) for name, each in data.instruments.items()}
+        return replace(data, instruments=found)
+
     stored = replace(of(source.stored), no_load=of(source.stored.no_load))
-    return replace(source, stored=stored, simulated=False)
+    result = source.result
+    runs = {"run": calibrated(result.run), "no_load_run": calibrated(result.no_load_run)}
+    return replace(source, stored=stored, result=replace(result, **runs), simulated=False)
 
 
 @pytest.mark.parametrize("language", shipped_languages())
@@ -114,6 +123,7 @@ def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
     page = read_html(rendered(approved(source), lab))
     assert "Specimen" not in page.words
     assert "approved by B. Oss on 2026-01-02" in page.words
+    assert "C-7 Cal Lab 2026-01-02, 2099-01-02" in page.words
 
 
 @pytest.mark.parametrize("which", ["stored", "no_load"])
@@ -137,7 +147,8 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
         Note(**AT, step="main[1]", text="squeaks"),
         StepEnded(**AT, step="main[2]", index=2, action="record", ok=False, recording="003_5Hz"),
     )
-    one = replace(source, stored=replace(source.stored, events=events))
+    former = (replace(source.stored.recordings[0], name="001_1Hz_try1"),)
+    one = replace(source, stored=replace(source.stored, events=events, superseded=former))
     words = read_html(rendered(one, lab)).words
     for told in (
         "Override overdue TQ-1 by O. Ver; reason: urgent 2026-03-01 12:00:00 UTC",
@@ -145,6 +156,7 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
         "Alarm guard : door opened",
         "Note main[1] : squeaks",
         "Step failed main[2] : 003_5Hz",
+        "Repeated; the former recording is kept, and not used 001_1Hz_try1",
     ):
         assert told in words
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rigrunner.signal.averaging import jackknife, leave_one_out_means, robust_mean, trusted
+from rigrunner.signal.averaging import leave_one_out_means, robust_mean, trusted
 
 ALL = np.ones(30, bool)
 
@@ -43,12 +43,6 @@ def test_leaving_out_equals_the_mean_of_the_rest():
     cycles = np.random.default_rng(5).standard_normal((30, 16))
     without = leave_one_out_means(cycles, ALL, threshold=50.0)
     np.testing.assert_allclose(without[4], np.delete(cycles, 4, axis=0).mean(axis=0))
-
-
-def test_jackknife_of_a_mean_is_its_standard_error():
-    values = np.random.default_rng(6).standard_normal(25)
-    without = (values.sum() - values) / 24
-    assert jackknife(without) == pytest.approx(values.std(ddof=1) / 5)
 
 
 def test_identical_cycles_have_no_scatter():

@@ -122,3 +122,12 @@ def test_resampling_to_fewer_points_keeps_level_and_phase():
     rows = resample(2 + np.sin(2 * np.pi * 20 * (time - 0.01234)), starts)
     expected = 2 + np.sin(2 * np.pi * 20 * np.arange(1024) / 1024)
     np.testing.assert_allclose(rows[1], expected, atol=1e-3)
+
+
+def test_refuses_spikes_that_make_cycles_no_crank_can_turn():
+    rng = np.random.default_rng(4)
+    angle = swing(recorded(10.0, 20, 1.0))
+    places = rng.choice(len(angle), 400, replace=False)
+    angle[places] += 4.0 * DEG * rng.choice([-1.0, 1.0], len(places))
+    with pytest.raises(DataError, match=r"a cycle at .* s is shorter than half of the others"):
+        find_cycles(angle, RATE, RATIO)

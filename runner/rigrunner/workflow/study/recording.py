@@ -1,9 +1,12 @@
-"""Records both runs of a study's rig in memory, through the device plugin, in simulated time."""
+"""Records both runs of a study's rig in memory, in simulated time.
+
+Through the device plugin, and as the engine accepts streams: what it refuses is refused here too.
+"""
 
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +15,18 @@ import numpy as np
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock, utc_text
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.engine.interlocks import Guard
+from rigrunner.engine.session import Session
+from rigrunner.engine.streams import checked_stream
+from rigrunner.rig import Rig
 from rigrunner.workflow.study.bench import LOAD_N, nested
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import RigDescription, TorqueInstrument
     from rigrunner.registry import Registry
@@ -27,6 +38,7 @@ MARGIN_CYCLES = 1.0
 """Recorded beyond the cycles that are wanted, as the first one begins anywhere."""
 
 ZERO_S = 1.0
+ROLE = "tester"
 ANGLE, TORQUE = "tester.angle", "tester.torque"
 UNITS = {ANGLE: "rad", TORQUE: "N·m", "tester.frequency": "Hz", "tester.load": "N"}
 
@@ -46,6 +58,18 @@ class RecordedBench:
         return float(np.mean(self.truths_nm))
 
 
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong in each of the two runs, as the plugin `fault` is told it."""
+
+    no_load: tuple[Mapping[str, Any], ...] = ()
+    loaded: tuple[Mapping[str, Any], ...] = ()
+    seed: int = 0
+
+
+NO_FAULTS = Faults()
+
+
 @dataclass(frozen=True, eq=False)
 class _Setup:
     """A device that is connected, with its time and the run that it is recorded into."""
@@ -54,26 +78,50 @@ class _Setup:
     clock: SimulatedClock
     bench: Bench
     station: Station
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def session(self) -> Session:
+        """What the engine streams with; nobody listens, nobody stops it."""
+        rig = Rig({ROLE: self.device}, self.clock)
+        emit = Emitter(Bus((), ()), self.clock)
+        return Session(rig, emit, UnattendedAnswers(), self.stop, Guard((), rig, emit))
 
 
-def record_bench(bench: Bench, registry: Registry, station: Station) -> RecordedBench:
-    """Do the no-load run, wait, and do the loaded run; one set-up, so that the zero drifts on."""
+def record_bench(
+    bench: Bench, registry: Registry, station: Station, faults: Faults = NO_FAULTS
+) -> RecordedBench:
+    """Do the no-load run, wait, and do the loaded run; one set-up, so that the zero drifts on.
+
+    Raises the DeviceError with which the engine refuses a recording.
+    """
     clock = SimulatedClock()
-    first = _Setup(_device(bench, bench.no_load, registry, clock), clock, bench, station)
+    device = _device(bench, bench.no_load, faults.no_load, faults.seed, registry, clock)
+    first = _Setup(device, clock, bench, station)
     second = first
-    if bench.loaded != bench.no_load:
-        second = replace(first, device=_device(bench, bench.loaded, registry, clock))
+    if bench.loaded != bench.no_load or faults.loaded != faults.no_load:
+        device = _device(bench, bench.loaded, faults.loaded, faults.seed, registry, clock)
+        second = replace(first, device=device)
     no_load, _ = _run(first, "no-load", bench.no_load_n, 0.0)
     clock.sleep(bench.pause_s)
     loaded, truths = _run(second, "loaded", bench.load_n, LOAD_N)
     return RecordedBench(no_load, _shifted(loaded, bench), truths)
 
 
-def _device(
-    bench: Bench, settings: BenchSettings, registry: Registry, clock: SimulatedClock
+def _device(  # noqa: PLR0917  (what a device is made of)
+    bench: Bench,
+    settings: BenchSettings,
+    faults: Sequence[Mapping[str, Any]],
+    seed: int,
+    registry: Registry,
+    clock: SimulatedClock,
 ) -> Any:
-    context = DeviceContext("tester", clock, Path())
-    device = registry.make("device", bench.simulator, nested(settings, bench.seed), context)
+    context = DeviceContext(ROLE, clock, Path())
+    told = nested(settings, bench.seed)
+    device = registry.make_device(bench.simulator, told, context)
+    if faults:
+        wrapped = {"plugin": bench.simulator, "settings": told, "seed": seed, "faults": [*faults]}
+        device = registry.make_device("fault", wrapped, context)
     device.connect(1.0)
     return device
 
@@ -122,11 +170,9 @@ def _recording(setup: _Setup, frequency_hz: float, load_n: float) -> tuple[Recor
 
 
 def _streamed(setup: _Setup, duration_s: float) -> dict[str, Array]:
-    names = {"angle": ANGLE, "torque": TORQUE}
-    blocks = list(setup.device.stream(tuple(names), duration_s, threading.Event()))
+    blocks = list(checked_stream(setup.session, ROLE, ("angle", "torque"), duration_s))
     return {
-        full: np.concatenate([block.channels[short] for block in blocks])
-        for short, full in names.items()
+        name: np.concatenate([block.channels[name] for block in blocks]) for name in (ANGLE, TORQUE)
     }
 
 

@@ -54,14 +54,16 @@ def test_the_scatter_of_both_runs_is_in_it():
     each = np.std(WIGGLE, ddof=1) / np.sqrt(5)
     assert part(point, "scatter between cycles, loaded").u == pytest.approx(each)
     assert part(point, "scatter between cycles, no load").u == pytest.approx(each)
-    assert point.torque.u == pytest.approx(each * np.sqrt(2))
-    assert point.torque.dof == pytest.approx(8)
+    load = part(point, "load").u
+    assert load == pytest.approx(0.6 * 0.005 / np.sqrt(3), rel=1e-4)
+    assert point.torque.u == pytest.approx(np.sqrt(2 * each**2 + load**2))
+    assert point.torque.dof == pytest.approx(point.torque.u**4 / (2 * each**4 / 4))
 
 
 def test_gain_acts_on_the_difference_and_each_run_drifts():
     tool = instrument(gain="0.3 %", drift="0.02 N·m", nonlinearity="0.05 %")
     (point,) = compensate(points({10.0: 2.1}, 1000.0), points({10.0: 1.5}, 0.0), tool).points
-    assert part(point, "sensor gain").u == pytest.approx(0.003 * 0.6 / np.sqrt(3))
+    assert part(point, "sensor gain").u == pytest.approx(0.003 * 0.6 / np.sqrt(3), rel=1e-4)
     assert part(point, "zero drift").u == pytest.approx(0.02 / np.sqrt(3) * np.sqrt(2))
     assert part(point, "sensor non-linearity").u == pytest.approx(0.005 / np.sqrt(3))
 
@@ -94,7 +96,7 @@ def test_a_frequency_without_partner_is_not_applicable():
         compensate(points(LOADED, 1000.0), ())
 
 
-def test_single_values_say_that_their_scatter_is_missing():
+def test_single_values_have_no_known_uncertainty():
     def single(hertz, value, load_n):
         return PeakPoint(
             recording=f"{hertz} Hz",
@@ -110,4 +112,6 @@ def test_single_values_say_that_their_scatter_is_missing():
     assert found.points[0].torque.value == pytest.approx(0.52)
     assert SINGLE_VALUES in found.notes
     assert SAME_PHASE in found.notes
-    assert not any("scatter" in each.name for each in found.points[0].components)
+    assert np.isnan(found.points[0].torque.u)
+    assert np.isnan(part(found.points[0], "scatter between cycles, loaded").u)
+    assert part(found.points[0], "load").u > 0

@@ -5,7 +5,10 @@ import pytest
 
 from helpers_rigs import INSTRUMENT
 from helpers_sweeps import FEW, compensate, errors_nm, sweep
+from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.errors import DataError
+from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
@@ -29,7 +32,7 @@ def broken(**changes):
 def test_every_point_adds_up(outcome):
     for point in outcome.points:
         assert point.rig_nm == pytest.approx(point.raw_nm - point.torque.value)
-        assert (point.torque.u, point.torque.dof) == combine(point.components)
+        assert (point.torque.u, point.torque.dof) == pytest.approx(combine(point.components))
         assert point.raw_nm > point.torque.value
 
 
@@ -38,6 +41,8 @@ def test_budget_says_what_is_common(outcome):
     assert [name for name, is_common in common.items() if not is_common] == [
         "repeatability, loaded",
         "repeatability, no load",
+        "frequency, loaded",
+        "frequency, no load",
     ]
     assert {"sensor gain", "sensor non-linearity", "support friction under load"} <= set(common)
 
@@ -60,9 +65,77 @@ def test_settings_carry_into_the_budget():
     assert parts(strict)["support friction under load"] == pytest.approx(
         0.05 * 0.76 / np.sqrt(3), rel=0.05
     )
-    assert parts(strict)["inertia between the runs"] == pytest.approx(
-        0.01 * 0.002324 * 2170.5 / np.sqrt(3), rel=0.02
+    at_reversal = 0.01 * 0.002324 * 1.7563 * 35**2 / np.sqrt(3)
+    assert 0.8 * at_reversal < parts(strict)["inertia between the runs"] < at_reversal
+
+
+def test_the_station_may_know_its_rig_better():
+    made = sweep(RIG, FEW)
+    known = made.rig.model_copy(
+        update={"support_load_dependence": 0.03, "inertia_mismatch": 0.002, "load_tolerance": 0.01}
     )
+    names = ("support friction under load", "inertia between the runs", "load")
+    default, stated = (
+        {part.name: part for part in compensate(each).points[-1].components}
+        for each in (made, replace(made, rig=known))
+    )
+    for name, times in zip(names, (3, 2, 2), strict=True):
+        assert stated[name].u == pytest.approx(times * default[name].u, rel=1e-3)
+        assert stated[name].sensitivity == pytest.approx(default[name].sensitivity, rel=1e-3)
+
+
+def test_a_common_offset_falls_out(outcome):
+    offset = next(p for p in outcome.points[0].components if p.name == "sensor offset")
+    assert (offset.input_u, offset.sensitivity, offset.u) == (
+        pytest.approx(0.02 / np.sqrt(3)),
+        0,
+        0,
+    )
+
+
+def test_one_figure_of_full_scale_is_taken_as_such():
+    made = sweep(RIG, FEW)
+    sensor = TorqueInstrument.model_validate(
+        {
+            "channel": "tester.torque",
+            "serial": "SIM-TQ-01",
+            "full_scale": "10 N·m",
+            "accuracy": "0.5 % FS",
+            "low_pass": {"corner": "1 kHz"},
+        }
+    )
+    (part,) = (
+        part
+        for part in compensate(replace(made, instrument=sensor)).points[0].components
+        if part.name == "sensor accuracy"
+    )
+    assert (part.u, part.distribution) == (pytest.approx(0.005 * 10 / np.sqrt(3)), "rectangular")
+
+
+def test_the_rig_is_one_line_of_its_covariance(outcome):
+    model = outcome.points[-1].model
+    learned = [each for each in model.inputs if each.budget_line == "resonance, damping, inertia"]
+    assert [each.unit for each in learned] == ["Hz", "1", "kg·m²", "1", "s"]
+    (line,) = (p for p in outcome.points[-1].components if p.name == "resonance, damping, inertia")
+    rows = [model.inputs.index(each) for each in learned]
+    gradient = sensitivities(model)[rows] * [each.u for each in learned]
+    assert line.u == pytest.approx(
+        np.sqrt(gradient @ model.correlation[np.ix_(rows, rows)] @ gradient)
+    )
+    assert line.dof == learned[0].dof
+
+
+def test_the_equation_of_a_point_is_its_result(outcome):
+    for point in outcome.points:
+        assert point.model.value == point.torque.value
+
+
+def test_the_mean_takes_common_errors_with_their_sign(outcome):
+    """Not more than with all common parts alike at all points, and not less than averaged."""
+    mean = compensated_mean(outcome.points).u
+    points = outcome.points
+    assert mean < np.mean([p.torque.u for p in points])
+    assert mean > np.sqrt(sum(p.torque.u**2 for p in points)) / len(points)
 
 
 def test_parameters_have_units_and_uncertainty(outcome):

@@ -10,6 +10,7 @@ from rigrunner.cli.output import result
 SUMMARIES = {
     "diagnostics": "Measure false alarms and misses of the checks.",
     "coverage": "Measure errors, and how often the stated interval holds the truth.",
+    "faults": "Measure how many wrong results pass in silence, with faults put in.",
 }
 
 

@@ -1,0 +1,1 @@
+"""Any other device with faults put into what it answers and streams."""

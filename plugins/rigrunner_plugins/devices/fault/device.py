@@ -1,0 +1,227 @@
+"""A device that does what another one does, with faults put in between."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
+
+from rigrunner.api.devices import KnowsTruth, Pausable, Readable, Settable, Streaming
+from rigrunner.api.errors import DeviceLostError
+from rigrunner_plugins.devices.fault.answers import HINT, befall
+from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
+from rigrunner_plugins.devices.fault.checking import check_faults
+from rigrunner_plugins.devices.fault.samples import Stream, spoil_for
+from rigrunner_plugins.devices.fault.when import Occasions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    import numpy as np
+
+    from rigrunner.api.data import Block
+    from rigrunner.api.devices import (
+        ChannelInfo,
+        Device,
+        DeviceContext,
+        DriveInfo,
+        Identity,
+        StopToken,
+    )
+    from rigrunner_plugins.devices.fault.samples import Spoil
+    from rigrunner_plugins.devices.fault.settings import Call, FaultSettings, FaultyDeviceSettings
+
+
+def make(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
+    """Return the wrapped device with its faults: it has the abilities of that one, and no others.
+
+    Raises PluginError where that one cannot be made, or a fault does not fit it.
+    """
+    inner = context.make(settings.plugin, settings.settings)
+    check_faults(settings.faults, inner)
+    able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
+    kind = type("FaultyDevice", (*able, FaultyDevice), {})
+    return cast("Device", kind(settings, context, inner))
+
+
+class FaultyDevice:
+    """What every device can do, with faults."""
+
+    def __init__(
+        self, settings: FaultyDeviceSettings, context: DeviceContext, inner: Device
+    ) -> None:
+        self._inner: Any = inner
+        self._clock = context.clock
+        self._faults = settings.faults
+        self._occasions = Occasions(settings.faults, settings.seed)
+        self._lost = False
+        self._connected_s = 0.0
+        self._scales: dict[str, float] = {}
+        self._set_points = self._safe_points()
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """The channels of the wrapped device."""
+        return cast("Sequence[ChannelInfo]", self._inner.channels)
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """The drives of the wrapped device."""
+        return cast("Sequence[DriveInfo]", self._inner.drives)
+
+    @property
+    def non_blocking(self) -> bool:
+        """False where a fault makes it wait, so that it is not waited for without end."""
+        waits = any(fault.kind in ("late", "timeout") for fault in self._faults)
+        return bool(self._inner.non_blocking) and not waits
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Connect; what was lost is there again, and calls are counted anew."""
+        self._lost = False
+        self._occasions.begin()
+        self._connected_s = self._clock.monotonic_s()
+        self._befall("connect")
+        return cast("Identity", self._inner.connect(timeout_s))
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Make the wrapped device safe, unless a fault is in the way."""
+        self._befall("make safe")
+        self._scales.clear()
+        self._set_points = self._safe_points()
+        return cast("Mapping[str, float]", self._inner.make_safe())
+
+    def close(self) -> None:
+        """Release the connection."""
+        self._inner.close()
+
+    def _safe_points(self) -> dict[str, float]:
+        return {info.name: info.safe_value for info in self._inner.drives}
+
+    def _befall(self, call: Call, drive: str = "") -> list[FaultSettings]:
+        """Let the faults that are due befall a call that is no stream; return them."""
+        self._need_connection(call)
+        due = [fault for fault, _ in self._occasions.due(call, self._set_points, drive)]
+        for fault in due:
+            self._answer(fault, call)
+        return due
+
+    def _answer(self, fault: FaultSettings, call: Call) -> None:
+        self._lost |= fault.kind == "lost"
+        befall(fault, call, self._clock)
+
+    def _need_connection(self, call: str) -> None:
+        if self._lost:
+            raise DeviceLostError(f"cannot {call}: the connection is lost", hint=HINT)
+
+
+class _FaultyReadable(FaultyDevice):
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return the present value of each channel."""
+        due = self._befall("read")
+        values = dict(self._inner.read(channels))
+        for fault in due:
+            if fault.kind == "nan" and fault.channel in values:
+                values[fault.channel] = math.nan
+        return values
+
+
+class _FaultySettable(FaultyDevice):
+    def set(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point, unless it is stuck or takes it for another one."""
+        due = {fault.kind: fault for fault in self._befall("set", drive)}
+        if "stuck" in due:
+            return
+        given = value
+        info = next((each for each in self.drives if each.name == drive), None)
+        if "wrong frequency" in due and info is not None and info.sets_cycle_frequency:
+            wrong = value * (1 + due["wrong frequency"].extent_si)
+            given = min(max(wrong, info.minimum), info.maximum)
+        self._inner.set(drive, given)
+        self._scales[drive] = given / value if value else 1.0
+        self._set_points[drive] = value
+
+    def read_back(self, drive: str) -> float:
+        """Return the drive's value as it believes it to be."""
+        due = self._befall("read back", drive)
+        actual = float(self._inner.read_back(drive)) / self._scales.get(drive, 1.0)
+        return math.nan if any(fault.kind == "nan" for fault in due) else actual
+
+
+class _FaultyStreaming(FaultyDevice):
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        return float(self._inner.sample_rate_hz)
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield the blocks of the wrapped device with the faults that are due."""
+        self._need_connection("stream")
+        due = [
+            (fault, rng)
+            for fault, rng in self._occasions.due("stream", self._set_points)
+            if fault.channel in channels or not _of_samples(fault)
+        ]
+        longer_s = duration_s + sum(extra_s(fault) for fault, _ in due)
+        blocks = self._inner.stream(channels, longer_s, stop)
+        return self._spoilt(blocks, due, round(duration_s * self.sample_rate_hz))
+
+    def _spoilt(
+        self,
+        blocks: Iterator[Block],
+        due: Sequence[tuple[FaultSettings, np.random.Generator]],
+        samples: int,
+    ) -> Iterator[Block]:
+        since_s = self._clock.monotonic_s() - self._connected_s
+        stream = Stream(samples, self.sample_rate_hz, since_s)
+        for fault, rng in due:
+            spoil = spoil_for(fault, stream, rng)
+            if spoil is None:
+                blocks = spoilt_blocks(fault, blocks, samples, rng, self._clock)
+            else:
+                blocks = _with_samples(blocks, fault.channel, spoil)
+        try:
+            yield from blocks
+        except DeviceLostError:
+            self._lost = True
+            raise
+
+
+class _FaultyPausable(FaultyDevice):
+    def pause(self) -> None:
+        """Let the wrapped device stand still."""
+        self._need_connection("pause")
+        self._inner.pause()
+
+    def resume(self) -> None:
+        """Let it go on."""
+        self._need_connection("resume")
+        self._inner.resume()
+
+
+class _FaultyKnowsTruth(FaultyDevice):
+    def truth(self) -> Mapping[str, float]:
+        """Return what the wrapped simulator knows: of the rig, whatever the faults make of it."""
+        return cast("Mapping[str, float]", self._inner.truth())
+
+
+_PARTS: dict[type, type[FaultyDevice]] = {
+    Readable: _FaultyReadable,
+    Settable: _FaultySettable,
+    Streaming: _FaultyStreaming,
+    Pausable: _FaultyPausable,
+    KnowsTruth: _FaultyKnowsTruth,
+}
+
+
+def _of_samples(fault: FaultSettings) -> bool:
+    return fault.kind in (
+        "nan", "stuck", "clipped", "spikes", "drift", "noise", "sensitivity",
+    )  # fmt: skip
+
+
+def _with_samples(blocks: Iterator[Block], channel: str, spoil: Spoil) -> Iterator[Block]:
+    for block in blocks:
+        spoilt = spoil(block.first_sample, block.channels[channel])
+        yield replace(block, channels={**block.channels, channel: spoilt})

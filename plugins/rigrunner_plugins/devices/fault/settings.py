@@ -1,0 +1,142 @@
+"""Settings of the faulty device: what is wrapped, and what goes wrong when; loads without numpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.settings import AnyQuantity, ListOf, Ratio, Settings, WrapperSettings
+from rigrunner_plugins.devices.fields import quantity
+
+Call = Literal["connect", "set", "read back", "read", "stream", "make safe"]
+Kind = Literal[
+    "timeout",
+    "late",
+    "lost",
+    "rejected",
+    "nan",
+    "stuck",
+    "clipped",
+    "spikes",
+    "drift",
+    "noise",
+    "sensitivity",
+    "wrong frequency",
+    "dropped blocks",
+    "repeated block",
+    "wrong order",
+    "gap",
+    "hidden gap",
+    "time back",
+]
+EVERY_CALL: tuple[Call, ...] = ("connect", "set", "read back", "read", "stream", "make safe")
+CHANNELS_UNIT = "of the channel"
+"""Stands for the dimension of what the channel, or the drive, measures."""
+
+
+@dataclass(frozen=True)
+class Nature:
+    """Of one kind of fault: which calls it may befall, the first by default, and its extent."""
+
+    calls: tuple[Call, ...] = ("stream",)
+    dimension: str = ""
+    """Of the extent; empty: it has none."""
+    default_si: float | None = None
+    """Of the extent; None where the station has to say."""
+    share: float = 0.0
+    """How much of a recording it befalls, where nothing else is said."""
+
+
+_ANSWERS: tuple[Call, ...] = ("stream", "connect", "set", "read back", "read", "make safe")
+NATURES: dict[Kind, Nature] = {
+    "timeout": Nature(_ANSWERS, "time", 1.0),
+    "late": Nature(_ANSWERS, "time", 5.0),
+    "lost": Nature(_ANSWERS),
+    "rejected": Nature(_ANSWERS),
+    "nan": Nature(("stream", "read", "read back")),
+    "stuck": Nature(("stream", "set"), share=0.1),
+    "clipped": Nature(dimension=CHANNELS_UNIT),
+    "spikes": Nature(dimension=CHANNELS_UNIT, share=0.001),
+    "drift": Nature(dimension=CHANNELS_UNIT),
+    "noise": Nature(dimension=CHANNELS_UNIT),
+    "sensitivity": Nature(dimension="ratio"),
+    "wrong frequency": Nature(("set",), "ratio"),
+    "dropped blocks": Nature(),
+    "repeated block": Nature(),
+    "wrong order": Nature(),
+    "gap": Nature(dimension="time", default_si=1.0),
+    "hidden gap": Nature(dimension="time", default_si=0.01),
+    "time back": Nature(dimension="time", default_si=1.0),
+}
+
+
+class FaultSettings(Settings):
+    """One fault: of which kind, in which call, and when."""
+
+    kind: Annotated[Kind, Field(description="what goes wrong")]
+    on: Annotated[
+        Call | None, Field(description="in which call; left out, in what is usual for the kind")
+    ] = None
+    channel: Annotated[str, Field(description="of a stream, whose samples it befalls")] = "torque"
+    drive: Annotated[str, Field(description="of set and read back; left out, any")] = ""
+    at: Annotated[
+        dict[str, AnyQuantity],
+        Field(description="drive to set-point: only while these are set, such as 10 Hz"),
+    ] = Field(default_factory=dict)
+    calls: Annotated[
+        ListOf[Annotated[int, Field(ge=1)]],
+        Field(description="the so-manieth of these calls, from 1; left out, each"),
+    ] = ()
+    probability: Ratio = quantity("100 %", "with which it befalls such a call", ge=0, le=1)
+    extent: Annotated[
+        AnyQuantity | None, Field(description="how much; its unit goes with the kind")
+    ] = None
+    share: Annotated[
+        Ratio | None, Field(ge=0, le=1, description="how much of a recording it befalls")
+    ] = None
+
+    @property
+    def call(self) -> Call:
+        """The call that it befalls."""
+        return self.on or NATURES[self.kind].calls[0]
+
+    @property
+    def extent_si(self) -> float:
+        """How much, in the SI unit of its dimension; 0 where the kind has no extent."""
+        if self.extent is not None:
+            return self.extent.si
+        return NATURES[self.kind].default_si or 0.0
+
+    @property
+    def part(self) -> float:
+        """How much of a recording it befalls, from 0 to 1."""
+        return NATURES[self.kind].share if self.share is None else self.share
+
+    @model_validator(mode="after")
+    def _fits_its_kind(self) -> Self:
+        nature = NATURES[self.kind]
+        if self.call not in nature.calls:
+            allowed = ", ".join(nature.calls)
+            raise ValueError(f"'{self.kind}' does not befall '{self.call}', allowed: {allowed}")
+        if self.extent is None and nature.dimension and nature.default_si is None:
+            what = nature.dimension.replace("of the channel", "quantity in the channel's unit")
+            raise ValueError(f"'{self.kind}' needs an extent: a {what}")
+        if self.extent is not None and not nature.dimension:
+            raise ValueError(f"'{self.kind}' has no extent, got '{self.extent}'")
+        self._check_dimension(nature.dimension)
+        return self
+
+    def _check_dimension(self, wanted: str) -> None:
+        if self.extent is None or wanted in ("", CHANNELS_UNIT):
+            return
+        if self.extent.dimension != wanted:
+            raise ValueError(f"'{self.kind}': extent: got '{self.extent}', needed is a {wanted}")
+
+
+class FaultyDeviceSettings(WrapperSettings):
+    """A device of another plugin, and the faults that it has."""
+
+    seed: Annotated[int, Field(ge=0, description="names what is left to chance")] = 0
+    faults: Annotated[ListOf[FaultSettings], Field(description="what goes wrong, and when")] = ()

@@ -1,0 +1,75 @@
+"""`rigrunner study faults`: how many wrong results pass in silence, with faults put in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.commands.study.options import (
+    jobs_option,
+    markdown_option,
+    progress_shown,
+    seed_option,
+)
+from rigrunner.cli.options import json_option
+from rigrunner.cli.output import result, result_json
+from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.cli.table import table
+from rigrunner.workflow.study.fault_table import (
+    HEADER,
+    SIDES,
+    SILENT_HEADER,
+    SILENT_SIDES,
+    UNSEEN_HEADER,
+    UNSEEN_SIDES,
+    fault_rows,
+    listing,
+    markdown,
+    silent_rows,
+    study_document,
+    summary,
+    unseen_rows,
+)
+from rigrunner.workflow.study.faults import run_faults
+
+if TYPE_CHECKING:
+    from rigrunner.workflow.study.faults import Study
+
+
+@click.command(name="faults")
+@click.option(
+    "--cases",
+    type=click.IntRange(min=1),
+    default=300,
+    show_default=True,
+    help="Recordings with a fault; half as many clean ones are done beside.",
+)
+@jobs_option
+@seed_option
+@markdown_option
+@json_option
+def command(cases: int, jobs: int, seed: int, *, as_markdown: bool, as_json: bool) -> None:
+    """Measure how many results are wrong by more than they state, and nothing says so.
+
+    Faults are put into the recordings of random simulated rigs, which the engine and the analysis
+    then take as any others. The same seed gives the same cases and the same tables.
+    """
+    with stop_on_signals() as stop, progress_shown() as progress:
+        study = run_faults(cases_wanted=cases, seed=seed, jobs=jobs, stop=stop, progress=progress)
+    if as_json:
+        result_json(study_document(study))
+    else:
+        result(markdown(study) if as_markdown else _text(study))
+
+
+def _text(study: Study) -> str:
+    return "\n\n".join(
+        [
+            table(list(HEADER), fault_rows(study), SIDES),
+            table(list(SILENT_HEADER), silent_rows(study), SILENT_SIDES),
+            table(list(UNSEEN_HEADER), unseen_rows(study), UNSEEN_SIDES),
+            summary(study),
+            *listing(study),
+        ]
+    )

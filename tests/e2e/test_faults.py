@@ -1,0 +1,115 @@
+"""The table of faults says what the engine does: each of its rows is done on the simulated rig."""
+
+from __future__ import annotations
+
+import re
+import threading
+from pathlib import Path
+
+import pytest
+
+from helpers_every_step import FAST, moment_procedure
+from helpers_workflow import START, edited
+from rigrunner.api.errors import DeviceError
+from rigrunner.api.events import Outcome, StepEnded
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.registry import load_registry
+from rigrunner.rig import Rig
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import find_station
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.record import execute
+from rigrunner_plugins.devices.fault.settings import NATURES
+
+PAGE = Path(__file__).parents[2] / "docs/reference/faults.md"
+EXTENTS = {
+    "clipped": "0.5 N·m", "spikes": "3 N·m", "drift": "1 N·m", "noise": "0.1 N·m",
+    "sensitivity": "2 %", "wrong frequency": "2 %",
+}  # fmt: skip
+INTERLOCKS = re.compile(r"^  interlocks:\n(    .*\n)+", re.MULTILINE)
+RECORD = "tester.torque], cycles: 1}"
+
+
+def rows_of(title):
+    section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("|")]
+    return [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+ROWS = rows_of("What the engine answers")
+
+
+def planned(folder, kind, call, *, once, terms=""):
+    """Plan the short no-load sweep; the fault befalls its first set-point, 1 Hz."""
+    procedure = moment_procedure(folder, "no_load_inertia_sweep")
+    text = procedure.read_text(encoding="utf-8")
+    assert RECORD in text
+    procedure.write_text(text.replace(RECORD, f"{RECORD[:-1]}{terms}}}"), encoding="utf-8")
+    fault = [f"kind: {kind}", f"on: {call}"]
+    fault += [f"extent: {EXTENTS[kind]}"] if kind in EXTENTS else []
+    fault += ["at: {frequency: 1 Hz}"] if call in {"stream", "read"} else []
+    fault += ["channel: load"] if call == "read" else []
+    fault += ["drive: frequency"] if call in {"set", "read back"} else []
+    fault += ["calls: [1]"] if once and call in {"stream", "read"} else []
+    settings = f"{{plugin: swing_tester_sim, settings: {FAST}, faults: [{{{', '.join(fault)}}}]}}"
+    station = edited(
+        find_station("simulated"),
+        folder / "station.yaml",
+        plugin=("plugin: swing_tester_sim", "plugin: fault"),
+        settings=("{seed: 1}", settings),
+    )
+    alone = INTERLOCKS.sub("", station.read_text(encoding="utf-8"))  # they read, too
+    station.write_text(alone, encoding="utf-8")
+    return plan_run(procedure, station, load_registry(), SimulatedClock(START))
+
+
+def answer(plan):
+    """Run, and return the error's name and what became of it in the words of the table."""
+    rig, heard = Rig(plan.devices, plan.clock), []
+    try:
+        rig.connect()
+    except DeviceError as error:
+        return type(error).__name__, "not begun"
+    summary = run_plan(
+        plan.plan, rig, Bus([heard.append]), plan.clock, UnattendedAnswers(), threading.Event(), "r"
+    )
+    rig.close()
+    good = {e.recording for e in heard if isinstance(e, StepEnded) and e.ok}
+    if summary.outcome is Outcome.COMPLETED:
+        lost = "001_1Hz" not in good and "001_1Hz_try2" not in good
+        assert bool(summary.passed_over) is lost
+        return "none", "point lost" if lost else "completed"
+    assert summary.outcome is Outcome.ERROR
+    safe = "safe" if summary.safe else "not safe"
+    return type(summary.error).__name__, f"run ends, {safe}"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} in {row[1]}")
+def test_the_engine_answers_as_the_table_says(row, tmp_path):
+    kind, call, error, alone, with_retries, going_on = row
+    assert answer(planned(tmp_path, kind, call, once=True)) == (error, alone)
+    if with_retries != "-":
+        tried = planned(tmp_path, kind, call, once=True, terms=", retries: 1")
+        assert answer(tried)[1] == with_retries
+        passed = planned(tmp_path, kind, call, once=False, terms=", on_fail: continue")
+        assert answer(passed)[1] == going_on
+
+
+def test_the_table_has_every_kind_of_fault():
+    assert {row[0] for row in ROWS} == set(NATURES)
+    kinds = PAGE.read_text(encoding="utf-8").split("| kind |")[1].split("\n\n")[0]
+    assert [line.split("`")[1] for line in kinds.splitlines()[2:]] == list(NATURES)
+
+
+def test_what_failed_is_kept_as_incomplete_and_the_next_try_is_the_recording(tmp_path):
+    plan = planned(tmp_path, "gap", "stream", once=True, terms=", retries: 1")
+    finished = execute(
+        plan, runs=tmp_path / "runs", inputs={}, no_load=None, answers=UnattendedAnswers(),
+        stop=threading.Event(), listeners=(),
+    )  # fmt: skip
+    stored = read(finished.folder)
+    names = [each.name for each in stored.recordings]
+    assert names[0] == "001_1Hz_try2"
+    assert "001_1Hz" not in names

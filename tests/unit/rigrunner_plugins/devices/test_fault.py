@@ -1,0 +1,270 @@
+"""The faulty device: each fault is there where it is due, and nowhere else."""
+
+from __future__ import annotations
+
+import threading
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigrunner.api.devices import (
+    DeviceContext,
+    KnowsTruth,
+    Pausable,
+    Readable,
+    Settable,
+    Streaming,
+)
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    PluginError,
+)
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+
+REGISTRY = load_registry()
+NAMES = ("angle", "torque")
+STOP = threading.Event()
+
+
+def faulty(*faults, plugin="swing_tester_sim", seed=5, connect=True):
+    settings = {"plugin": plugin, "settings": {"seed": 3}, "seed": seed, "faults": list(faults)}
+    context = DeviceContext("tester", SimulatedClock(), Path())
+    device = REGISTRY.make_device("fault", settings, context)
+    if connect:
+        device.connect(1.0)
+    return device
+
+
+def streamed(device, hz=10.0, seconds=1.0):
+    device.set("frequency", hz)
+    return list(device.stream(NAMES, seconds, STOP))
+
+
+def torque(blocks):
+    return np.concatenate([block.channels["torque"] for block in blocks])
+
+
+def clean(hz=10.0, seconds=1.0):
+    return torque(streamed(faulty(), hz, seconds))
+
+
+def spoilt(**fault):
+    return torque(streamed(faulty(fault)))
+
+
+def test_without_faults_it_is_the_wrapped_device():
+    context = DeviceContext("tester", SimulatedClock(), Path())
+    plain = REGISTRY.make_device("swing_tester_sim", {"seed": 3}, context)
+    plain.connect(1.0)
+    device = faulty()
+    assert [list(b.channels["torque"]) for b in streamed(device)] == [
+        list(b.channels["torque"]) for b in streamed(plain)
+    ]
+    assert device.truth() == plain.truth()
+    assert (device.channels, device.drives) == (plain.channels, plain.drives)
+
+
+def test_it_has_the_abilities_of_the_wrapped_device_and_no_others():
+    all_of_them = (Readable, Settable, Streaming, Pausable, KnowsTruth)
+    assert all(isinstance(faulty(), ability) for ability in all_of_them)
+    rows = [{"frequency": "1 Hz", "torque": "1 N·m"}, {"frequency": "2 Hz", "torque": "2 N·m"}]
+    table = {"title": "T", "set_points": ["frequency"], "rows": rows}
+    context = DeviceContext("tester", SimulatedClock(), Path())
+    settings = {"plugin": "tabulated", "settings": table}
+    wrapped = REGISTRY.make_device("fault", settings, context)
+    assert isinstance(wrapped, Readable)
+    assert not isinstance(wrapped, Streaming)
+
+
+def test_a_part_of_the_samples_is_no_number():
+    assert np.isnan(spoilt(kind="nan")).sum() == 1
+    assert np.isnan(spoilt(kind="nan", share="1 %")).sum() == 100
+
+
+def test_spikes_are_as_many_and_as_large_as_was_said():
+    change = spoilt(kind="spikes", extent="3 N·m", share="0.5 %") - clean()
+    sizes = np.abs(change[change != 0])
+    assert len(sizes) == 50
+    assert sizes.min() >= 1.5
+    assert sizes.max() <= 3.0
+
+
+def test_a_stuck_value_stays_for_its_share_of_the_recording_across_blocks():
+    found = spoilt(kind="stuck", share="30 %")
+    equal = np.flatnonzero(np.diff(found) == 0)
+    changed = np.flatnonzero(found != clean())
+    assert changed[-1] - changed[0] < 3000
+    assert len(equal) >= 2990
+    assert len(set(found[changed])) == 1
+
+
+def test_a_clipped_channel_ends_at_its_level():
+    found = spoilt(kind="clipped", extent="0.9 N·m")
+    assert found.max() == 0.9
+    assert found.min() == -0.9
+    np.testing.assert_array_equal(found, np.clip(clean(), -0.9, 0.9))
+
+
+def test_drift_reaches_its_extent_in_ten_minutes_from_connecting():
+    device = faulty({"kind": "drift", "extent": "0.6 N·m"})
+    device._clock.sleep(300.0)
+    change = torque(streamed(device, 0.0)) - torque(_after(faulty(), 300.0))
+    np.testing.assert_allclose(change[[0, -1]], [0.3, 0.301], atol=1e-4)
+
+
+def _after(device, seconds):
+    device._clock.sleep(seconds)
+    return streamed(device, 0.0)
+
+
+def test_noise_and_sensitivity():
+    assert np.std(spoilt(kind="noise", extent="0.2 N·m") - clean()) == pytest.approx(0.2, rel=0.03)
+    np.testing.assert_allclose(spoilt(kind="sensitivity", extent="2 %"), 1.02 * clean())
+
+
+def test_a_block_is_dropped_repeated_or_out_of_order():
+    firsts = {
+        kind: [block.first_sample // 1000 for block in streamed(faulty({"kind": kind}))]
+        for kind in ("dropped blocks", "repeated block", "wrong order")
+    }
+    assert len(firsts["dropped blocks"]) == 9
+    assert set(firsts["dropped blocks"]) < set(range(10))
+    assert len(firsts["repeated block"]) == 11
+    assert set(firsts["repeated block"]) == set(range(10))
+    assert firsts["wrong order"] != list(range(10))
+    assert sorted(firsts["wrong order"]) == list(range(10))
+
+
+@pytest.mark.parametrize(("kind", "jumps"), [("gap", 1), ("hidden gap", 0)])
+def test_a_gap_is_counted_over_and_only_the_times_may_tell(kind, jumps):
+    blocks = streamed(faulty({"kind": kind, "extent": "0.25 s"}))
+    assert sum(block.samples for block in blocks) == 10_000
+    assert all(a.first_sample + a.samples == b.first_sample for a, b in pairwise(blocks))
+    late = [b.monotonic_s - a.monotonic_s - a.samples / a.rate_hz for a, b in pairwise(blocks)]
+    assert sum(each == pytest.approx(0.25) for each in late) == jumps
+    assert sum(each == pytest.approx(0.0, abs=1e-9) for each in late) == len(late) - jumps
+
+
+def test_time_goes_back():
+    times = [block.monotonic_s for block in streamed(faulty({"kind": "time back"}))]
+    assert sum(b < a for a, b in pairwise(times)) == 1
+
+
+def test_a_wrong_frequency_shows_in_the_angle_and_not_in_the_read_back():
+    device = faulty({"kind": "wrong frequency", "extent": "10 %"})
+    blocks = streamed(device, 10.0, 2.0)
+    assert device.read_back("frequency") == pytest.approx(10.0)
+    angle = np.concatenate([block.channels["angle"] for block in blocks])
+    assert np.sum((angle[:-1] < 0) & (angle[1:] >= 0)) == pytest.approx(22, abs=1)
+
+
+def test_a_wrong_frequency_stays_within_the_limits():
+    device = faulty({"kind": "wrong frequency", "extent": "10 %"})
+    device.set("frequency", 35.0)
+    assert device.read_back("frequency") == pytest.approx(35.0)
+
+
+def test_a_stuck_drive_stays_where_it_was():
+    device = faulty({"kind": "stuck", "on": "set", "drive": "load"})
+    device.set("load", 500.0)
+    device.set("frequency", 5.0)
+    assert (device.read_back("load"), device.read_back("frequency")) == (0.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "error"),
+    [
+        ("timeout", DeviceTimeoutError),
+        ("lost", DeviceLostError),
+        ("rejected", DeviceRejectedError),
+    ],
+)
+@pytest.mark.parametrize("call", ["connect", "set", "read back", "read", "stream", "make safe"])
+def test_an_answer_that_fails(kind, error, call):
+    device = faulty({"kind": kind, "on": call}, connect=False)
+    calls = {
+        "connect": lambda: device.connect(1.0),
+        "set": lambda: device.set("load", 10.0),
+        "read back": lambda: device.read_back("load"),
+        "read": lambda: device.read(["torque"]),
+        "stream": lambda: list(device.stream(NAMES, 0.5, STOP)),
+        "make safe": device.make_safe,
+    }
+    if call != "connect":
+        device.connect(1.0)
+    with pytest.raises(error, match=f"'{call}'"):
+        calls[call]()
+    device.close()
+
+
+def test_what_is_lost_stays_lost_until_it_is_connected_anew():
+    device = faulty({"kind": "lost", "on": "set", "calls": [1]})
+    with pytest.raises(DeviceLostError, match="broke in 'set'"):
+        device.set("load", 1.0)
+    for use in (device.make_safe, lambda: device.read(["load"]), lambda: device.read_back("load")):
+        with pytest.raises(DeviceLostError, match="is lost"):
+            use()
+    device.connect(1.0)
+    with pytest.raises(DeviceLostError, match="broke"):
+        device.set("load", 1.0)
+
+
+def test_a_late_answer_takes_its_time_and_is_not_called_inline():
+    device = faulty({"kind": "late", "on": "read", "extent": "7 s"})
+    before = device._clock.monotonic_s()
+    device.read(["torque"])
+    assert device._clock.monotonic_s() - before == 7.0
+    assert not device.non_blocking
+    assert faulty().non_blocking
+
+
+def test_a_reading_is_no_number():
+    values = faulty({"kind": "nan", "on": "read"}).read(["torque", "load"])
+    assert np.isnan(values["torque"])
+    assert np.isfinite(values["load"])
+
+
+def test_a_fault_comes_at_its_set_point_and_at_its_call_only():
+    device = faulty({"kind": "nan", "at": {"frequency": "10 Hz"}, "calls": [2]})
+    for hz, expected in ((5.0, 0), (10.0, 0), (5.0, 0), (10.0, 1), (10.0, 0)):
+        assert np.isnan(torque(streamed(device, hz))).sum() == expected
+
+
+def test_chance_follows_from_the_seed_and_not_from_the_order():
+    def hit(seed, order):
+        device = faulty({"kind": "nan", "probability": "50 %"}, seed=seed)
+        return {hz: bool(np.isnan(torque(streamed(device, hz, 0.2))).any()) for hz in order}
+
+    points = [float(hz) for hz in range(1, 31)]
+    found = hit(1, points)
+    assert found == hit(1, points[::-1])
+    assert found != hit(2, points)
+    assert 5 < sum(found.values()) < 25  # 30 times 50 %: beyond this less than 1 in 3000
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ({"kind": "spikes"}, "'spikes' needs an extent: a quantity in the channel's unit"),
+        ({"kind": "gap", "extent": "1 N"}, "got '1 N', needed is a time"),
+        ({"kind": "lost", "extent": "1 s"}, "'lost' has no extent"),
+        ({"kind": "clipped", "on": "set", "extent": "1 N·m"}, "does not befall 'set'"),
+        ({"kind": "noise", "extent": "1 N"}, "got a force, torque takes a torque"),
+        ({"kind": "nan", "channel": "torq"}, "no channel 'torq'"),
+        ({"kind": "lost", "on": "set", "drive": "lod"}, "no drive 'lod'"),
+        ({"kind": "nan", "at": {"load": "3 Hz"}}, "got a frequency, load takes a force"),
+    ],
+)
+def test_faults_that_do_not_fit_are_refused(fault, message):
+    with pytest.raises(PluginError, match=message):
+        faulty(fault)
+
+
+def test_a_wrapper_of_an_unknown_device_is_refused():
+    with pytest.raises(PluginError, match="there is no device 'swing_testr'"):
+        faulty(plugin="swing_testr")
