@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import floor, isfinite, isinf, log10
 from typing import TYPE_CHECKING
 
+from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.rounding import places
-from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
@@ -39,18 +39,13 @@ class Stated:
         return f"{self.interval} {self.unit}"
 
 
-def expanded(estimate: Estimate) -> float:
-    """Return U = k u of a two-sided interval of 95 %, in the estimate's unit."""
-    return coverage_factor(estimate.dof) * estimate.u
-
-
 def stated(estimate: Estimate) -> Stated:
     """Return the estimate as it is printed (rounding: GUM 7.2.6)."""
     width = expanded(estimate)
     digits = places(width)
     shown = fixed(width, digits) if isfinite(width) else UNKNOWN
-    factor = coverage_factor(estimate.dof)
-    return Stated(fixed(estimate.value, digits), shown, fixed(factor, 2), estimate.unit)
+    k = fixed(factor(estimate), 2)
+    return Stated(fixed(estimate.value, digits), shown, k, estimate.unit)
 
 
 def fixed(value: float, decimals: int) -> str:

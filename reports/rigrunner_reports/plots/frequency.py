@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_reports.numbers import expanded, fixed, stated
+from rigrunner.signal.coverage import expanded
+from rigrunner_reports.numbers import fixed, stated
 from rigrunner_reports.plots.canvas import INK, PRIMARY, RAW, Line, Plot, draw, line_of
 from rigrunner_reports.view.points import by_frequency
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
-from rigrunner.signal.uncertainty import coverage_factor, share_percent
+from rigrunner.signal.coverage import expanded, factor
+from rigrunner.signal.uncertainty import share_percent
 from rigrunner_reports.numbers import (
     UNKNOWN,
-    expanded,
     fixed,
     plain,
     significant,
@@ -198,7 +198,7 @@ def _total(torque: Estimate) -> Total:
     return Total(
         u=significant(MILLI * torque.u, 2),
         dof=degrees_of_freedom(torque.dof),
-        factor=fixed(coverage_factor(torque.dof), 2),
+        factor=fixed(factor(torque), 2),
         expanded=significant(MILLI * expanded(torque), 2),
     )
 

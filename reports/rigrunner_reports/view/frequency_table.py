@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.api.data import Estimate
+from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
-from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
+from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 from rigrunner_reports.view.points import error
 
 if TYPE_CHECKING:

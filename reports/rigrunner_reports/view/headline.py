@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_reports.numbers import expanded, fixed, plain, stated, with_sign
+from rigrunner.signal.coverage import expanded
+from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 from rigrunner_reports.view.points import by_frequency
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.signal.coverage import expanded
 from rigrunner_reports.numbers import (
-    expanded,
     fixed,
     plain,
     significant,

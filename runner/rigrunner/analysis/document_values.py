@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.signal.coverage import factor
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
@@ -19,7 +19,7 @@ def estimate(value: Estimate | None) -> Json | None:
     """Return a value with its standard and 95 % expanded uncertainty; None stays None."""
     if value is None:
         return None
-    k = coverage_factor(value.dof)
+    k = factor(value)
     return {
         "value": number(value.value),
         "standard_uncertainty": number(value.u),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, isinf
 from typing import TYPE_CHECKING
 
-from scipy.special import ndtr, stdtr
+from rigrunner.signal.coverage import cumulative
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
@@ -56,16 +56,9 @@ class Limits:
 def probability(limits: Limits, estimate: Estimate) -> float:
     """Return the probability that the true value is within the limits (JCGM 106, 7).
 
-    For a value that is distributed as t (normal, for infinite degrees of freedom) about the
-    estimate, scaled by its standard uncertainty; nothing else is known of the item beforehand.
+    By the distribution that the coverage interval of the estimate has too; nothing else is known of
+    the item beforehand.
     """
     if estimate.u == 0:
         return float(limits.margin(estimate.value) >= 0)
-    return _cumulative(limits.upper, estimate) - _cumulative(limits.lower, estimate)
-
-
-def _cumulative(limit: float, estimate: Estimate) -> float:
-    if isinf(limit):
-        return 1.0 if limit > 0 else 0.0
-    z = (limit - estimate.value) / estimate.u
-    return float(ndtr(z) if isinf(estimate.dof) else stdtr(estimate.dof, z))
+    return cumulative(estimate, limits.upper) - cumulative(estimate, limits.lower)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.limits import probability
 from rigrunner.api.results import Verdict
-from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.signal.coverage import expanded
 
 if TYPE_CHECKING:
     from rigrunner.analysis.limits import Limits
@@ -54,11 +54,11 @@ class DecisionRule:
         return self.name != "non_binary"
 
     def guard(self, estimate: Estimate) -> float:
-        """Return w in N·m, with U for 95 % by Student's t; nan where the uncertainty is not known.
+        """Return w in N·m, with U for 95 %; nan where the uncertainty is not known.
 
         Without a guard band it is 0 whatever the uncertainty.
         """
-        return self.share * coverage_factor(estimate.dof) * estimate.u if self.share else 0.0
+        return self.share * expanded(estimate) if self.share else 0.0
 
     def verdict(self, limits: Limits, estimate: Estimate) -> tuple[Verdict, str]:
         """Return the verdict on a value whose uncertainty is known, and why, in one sentence."""

@@ -42,6 +42,8 @@ class Estimate:
     u: float
     dof: float = float("inf")
     unit: str = "N·m"
+    kurtosis: float = 0.0
+    """Excess kurtosis by which its bounded inputs make it flatter than a normal distribution."""
 
 
 @dataclass(frozen=True, eq=False)

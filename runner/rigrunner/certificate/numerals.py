@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import StatedResult
 from rigrunner.api.errors import DataError
+from rigrunner.signal import coverage
 from rigrunner.signal.rounding import places
-from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
@@ -48,7 +48,7 @@ def stated(estimate: Estimate, what: str) -> StatedResult:
             f"{what} has no uncertainty, and cannot stand on a certificate",
             hint="a value without its uncertainty cannot be compared with a limit",
         )
-    factor = coverage_factor(estimate.dof)
+    factor = coverage.factor(estimate)
     width = factor * estimate.u
     decimals = places(width)
     return StatedResult(

@@ -16,10 +16,11 @@ import numpy as np
 
 from rigrunner.api.analysis import CompensatedPoint, Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.uncertainty import Line
+from rigrunner.api.uncertainty import Distribution, Line
+from rigrunner.signal.coverage import excess_kurtosis
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import Trace
     from rigrunner.api.data import Array
@@ -53,10 +54,11 @@ def propagate(model: MeasurementModel) -> Propagated:
         for line, rows in _lines(model).items()
     }
     u, dof = _u_and_dof(None if None in parts.values() else sum(parts.values()))
+    kurtosis = excess_kurtosis(_shapes(model, gradient), u)
     components = (
         _component(model, line, gradient, _u_and_dof(part)) for line, part in parts.items()
     )
-    return Propagated(Estimate(model.value, u, dof), tuple(components))
+    return Propagated(Estimate(model.value, u, dof, kurtosis=kurtosis), tuple(components))
 
 
 def compensated_point(
@@ -98,6 +100,16 @@ def sensitivities(model: MeasurementModel) -> Array:
     change = np.zeros(count)
     np.divide(y[:count] - y[count:], 2 * u, out=change, where=u > 0)
     return change
+
+
+def _shapes(model: MeasurementModel, gradient: Array) -> Iterator[tuple[float, str]]:
+    """Yield the contribution of each input and its distribution; correlated ones pass for normal.
+
+    Only of independent inputs do fourth cumulants add.
+    """
+    for row, (each, c) in enumerate(zip(model.inputs, gradient, strict=True)):
+        alone = model.correlation is None or np.count_nonzero(model.correlation[row]) == 1
+        yield abs(float(c)) * each.u, each.distribution if alone else Distribution.NORMAL
 
 
 def _lines(model: MeasurementModel) -> Mapping[str, list[int]]:

@@ -47,7 +47,7 @@ def test_expanded_uncertainty_is_k_times_u(content):
     headline = content["headline"]["compensated"]
     k, u = headline["coverage_factor_95"], headline["standard_uncertainty"]
     assert headline["expanded_uncertainty_95"] == k * u
-    assert k > 1.96  # Student's t
+    assert 0.95 * 3**0.5 < k < 3  # between one rectangle and Student's t of a few cycles
 
 
 def test_every_value_has_its_unit(content):

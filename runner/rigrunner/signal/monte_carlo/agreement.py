@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.signal.coverage import expanded
 from rigrunner.signal.monte_carlo.intervals import Interval, numerical_tolerance
-from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Estimate
@@ -25,9 +25,9 @@ class Difference:
 
 
 def gum_interval(estimate: Estimate, p: float = 0.95) -> Interval:
-    """Return y -/+ U with U = k u, k from Student's t (JCGM 100, 6.3.1 and G.3)."""
-    expanded = coverage_factor(estimate.dof, p) * estimate.u
-    return Interval(estimate.value - expanded, estimate.value + expanded)
+    """Return y -/+ U with U = k u (JCGM 100, 6.3.1)."""
+    width = expanded(estimate, p)
+    return Interval(estimate.value - width, estimate.value + width)
 
 
 def difference(gum: Interval, found: Interval) -> Difference:

@@ -12,7 +12,8 @@ import numpy as np
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.data import Estimate
 from rigrunner.procedure.analysis_spec import CompensationRef
-from rigrunner.signal.uncertainty import combine, coverage_factor
+from rigrunner.signal.coverage import excess_kurtosis, expanded
+from rigrunner.signal.uncertainty import combine
 from rigrunner.workflow.study.coverage_rigs import RANGES, Limits, draw
 from rigrunner.workflow.study.recording import record_bench
 from rigrunner.workflow.study.tools import tools
@@ -112,8 +113,10 @@ def _kept(point: CompensatedPoint, *, sensor: bool) -> CompensatedPoint:
     if sensor:
         return point
     components = tuple(part for part in point.components if not is_sensor(part.name))
-    torque = Estimate(point.torque.value, *combine(components), point.torque.unit)
-    return replace(point, components=components, torque=torque)
+    u, dof = combine(components)
+    kurtosis = excess_kurtosis(((part.u, part.distribution) for part in components), u)
+    torque = Estimate(point.torque.value, u, dof, point.torque.unit, kurtosis)
+    return replace(point, components=components, torque=torque, model=None)
 
 
 def _outcome(points: Sequence[CompensatedPoint], truths: np.ndarray) -> Outcome:
@@ -122,11 +125,7 @@ def _outcome(points: Sequence[CompensatedPoint], truths: np.ndarray) -> Outcome:
     return Outcome(
         error_nm=tuple(float(t.value - true) for t, true in zip(torques, truths, strict=True)),
         u_nm=tuple(t.u for t in torques),
-        expanded_nm=tuple(map(_expanded, torques)),
+        expanded_nm=tuple(map(expanded, torques)),
         mean_error_nm=float(mean.value - truths.mean()),
-        mean_expanded_nm=_expanded(mean),
+        mean_expanded_nm=expanded(mean),
     )
-
-
-def _expanded(estimate: Estimate) -> float:
-    return estimate.u * coverage_factor(estimate.dof)

@@ -1,0 +1,95 @@
+"""Coverage intervals of what few bounded errors make up, against trials and closed forms."""
+
+from dataclasses import replace
+from math import inf, sqrt
+
+import numpy as np
+import pytest
+from scipy.stats import t
+
+from rigrunner.api.data import Estimate
+from rigrunner.api.uncertainty import Corrected, Distribution, Effect, Input, MeasurementModel
+from rigrunner.signal.coverage import cumulative, excess_kurtosis, expanded, factor
+from rigrunner.signal.propagation import propagate
+
+TRIALS = 100_000
+
+
+def estimate(kurtosis=0.0, dof=inf):
+    return Estimate(0.0, 1.0, dof, kurtosis=kurtosis)
+
+
+def test_a_single_rectangle_is_covered_by_95_per_cent_of_its_width():
+    assert factor(estimate(-1.2)) == pytest.approx(0.95 * sqrt(3), rel=1e-12)
+
+
+def test_two_equal_rectangles_make_a_triangle():
+    exact = sqrt(6) * (1 - sqrt(0.05))  # of a triangle of u = 1 (JCGM 101, 6.4.5)
+    assert factor(estimate(excess_kurtosis([(1.0, "rectangular")] * 2, sqrt(2)))) == pytest.approx(
+        exact, rel=0.01
+    )
+
+
+def test_without_bounded_parts_the_factor_is_that_of_student():
+    assert factor(estimate()) == pytest.approx(1.959964, abs=1e-6)
+    for dof in (3, 9, 29.5):
+        assert factor(estimate(dof=dof)) == pytest.approx(t.ppf(0.975, dof), rel=1e-12)
+        assert factor(estimate(dof=dof), 0.99) == pytest.approx(t.ppf(0.995, dof), rel=1e-12)
+
+
+def test_a_nearly_normal_sum_goes_over_into_the_normal_one_without_a_step():
+    assert factor(estimate(-0.00101)) == pytest.approx(factor(estimate(-0.00099)), abs=2e-4)
+
+
+def test_what_is_flatter_than_a_rectangle_is_taken_as_one():
+    assert factor(estimate(-1.5)) == factor(estimate(-1.2))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_interval_of_a_random_budget_holds_95_per_cent(seed):
+    """Rectangles, and a scatter that is estimated from few values anew in each trial."""
+    rng = np.random.default_rng(seed)
+    widths = rng.exponential(1.0, rng.integers(1, 6))
+    scatter, dof = rng.exponential(0.5), float(rng.choice([9, 29, 100]))
+    known = float(np.sum(widths**2))
+    error = sum(w * sqrt(3) * rng.uniform(-1, 1, TRIALS) for w in widths)
+    error = error + rng.normal(0, scatter, TRIALS)
+    s = scatter * np.sqrt(rng.chisquare(dof, 200) / dof)
+
+    held = [np.mean(np.abs(error) <= expanded(_budget(widths, known, one, dof))) for one in s]
+
+    assert np.mean(held) == pytest.approx(0.95, abs=0.008)
+
+
+def _budget(widths, known, s, dof):
+    u = sqrt(known + s**2)
+    kurtosis = excess_kurtosis([*((w, "rectangular") for w in widths), (s, "t")], u)
+    return Estimate(0.0, u, u**4 / (s**4 / dof), kurtosis=kurtosis)
+
+
+@pytest.mark.parametrize(("kurtosis", "dof"), [(0, inf), (0, 9), (-1.2, inf), (-0.5, 40), (-1, 12)])
+def test_the_probability_belongs_to_the_interval(kurtosis, dof):
+    one = replace(estimate(kurtosis, dof), value=2.0, u=0.3)
+    assert cumulative(one, 2.0 + expanded(one)) == pytest.approx(0.975, abs=1e-9)
+    assert cumulative(one, 2.0 - expanded(one)) == pytest.approx(0.025, abs=1e-9)
+    assert cumulative(one, 2.0) == pytest.approx(0.5)
+    assert (cumulative(one, -inf), cumulative(one, inf)) == (0.0, 1.0)
+    assert cumulative(one, 100.0) == pytest.approx(1.0)
+
+
+def test_a_model_tells_the_shape_of_its_measurand():
+    inputs = (
+        Input("gain", 0.0, 3.0, distribution=Distribution.RECTANGULAR),
+        Input("scatter", 0.0, 4.0, 9.0, Distribution.T),
+    )
+    model = MeasurementModel(inputs, Corrected(1.0, tuple(Effect(each, 1.0) for each in inputs)))
+    found = propagate(model).estimate
+    assert found.u == pytest.approx(5.0)
+    assert found.kurtosis == pytest.approx(-1.2 * 3**4 / 5**4)
+
+
+def test_correlated_inputs_pass_for_normal_ones():
+    inputs = tuple(Input(name, 0.0, 1.0, distribution=Distribution.RECTANGULAR) for name in "ab")
+    correlation = np.array([[1.0, 0.5], [0.5, 1.0]])
+    equation = Corrected(1.0, tuple(Effect(each, 1.0) for each in inputs))
+    assert propagate(MeasurementModel(inputs, equation, correlation)).estimate.kurtosis == 0.0
