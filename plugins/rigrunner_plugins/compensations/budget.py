@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 PLACE = 0.1
 """Of what the friction's place makes out: more than either rig model errs by, without noise."""
 
-COARSER = 0.75
-"""Of the harmonics: what changes with a quarter fewer of them is not resolved."""
+COARSER = 0.8
+"""Of the harmonics: what changes with a fifth fewer of them is not resolved. On rigs of both models
+without noise, of 200 Hz to 800 Hz, the change is as large as the error."""
 
 LEARNED = "resonance, damping, inertia"
 LEARNED_UNITS = {
@@ -74,7 +75,7 @@ class Budget:
             self._low_pass(found),
             *self._frequencies(pair),
             self._inertia(found),
-            self._support(),
+            self._support(found),
             self._place(pair),
             self._band(found),
         )
@@ -165,10 +166,12 @@ class Budget:
         slope = (float(more) - found.maximum_nm) / limit if limit > 0 else 0.0
         return Effect(limited("inertia between the runs", limit, "1"), -slope)
 
-    def _support(self) -> Effect:
+    def _support(self, found: Evaluated) -> Effect:
+        """Return what dry friction that grew with the load adds: it builds up at the maximum."""
         limit = self.settings.support_load_dependence
-        growth = limited("support friction under load", limit, "1")
-        return Effect(growth, -self.rig.friction.level_nm)
+        more = found.where.torque(found.bearing_nm + limit * self.rig.friction.dry_nm)
+        slope = (float(more) - found.maximum_nm) / limit if limit > 0 else 0.0
+        return Effect(limited("support friction under load", limit, "1"), -slope)
 
     def _place(self, pair: Pair) -> Effect:
         """Return what it may matter that friction follows the load or the drive.

@@ -14,6 +14,7 @@ from rigrunner.api.data import Estimate
 from rigrunner.procedure.analysis_spec import CompensationRef
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
+from rigrunner.workflow.study.bench import LOAD_N
 from rigrunner.workflow.study.coverage_rigs import RANGES, Limits, draw
 from rigrunner.workflow.study.recording import record_bench
 from rigrunner.workflow.study.tools import tools
@@ -85,8 +86,9 @@ def examine(case: Case) -> Finding:
 
 @lru_cache(maxsize=1)
 def limits() -> Limits:
-    """Return what the primary method's budget allows the rig, unless its user knows better."""
+    """Return what the primary method's budget allows the rig, and the station its load."""
     settings = tools().registry.settings_of("compensation", METHODS[0])().model_dump()
+    settings["load_tolerance"] = tools().station.rig.load_tolerance
     return Limits(**{name: settings[name] for name in Limits.__annotations__})
 
 
@@ -101,7 +103,7 @@ def _outcomes(rig: Rig, bench: Bench, *, sensor: bool) -> dict[str, Outcome]:
     methods = tuple(CompensationRef.model_validate(name) for name in METHODS)
     asked = {"compensations": methods, "primary_": METHODS[0], "fits": ()}
     result = shared.analysed(recorded, shared.spec.model_copy(update=asked))
-    truths = np.array(recorded.truths_nm)
+    truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
     return {
         name: _outcome([_kept(each, sensor=sensor) for each in found.points], truths)
         for name, found in result.compensations.items()

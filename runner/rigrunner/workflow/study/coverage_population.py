@@ -57,6 +57,7 @@ def _stated(instrument: TorqueInstrument, limits: Limits) -> Iterator[list[str]]
     yield _either_way("sensor non-linearity", 100 * accuracy.nonlinearity, "% of full scale")
     yield _either_way("low-pass corner against the register", 100 * limits.low_pass_tolerance, "%")
     yield _either_way("inertia under load", 100 * limits.inertia_mismatch, "%")
+    yield _either_way("load", 100 * limits.load_tolerance, "%")
     yield _either_way("support friction under load", 100 * limits.support_load_dependence, "%")
 
 

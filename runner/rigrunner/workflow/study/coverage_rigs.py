@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.workflow.study.bench import (
+    LOAD_N,
     NATURAL,
     Bench,
     BenchSettings,
@@ -99,6 +100,7 @@ class Limits:
     inertia_mismatch: float
     support_load_dependence: float
     low_pass_tolerance: float
+    load_tolerance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +155,7 @@ def draw(simulator: str, rng: Generator, station: Station, limits: Limits) -> Ri
         loaded=_under_load(simulator, no_load, rng, limits),
         reference_hz=natural_hz * (1 + _within(REFERENCE_TOLERANCE, rng)),
         pause_s=rng.uniform(*PAUSE_S),
+        load_n=LOAD_N * (1 + _within(limits.load_tolerance, rng)),
     )
     known = _described(station, values["eccentric"].number, corner)
     return Rig(bench, known, law, natural_hz)
