@@ -13,7 +13,7 @@ sys.path.insert(0, str(FUZZ))
 
 from targets import TARGETS  # noqa: E402
 
-from fuzz import GOOD, fuzz, verdict  # noqa: E402  (the folder is on the path only now)
+from fuzz import GOOD, READ, fuzz, seeds_of, verdict  # noqa: E402  (the folder is on the path only now)
 
 CORPUS = sorted((FUZZ / "corpus").glob("*/*"))
 INPUTS = 60
@@ -25,6 +25,15 @@ def test_nearly_good_files_are_read_or_refused(target):
 
     assert not tally.crashes
     assert sum(tally.counts.values()) == INPUTS
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.name)
+def test_the_files_to_begin_from_are_good_ones(target, tmp_path):
+    seeds = seeds_of(target)
+
+    assert seeds
+    for seed in seeds:
+        assert verdict(target, seed, tmp_path) == (READ, "")
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: f"{path.parent.name}/{path.name}")

@@ -8,21 +8,36 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 
+from helpers_certificate import issue, make_letterhead
 from helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
+from helpers_workflow import run
 from rigrunner.api.data import Block
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.numbers import Numbers
+from rigrunner.certificate.order import read_order
 from rigrunner.procedure import load_procedure
+from rigrunner.proof.contents import content_in
+from rigrunner.proof.keys import new_key, read_private_key, read_public_keys
+from rigrunner.proof.seal import check_seal
+from rigrunner.proof.signature import check_signature, parse_signature, sign_files, signature_json
 from rigrunner.runfile import read, read_info, read_truth
 from rigrunner.runfile.codec import block_bytes, header_bytes
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records
 from rigrunner.station import load_station
+from rigrunner.workflow.approval import ApprovalFile
 from rigrunner.workflow.inputs import read_answers
-from rigrunner.workflow.locate import shipped_folder
+from rigrunner.workflow.labfolder import TEMPLATE
+from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
+from rigrunner.yamlfile import read as read_yaml
+from rigrunner.yamlfile import validate
 from rigrunner_plugins.devices.replay.csv_file import read_csv
 from rigrunner_plugins.devices.replay.hdf5_file import read_hdf5
 from rigrunner_plugins.devices.replay.manifest import load_manifest
@@ -30,7 +45,6 @@ from rigrunner_plugins.devices.replay.settings import ColumnSettings, TableSetti
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from rigrunner.procedure import Procedure
 
@@ -165,6 +179,103 @@ def _block_seeds(_: Path) -> list[bytes]:
     return [b"".join(_good_block())]
 
 
+def _approval(path: Path) -> object:
+    return validate(ApprovalFile, read_yaml(path))
+
+
+APPROVAL = (
+    '{"rigrunner": "approval/1", "procedure": "SSPB-NLI", "approved": {"revision": "A",'
+    f' "by": "Zoë", "utc": "2026-03-01", "sha256": "{"0" * 64}"}}, "earlier": []}}'
+)
+ORDER_FILE = (
+    "rigrunner: order/1\ncustomer: Muster & Söhne\nreceived: 2026-03-01\n"
+    "deviations: [Outer ring clamped with two screws.]\n"
+    "opinions:\n  - {text: It runs in slowly., by: O. Pinion}\n"
+)
+TEXTS = "rigrunner: texts/1\ntexts:\n  title: Test report\n  page: '{page} of {pages}'\n"
+
+
+def _letterhead(path: Path) -> object:
+    """Read a letterhead of this file, with a logo beside it."""
+    folder = _empty(path.parent / "letterhead")
+    shutil.copy(TEMPLATE / "letterhead" / "logo.svg", folder)
+    shutil.copy(path, folder / "letterhead.yaml")
+    return read_letterhead(folder)
+
+
+def _letterhead_texts(path: Path) -> object:
+    """Read a good letterhead with this file of texts."""
+    folder = path.parent / "letterhead"
+    if not folder.exists():
+        shutil.copytree(TEMPLATE / "letterhead", folder)
+        (folder / "texts").mkdir()
+    shutil.copy(path, folder / "texts" / "de.yaml")
+    return read_letterhead(folder)
+
+
+def _letterhead_seeds(_: Path) -> list[bytes]:
+    return [(TEMPLATE / "letterhead" / "letterhead.yaml").read_bytes()]
+
+
+NUMBER = (
+    '{"number": "RR-2026-0001", "amends": "RR-2026-0000", "folder": "issued",'
+    f' "sha256": {{"RR-2026-0001.json": "{"0" * 64}"}}}}'
+)
+
+
+def _number(path: Path) -> object:
+    """Look a number up of which this file says what was issued, and what it stands in place of."""
+    folder = _empty(path.parent / "numbers")
+    for name in ("RR-2026-0001.json", "RR-2026-0001.issued.json"):
+        shutil.copy(path, folder / name)
+    numbers = Numbers(path.parent, "RR")
+    return numbers.digests_of("RR-2026-0001"), numbers.replaced_by("RR-2026-0000")
+
+
+def _empty(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def _certificate(path: Path) -> object:
+    content = path.read_bytes()
+    found = content_in(content, path.suffix, path.name)
+    return found, check_seal(content, path.suffix)
+
+
+@cache
+def _issued() -> dict[str, bytes]:
+    """Return the forms of a certificate on a demo run, by suffix."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        station = find_station("simulated_bench")
+        finished = run(find_procedure("no_load_breakaway"), folder / "runs", station=station)
+        letterhead = make_letterhead(folder / "letterhead")
+        issued = issue(finished.folder, letterhead, folder / "issued")
+        return {path.suffix: path.read_bytes() for path in issued.files}
+
+
+def _signature(path: Path) -> object:
+    return check_signature(parse_signature(path.read_bytes(), path.name))
+
+
+def _signature_seeds(folder: Path) -> list[bytes]:
+    new_key(folder / "lab.key")
+    key = read_private_key(folder / "lab.key")
+    files = {"C-1.json": b"{}", "C-1.html": b"<p>"}
+    return [signature_json(sign_files(files, key, "Zoë", "2026-03-01T12:00:00.000Z")).encode()]
+
+
+def _key_seeds(folder: Path) -> list[bytes]:
+    return [new_key(folder / "lab.key").read_bytes()]
+
+
+def _private_key_seeds(folder: Path) -> list[bytes]:
+    new_key(folder / "lab.key")
+    return [(folder / "lab.key").read_bytes()]
+
+
 TARGETS = (
     Target("procedure", ".yaml", lambda _: _shipped("*.yaml"), load_procedure),
     Target("station", ".yaml", lambda _: _shipped("stations/*.yaml"), load_station),
@@ -176,4 +287,14 @@ TARGETS = (
     Target("journal", ".journal", _journal_seeds, _journal),
     Target("journal record", ".record", _record_seeds, _record),
     Target("journal block", ".block", _block_seeds, _block),
+    Target("approval", ".json", lambda _: [APPROVAL.encode()], _approval),
+    Target("order", ".yaml", lambda _: [ORDER_FILE.encode()], read_order),
+    Target("letterhead", ".yaml", _letterhead_seeds, _letterhead),
+    Target("letterhead texts", ".yaml", lambda _: [TEXTS.encode()], _letterhead_texts),
+    Target("certificate number", ".json", lambda _: [NUMBER.encode()], _number),
+    Target("certificate", ".json", lambda _: [_issued()[".json"]], _certificate),
+    Target("certificate page", ".html", lambda _: [_issued()[".html"]], _certificate),
+    Target("signature", ".sig", _signature_seeds, _signature),
+    Target("public key", ".pub", _key_seeds, read_public_keys),
+    Target("private key", ".key", _private_key_seeds, read_private_key),
 )

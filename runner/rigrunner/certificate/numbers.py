@@ -75,7 +75,8 @@ class Numbers:
     def digests_of(self, number: str) -> set[str]:
         """Return the SHA-256 of the files that were issued under a number; none for no such."""
         digests = self._content(f"{number}.issued.json").get("sha256", {})
-        return set(digests.values()) if isinstance(digests, dict) else set()
+        values = digests.values() if isinstance(digests, dict) else ()
+        return {each for each in values if isinstance(each, str)}
 
     def replaced_by(self, number: str) -> str:
         """Return the number that was issued in the place of another; empty for none."""
@@ -89,7 +90,7 @@ class Numbers:
         """Return what a file holds; nothing of one that is not there or was broken off."""
         try:
             found = json.loads((self._folder / name).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return {}
         return found if isinstance(found, dict) else {}
 

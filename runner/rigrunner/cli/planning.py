@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from pydantic import ValidationError
+
+from rigrunner.api.errors import PluginError
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
@@ -41,10 +45,8 @@ def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:
 
     A plugin that is not there is left to the checks of the plan, which know its line.
     """
-    wanted = {each.plugin for each in station.devices.values()}
-    simulated = {
-        plugin.record.name
-        for plugin in registry.plugins
-        if getattr(plugin.record, "simulated", False)
-    }
-    return SimulatedClock() if wanted <= simulated and not realtime else WallClock()
+    with suppress(PluginError, ValidationError):
+        devices = station.devices.values()
+        simulated = all(registry.is_simulated(each.plugin, each.settings) for each in devices)
+        return SimulatedClock() if simulated and not realtime else WallClock()
+    return WallClock()

@@ -225,7 +225,7 @@ def _read(path: Path, digest: str) -> DecisionFile:
         recordings, kind = document["run"]["digest_sha256"], document["format"]
         words = vars(file.summary).values()
         Verdict(file.summary.verdict)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _unreadable(path) from error
     if kind != FORMAT or not all(isinstance(each, str) for each in words):
         raise _unreadable(path)

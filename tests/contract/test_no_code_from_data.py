@@ -1,0 +1,91 @@
+"""Data are never code: nothing that ships can run what a file says, or fetch from a network."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = sorted(
+    path
+    for package in ("runner/rigrunner", "plugins/rigrunner_plugins", "reports/rigrunner_reports")
+    for path in (ROOT / package).rglob("*.py")
+)
+UNPICKLERS = {
+    "pickle",
+    "cPickle",
+    "marshal",
+    "shelve",
+    "dill",
+    "cloudpickle",
+    "joblib",
+    "jsonpickle",
+}
+NETWORK = {
+    "socket", "ssl", "http", "urllib", "ftplib", "smtplib", "xmlrpc", "requests", "httpx",
+    "aiohttp",
+}  # fmt: skip
+RUNNING = {"eval", "exec", "compile", "__import__"}
+LOADS_PLUGINS = ROOT / "runner/rigrunner/registry/loading.py"
+
+
+def imported(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield (node.module or "").split(".")[0]
+
+
+def called(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            yield node.func.id
+
+
+def keywords(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.keyword) and isinstance(node.value, ast.Constant):
+            yield node.arg, node.value.value
+
+
+@pytest.fixture(scope="module")
+def trees():
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+
+
+def test_there_is_something_to_look_at(trees):
+    assert len(trees) > 300
+    assert LOADS_PLUGINS in trees
+
+
+@pytest.mark.parametrize(
+    ("find", "forbidden"),
+    [(imported, UNPICKLERS | NETWORK), (called, RUNNING)],
+    ids=["imports", "calls"],
+)
+def test_nothing_runs_what_a_file_says(find, forbidden, trees):
+    found = {(path.name, name) for path, tree in trees.items() for name in find(tree)}
+    assert not {(file, name) for file, name in found if name in forbidden}
+
+
+def test_no_shell_and_no_pickled_arrays(trees):
+    found = {(path.name, pair) for path, tree in trees.items() for pair in keywords(tree)}
+    assert not [each for each in found if each[1] in {("shell", True), ("allow_pickle", True)}]
+
+
+def test_code_is_loaded_by_path_in_one_place_alone(trees):
+    loaders = {path for path, tree in trees.items() if "importlib" in set(imported(tree))}
+    by_path = {
+        path for path in loaders if "spec_from_file_location" in path.read_text(encoding="utf-8")
+    }
+    assert by_path == {LOADS_PLUGINS}
+
+
+def test_this_test_can_fail():
+    tree = ast.parse("import pickle\nfrom marshal import loads\neval('1')\nf(shell=True)")
+    assert set(imported(tree)) == {"pickle", "marshal"}
+    assert "eval" in set(called(tree))
+    assert ("shell", True) in set(keywords(tree))
