@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 PATIENCE_S = 10.0
 READ, REFUSED, CRASHED, DIED, HUNG = "read", "refused", "crashed", "died", "hung"
 GOOD = (READ, REFUSED)
+READY = "ready"
 
 
 @dataclass
@@ -72,6 +73,7 @@ def seeds_of(target: Target) -> list[bytes]:
 
 def _serve(name: str, pipe: Connection) -> None:
     target = next(each for each in TARGETS if each.name == name)
+    pipe.send(READY)  # its own start does not count as reading, however slow the machine is
     with tempfile.TemporaryDirectory() as folder:
         while (data := pipe.recv()) is not None:
             pipe.send(verdict(target, data, Path(folder)))
@@ -106,6 +108,8 @@ class _Reader:
         self._process = context.Process(target=_serve, args=(self._target.name, theirs))
         self._process.start()
         theirs.close()
+        if self._pipe.recv() != READY:
+            raise RuntimeError("the process that reads did not begin")
 
 
 def fuzz(target: Target, inputs: int, seed: int) -> Tally:

@@ -1,0 +1,52 @@
+"""The tables of silent errors are those of one study, of the faults that the code has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rigrunner.workflow.study.diagnostics_table import share_text
+from rigrunner.workflow.study.fault_case import UNSEEN_CASES
+from rigrunner.workflow.study.fault_kinds import FAULTS, UNSEEN
+from rigrunner.workflow.study.fault_table import HEADER, SILENT_HEADER, UNSEEN_HEADER
+from rigrunner.workflow.study.share import Share
+
+PAGE = Path(__file__).parents[2] / "docs/reference/faults.md"
+AT_LEAST = 300
+
+
+def table_of(title):
+    section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("|")]
+    header, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    return header, rows
+
+
+def test_every_fault_is_listed_as_the_code_has_it_and_every_case_is_counted():
+    header, rows = table_of("Fault by fault")
+    assert header == list(HEADER)
+    assert [row[:2] for row in rows] == [[each.name, each.extent] for each in FAULTS]
+    for row in rows:
+        cases, failed, refused, flagged, *silent = (int(row[i]) for i in (2, 3, 4, 5, 7, 8, 9))
+        assert failed + refused + flagged + sum(silent) == cases
+    assert sum(int(row[2]) for row in rows) >= AT_LEAST
+
+
+def test_none_is_far_beyond_what_it_states_and_few_are_beyond():
+    _, rows = table_of("Fault by fault")
+    within, beyond, far = (sum(int(row[i]) for row in rows) for i in (7, 8, 9))
+    header, (faulty, clean) = table_of("How many pass in silence")
+    assert header == list(SILENT_HEADER)
+    assert far == 0
+    share = Share(beyond, within + beyond)
+    assert faulty[:4] == ["with a fault", str(share.of), share_text(share), "0"]
+    hits, of = (int(each) for each in clean[2].split(" ")[0].split("/"))
+    assert clean[2] == share_text(Share(hits, of))
+    assert clean[3] == "0"
+    assert share.interval[0] <= hits / of  # no more often than clean rigs, as far as can be told
+
+
+def test_faults_that_no_data_can_show_are_listed_with_the_reason():
+    header, rows = table_of("What no data can show")
+    assert header == list(UNSEEN_HEADER)
+    listed = [(row[0], row[1], int(row[2]), row[-1]) for row in rows]
+    assert listed == [(each.name, each.extent, UNSEEN_CASES, each.unseen) for each in UNSEEN]
