@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.events import Alarm, Event
@@ -57,17 +58,35 @@ class Bus:
         return ""
 
 
+SET_BACK = timedelta(seconds=1)
+"""A time server moves a clock by less."""
+
+
 class Emitter:
-    """Numbers and times events and puts them on a bus; the only source of a run's events."""
+    """Numbers and times events and puts them on a bus; the only source of a run's events.
+
+    An alarm says so if the machine's clock was set back: then times of day are out of order, while
+    durations are not affected.
+    """
 
     def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
         self._bus = bus
+        self._clock = clock
+        self._latest = clock.utc()
         self._stamp = EventStamp(clock, first_seq)
 
     def __call__(self, kind: type[Event], **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
+        self._look_at_clock()
         for text in self._bus.emit(self._stamp(kind, **fields)):
             self(Alarm, source="event sink", text=text)
+
+    def _look_at_clock(self) -> None:
+        now, latest = self._clock.utc(), self._latest
+        self._latest = now
+        if latest - now > SET_BACK:
+            was = f"the clock was set back from {utc_text(latest)} to {utc_text(now)}"
+            self(Alarm, source="clock", text=f"{was}; durations are measured by another one")
 
 
 class EventStamp:

@@ -55,6 +55,10 @@ def open_file(path: Path) -> Iterator[h5py.File]:
             yield file
     except FileNotFoundError as error:
         raise DataError(f"there is no file {path}") from error
+    except BlockingIOError as error:
+        raise DataError(
+            f"{path} is locked: another program has it open", hint="close it there"
+        ) from error
     except PermissionError as error:
         raise DataError(f"{path} must not be read: {error.strerror}") from error
     except _DAMAGED as error:

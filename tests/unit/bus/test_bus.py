@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import pytest
 
@@ -66,3 +66,24 @@ def test_critical_sinks_hear_an_event_before_guarded_ones(clock):
     bus = Bus([lambda _: heard.append("file")], [lambda _: heard.append("screen")])
     Emitter(bus, clock)(RunEnded, outcome="completed")
     assert heard == ["file", "screen"]
+
+
+def test_a_clock_that_is_set_back_is_told_once_and_a_correction_is_not():
+    class Machine(SimulatedClock):
+        back_s = 0.0
+
+        def utc(self):
+            return super().utc() - timedelta(seconds=self.back_s)
+
+    clock, listener = Machine(datetime(2026, 3, 1, tzinfo=UTC)), Listener()
+    emit = Emitter(Bus([listener]), clock)
+    start(emit)
+    clock.back_s = 0.5
+    start(emit)
+    assert len(listener.events) == 2
+    clock.back_s = 3600.0
+    start(emit)
+    start(emit)
+    told = [event.text for event in listener.events if isinstance(event, Alarm)]
+    assert len(told) == 1
+    assert "set back from 2026-02-28T23:59:59.500Z to 2026-02-28T23:00:00.000Z" in told[0]

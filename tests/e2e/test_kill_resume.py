@@ -1,0 +1,32 @@
+"""kill -9 at random instants of a run, its sealing and its resumption: none is lost or differs.
+
+A longer form: RIGRUNNER_KILLS=300 pytest -s tests/e2e/test_kill_resume.py, or the helper; see
+docs/reference/durability.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+import helpers_kill_resume
+
+KILLS = int(os.environ.get("RIGRUNNER_KILLS", "6"))
+SEED = 20260301
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a Unix")
+
+
+def test_every_killed_run_is_readable_and_resumed_to_the_numbers_of_an_undisturbed_one(tmp_path):
+    program = [sys.executable, helpers_kill_resume.__file__, str(tmp_path), str(KILLS), str(SEED)]
+    one_thread = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(program, capture_output=True, text=True, check=False, env=one_thread)
+    assert done.returncode == 0, done.stderr
+    kills = [json.loads(line) for line in done.stdout.splitlines()]
+    print("\n".join(helpers_kill_resume.table(kills)))  # noqa: T201  (the table, for pytest -s)
+    assert len(kills) >= KILLS
+    assert {one["what"] for one in kills} <= {"run", "resume"}

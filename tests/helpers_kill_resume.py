@@ -1,0 +1,255 @@
+"""Kills whole runs, their sealing and their resumption, again and again, and checks what is left.
+
+Run as a program: `python helpers_kill_resume.py FOLDER KILLS SEED`. It imports once and forks a
+process per kill. Each run is killed at a random instant and resumed; most resumptions are
+killed as well; at last one is left to its end. After each kill what is on the disk is checked
+against a run that was never disturbed. Prints one JSON line per kill; ends with a traceback at the
+first thing that is not as it has to be.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from helpers_kill import Noter
+from helpers_resume import NO_LOAD, take_up
+from helpers_workflow import START, quick_procedure, station_file
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import RunEnded, StepEnded, StepStarted
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
+from rigrunner.runfile import read
+from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.record import execute
+from rigrunner.workflow.report import write_report
+from rigrunner.workflow.verify import verify_run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.runfile import StoredRun
+
+SHORT = (
+    ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[15 Hz, 20 Hz, 25 Hz, 35 Hz]"),
+    ("cycles: 12}", "cycles: 6}"),
+)
+NO_DRIFT = ("{seed: 1}", "{seed: 1, sensors: {drift: 0 N·m}}")
+"""So that a zero that is taken later is the same, and a resumed run has the same numbers."""
+PLACES = (
+    "before its folder",
+    "before its header",
+    "in setup",
+    "between recordings",
+    "in a recording",
+    "in teardown",
+    "run over, not sealed",
+    "sealed, no report yet",
+    "sealed, with report",
+)
+WORST_CASE = 4
+"""So often a run is killed at most."""
+GIVES_UP = 0.3
+"""How often a run is left to its end after a kill."""
+
+
+def numbers(content: object, path: tuple[object, ...] = ()) -> dict[tuple[object, ...], float]:
+    """Return all numbers of a result document by place."""
+    if isinstance(content, float):
+        return {path: content}
+    parts: Any = ()
+    if isinstance(content, dict):
+        parts = content.items()
+    elif isinstance(content, list):
+        parts = enumerate(content)
+    return {at: value for name, each in parts for at, value in numbers(each, (*path, name)).items()}
+
+
+class Laboratory:
+    """The files of a run, the run that was never disturbed, and how long that took."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.registry = load_registry()
+        self.procedure = quick_procedure(folder, NO_LOAD, *SHORT)
+        self.station = station_file(folder, NO_DRIFT)
+        self.begin(folder / "warm")
+        started = time.time()
+        self.begin(folder / "whole")
+        run = run_in(folder / "whole")
+        self.life_s = time.time() - started
+        self.sealed_s = (run / "run.h5").stat().st_mtime - started
+        self.whole = read(run)
+        self.document = json.loads((run / "result.json").read_text(encoding="utf-8"))
+
+    def instant_s(self, chance: random.Random) -> float:
+        """Return when to kill: two of three times before the run is sealed."""
+        return chance.uniform(0.0, self.sealed_s if chance.random() < 2 / 3 else self.life_s)
+
+    def begin(self, place: Path) -> None:
+        """Do a run from its first step to its report."""
+        place.mkdir(exist_ok=True)
+        answers = UnattendedAnswers()
+        planned = plan_run(self.procedure, self.station, self.registry, SimulatedClock(START))
+        execute(
+            planned,
+            runs=place,
+            inputs=answer_inputs(planned.procedure, {}, answers),
+            no_load=None,
+            answers=answers,
+            stop=_Never(),
+            listeners=[Noter(place / "notes", "run")],
+        )
+
+    def go_on(self, place: Path) -> None:
+        """Resume the run, to its report."""
+        take_up(run_in(place), listeners=[Noter(place / "notes", "run")])
+
+
+class _Never:
+    def is_set(self) -> bool:
+        return False
+
+
+def run_in(place: Path) -> Path:
+    (run,) = place.glob("*_*")
+    return run
+
+
+def killed(work: Callable[[], None], life_s: float | None) -> bool:
+    """Do some work in a process of its own; return whether kill -9 reached it before its end."""
+    child = os.fork()
+    if child == 0:
+        try:
+            work()
+        except BaseException as error:  # noqa: BLE001  (the parent must know)
+            print(f"{type(error).__name__}: {error}", file=sys.stderr, flush=True)  # noqa: T201
+            os._exit(1)
+        os._exit(0)
+    if life_s is not None:
+        time.sleep(life_s)
+        os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        return True
+    assert os.WEXITSTATUS(status) == 0, "the run failed by itself"
+    return False
+
+
+def check(lab: Laboratory, place: Path) -> str:
+    """Check what is on the disk after a kill, and say in words where the kill fell."""
+    notes = place / "notes"
+    promised = (
+        [line.split()[1] for line in notes.read_text().splitlines()] if notes.exists() else []
+    )
+    if not list(place.glob("*_*")):
+        assert not promised
+        return "before its folder"
+    try:
+        stored = read(run_in(place))
+    except DataError:
+        assert not promised
+        return "before its header"
+    check_recordings(lab, stored)
+    kept = {one.name for one in stored.recordings}
+    assert set(promised) <= kept, (promised, kept)
+    return where(stored, run_in(place))
+
+
+def check_recordings(lab: Laboratory, stored: StoredRun) -> None:
+    """Compare each complete recording bit by bit with that of the run that was not disturbed."""
+    wanted = {one.setpoints["tester.frequency"]: one for one in lab.whole.recordings}
+    for one in stored.recordings:
+        same = wanted[one.setpoints["tester.frequency"]]
+        assert one.conditions == same.conditions
+        for channel, values in same.channels.items():
+            assert one.channels[channel].tobytes() == values.tobytes(), (one.name, channel)
+    for one in stored.incomplete:
+        same = wanted[one.setpoints["tester.frequency"]]
+        for channel, values in one.channels.items():
+            assert (values == same.channels[channel][: len(values)]).all(), (one.name, channel)
+
+
+def where(stored: StoredRun, run: Path) -> str:
+    if stored.info.sealed:
+        return "sealed, with report" if (run / "report.html").exists() else "sealed, no report yet"
+    if any(isinstance(event, RunEnded) for event in stored.events):
+        return "run over, not sealed"
+    steps = [event for event in stored.events if isinstance(event, (StepStarted, StepEnded))]
+    if not steps:
+        return "in setup"
+    if isinstance(steps[-1], StepStarted) and steps[-1].recording:
+        return "in a recording"
+    phase = steps[-1].step.partition("[")[0]
+    return {"setup": "in setup", "main": "between recordings", "teardown": "in teardown"}[phase]
+
+
+def check_end(lab: Laboratory, place: Path) -> None:
+    """Check a run that was left to its end at last."""
+    run = run_in(place)
+    stored = read(run)
+    assert stored.info.sealed
+    assert stored.info.outcome == "completed"
+    assert len(stored.recordings) == len(lab.whole.recordings)
+    check_recordings(lab, stored)
+    if not (run / "report.html").exists():
+        write_report(run, lab.registry)
+    assert numbers(stored.result_document) == numbers(lab.document)
+    assert verify_run(run, lab.registry).matches
+
+
+def kills_of(lab: Laboratory, place: Path, chance: random.Random) -> Iterator[dict[str, str]]:
+    """Kill one run, perhaps again while it is resumed, and bring it to its end."""
+    place.mkdir()
+    if not killed(lambda: lab.begin(place), lab.instant_s(chance)):
+        return
+    found = check(lab, place)
+    yield {"what": "run", "where": found}
+    for _ in range(WORST_CASE - 1):
+        if found.startswith(("before", "sealed")) or chance.random() < GIVES_UP:
+            break
+        if not killed(lambda: lab.go_on(place), lab.instant_s(chance)):
+            found = "sealed, with report"
+            break
+        found = check(lab, place)
+        yield {"what": "resume", "where": found}
+    if found.startswith("before"):
+        return
+    if not found.startswith("sealed"):
+        assert not killed(lambda: lab.go_on(place), None)
+    check_end(lab, place)
+
+
+def table(kills: list[dict[str, str]]) -> list[str]:
+    """Return the lines of a Markdown table: how many kills fell where."""
+    counted = Counter((one["where"], one["what"]) for one in kills)
+    rows = [(place, counted[place, "run"], counted[place, "resume"]) for place in PLACES]
+    totals = ("all", sum(row[1] for row in rows), sum(row[2] for row in rows))
+    head = ["| killed | while running | while being resumed |", "|---|---:|---:|"]
+    return [*head, *(f"| {place} | {runs} | {again} |" for place, runs, again in (*rows, totals))]
+
+
+def main() -> None:
+    folder, kills, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    lab = Laboratory(folder)
+    chance = random.Random(seed)  # noqa: S311  (instants of kills need no secrecy)
+    done = number = 0
+    while done < kills:
+        place = folder / f"place{number:04d}"
+        for one in kills_of(lab, place, chance):
+            print(json.dumps(one), flush=True)  # noqa: T201
+            done += 1
+        number += 1
+
+
+if __name__ == "__main__":
+    main()
