@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import binom
 
 from rigrunner.analysis.draws import draw_pipeline
 from rigrunner.api.validation import Agreement, EquationTrials, PipelineDraws, Validation
@@ -163,6 +162,8 @@ def _by_draws(
 
 def _open(ordered: Array, share: float) -> Interval:
     """Return between which of the ordered draws their quantile lies, at the confidence."""
+    from scipy.stats import binom  # noqa: PLC0415  (heavy, and needed by Monte Carlo alone)
+
     n = len(ordered)
     below = int(binom.ppf((1 - CONFIDENCE) / 2, n, share))
     above = int(binom.ppf((1 + CONFIDENCE) / 2, n, share))

@@ -11,9 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import map_coordinates
-from scipy.signal import detrend
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
@@ -91,6 +89,9 @@ def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Arr
             "the velocity never changes its sign, so it is not that of a swing",
             hint="record the swing's velocity, not the crank's",
         )
+    from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415  (heavy, and seldom needed)
+    from scipy.signal import detrend  # noqa: PLC0415  (heavy, and seldom needed)
+
     angle = detrend(cumulative_trapezoid(velocity_rad_s, dx=1 / rate_hz, initial=0))
     for _ in range(BASELINES):
         starts = find_cycles(angle, rate_hz, ratio).starts

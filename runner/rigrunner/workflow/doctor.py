@@ -216,6 +216,29 @@ def _editor(_: Surroundings) -> Iterator[Finding]:
     yield _optional("editor support", ("yaml-language-server",), mend)
 
 
+def _pdf(_: Surroundings) -> Iterator[Finding]:
+    mend = "pip install 'rigrunner[pdf]', for certificates as PDF"
+    try:
+        import weasyprint  # noqa: PLC0415  (optional, and heavy)
+    except ImportError:
+        yield Finding("PDF", "warn", "none found (optional): WeasyPrint", mend)
+    except OSError as error:
+        mend = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
+        yield Finding("PDF", "warn", f"WeasyPrint does not find the library Pango: {error}", mend)
+    else:
+        yield Finding("PDF", "ok", f"WeasyPrint {weasyprint.__version__}")
+
+
+def _signatures(_: Surroundings) -> Iterator[Finding]:
+    mend = "pip install 'rigrunner[sign]', to sign certificates and to check who signed"
+    try:
+        import cryptography  # noqa: PLC0415  (optional, and heavy)
+    except ImportError:
+        yield Finding("signatures", "warn", "none found (optional): cryptography", mend)
+    else:
+        yield Finding("signatures", "ok", f"cryptography {cryptography.__version__}")
+
+
 def _optional(name: str, programs: tuple[str, ...], mend: str) -> Finding:
     found = next((path for path in map(shutil.which, programs) if path), None)
     if found:
@@ -233,6 +256,8 @@ CHECKS = (
     _hdf5,
     _fonts,
     _text,
+    _pdf,
+    _signatures,
     _browser,
     _editor,
 )

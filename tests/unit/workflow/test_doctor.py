@@ -157,3 +157,21 @@ def test_programs_that_are_optional_only_warn(tmp_path, monkeypatch):
     program = tmp_path / "yaml-language-server"
     program.touch(mode=0o755)
     assert only("editor support", tmp_path).found == str(program)
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "mend"),
+    [
+        ("PDF", "weasyprint", "pip install 'rigrunner[pdf]', for certificates as PDF"),
+        (
+            "signatures",
+            "cryptography",
+            "pip install 'rigrunner[sign]', to sign certificates and to check who signed",
+        ),
+    ],
+)
+def test_an_extra_that_is_not_installed_only_warns(tmp_path, monkeypatch, name, package, mend):
+    assert only(name, tmp_path).state == "ok"
+    monkeypatch.setitem(sys.modules, package, None)
+    finding = only(name, tmp_path)
+    assert (finding.state, finding.mend) == ("warn", mend)
