@@ -3,6 +3,7 @@
 A short form of `python tests/fuzz/fuzz.py`.
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -47,3 +48,18 @@ def test_what_once_crashed_a_reader_is_refused(path, tmp_path):
 
 def test_the_corpus_is_there():
     assert CORPUS
+
+
+def test_the_page_on_security_has_every_reader_and_no_crash():
+    page = (FUZZ.parent.parent / "docs/reference/security.md").read_text(encoding="utf-8")
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in page.split("## Fuzzing")[1].splitlines()
+        if line.startswith("|")
+    ]
+    assert [row[0] for row in rows[2:]] == [target.name for target in TARGETS]
+    for _, files, read, refused, *bad in rows[2:]:
+        assert int(files) == int(read) + int(refused)
+        assert bad == ["0", "0", "0"]
+    named = re.findall(r"`(tests/[^`]+)`", page)
+    assert all((FUZZ.parent.parent / name).exists() for name in named)

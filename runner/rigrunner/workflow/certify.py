@@ -21,7 +21,7 @@ from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
 from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.office import Issued, Office
-from rigrunner.workflow.provenance import software
+from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def read_source(run: Path, registry: Registry) -> Source:
         stored=stored,
         result=analyse_run(run, registry),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
-        simulated=bool(read_truth(run)),
+        simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
     )
 
 

@@ -16,7 +16,7 @@ from rigrunner.proof.contents import content_in
 from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import check_seal
 from rigrunner.runfile import read_truth, sealed_file_of
-from rigrunner.workflow.provenance import software
+from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.sign import forms_of, signature_file_of
 from rigrunner.workflow.verification import Verification
 from rigrunner.workflow.verify import check_run, versions
@@ -146,7 +146,7 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
             stored=stored,
             result=checked.result,
             file_sha256=digest,
-            simulated=bool(read_truth(run)),
+            simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
         )
         found.attempt(
             "certificate made again from the run", lambda: _derived_differs(certificate, source)

@@ -80,3 +80,15 @@ def test_however_prefixes_mix_all_are_different(tmp_path_factory, prefixes):
         assert [each for each in numbers if each.startswith(f"{prefix}-")] == [
             f"{prefix}-2026-{each:04d}" for each in range(1, count + 1)
         ]
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, '{"sha256": {"a": [], "b": {}, "c": 1}}', '{"sha256": 7}', "\ud800"]
+)
+def test_a_record_that_is_not_one_says_nothing(text, tmp_path):
+    (tmp_path / "numbers").mkdir()
+    for name in ("RR-2026-0001.json", "RR-2026-0001.issued.json"):
+        (tmp_path / "numbers" / name).write_bytes(text.encode("utf-8", "surrogatepass"))
+    lab = Numbers(tmp_path, "RR")
+    assert lab.digests_of("RR-2026-0001") == set()
+    assert lab.replaced_by("RR-2026-0000") == ""

@@ -76,12 +76,18 @@ class FaultyDevice:
         return bool(self._inner.non_blocking) and not waits
 
     def connect(self, timeout_s: float) -> Identity:
-        """Connect; what was lost is there again, and calls are counted anew."""
+        """Connect; what was lost is there again, and calls are counted anew.
+
+        With faults it says that it is simulated: what it measures is no measurement to certify.
+        """
         self._lost = False
         self._occasions.begin()
         self._connected_s = self._clock.monotonic_s()
         self._befall("connect")
-        return cast("Identity", self._inner.connect(timeout_s))
+        identity = cast("Identity", self._inner.connect(timeout_s))
+        if not self._faults:
+            return identity
+        return replace(identity, model=f"{identity.model} with faults put in", simulated=True)
 
     def make_safe(self) -> Mapping[str, float]:
         """Make the wrapped device safe, unless a fault is in the way."""

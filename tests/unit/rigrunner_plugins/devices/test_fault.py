@@ -11,6 +11,7 @@ import pytest
 
 from rigrunner.api.devices import (
     DeviceContext,
+    Identity,
     KnowsTruth,
     Pausable,
     Readable,
@@ -25,6 +26,7 @@ from rigrunner.api.errors import (
 )
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
+from rigrunner.workflow.provenance import identities, is_simulated
 
 REGISTRY = load_registry()
 NAMES = ("angle", "torque")
@@ -79,6 +81,17 @@ def test_it_has_the_abilities_of_the_wrapped_device_and_no_others():
     wrapped = REGISTRY.make_device("fault", settings, context)
     assert isinstance(wrapped, Readable)
     assert not isinstance(wrapped, Streaming)
+
+
+def test_with_faults_it_says_so_and_is_not_taken_for_a_real_device(monkeypatch):
+    tester = type(faulty()._inner)
+    real = Identity("Maker", "Rig", "1")
+    monkeypatch.setattr(tester, "connect", lambda *_: real)
+    assert faulty(connect=False).connect(1.0) == real
+    found = faulty({"kind": "nan"}, connect=False).connect(1.0)
+    assert (found.model, found.simulated) == ("Rig with faults put in", True)
+    assert is_simulated(identities({"tester": found}))
+    assert not is_simulated(identities({"tester": real}))
 
 
 def test_a_part_of_the_samples_is_no_number():
