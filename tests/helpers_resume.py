@@ -38,19 +38,19 @@ class Snapshot:
             shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
 
 
-def broken_off(tmp_path, at, *, station=None):
+def broken_off(tmp_path, at, *, station=None, changes=()):
     """Return the folder of a run as it was at the first event for which `at` holds, and the run."""
-    (folder,), whole = broken_off_at(tmp_path, [at], station=station)
+    (folder,), whole = broken_off_at(tmp_path, [at], station=station, changes=changes)
     return folder, whole
 
 
-def broken_off_at(tmp_path, instants, *, station=None):
+def broken_off_at(tmp_path, instants, *, station=None, changes=()):
     """Return the folder of one run as it was at each of several instants, and the run."""
     snapshots = [
         Snapshot(tmp_path / "runs", tmp_path / f"killed{number}", at)
         for number, at in enumerate(instants)
     ]
-    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER)
+    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER, *changes)
     whole = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
     assert all(one.folder is not None for one in snapshots)
     return [one.folder for one in snapshots], whole

@@ -104,7 +104,10 @@ def read_journal(files: RunFolder) -> Journal:
         elif record.kind == Kind.TRUTH:
             truth.update([truth_from(record.payload)])
     if not headers:
-        raise DataError(f"{files.path} is not a run: its journal ends before the run's header")
+        raise DataError(
+            f"{files.path} is not a run: its journal ends before the run's header",
+            hint="nothing was recorded: remove the folder, and run the procedure anew",
+        )
     lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     return Journal(_with_answers(headers[0], events), tuple(events), truth, notes, end or 0)

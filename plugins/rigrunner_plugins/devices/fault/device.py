@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
-from rigrunner.api.devices import KnowsTruth, Pausable, Readable, Settable, Streaming
+from rigrunner.api.devices import CountsStreams, KnowsTruth, Pausable, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceLostError
 from rigrunner_plugins.devices.fault.answers import HINT, befall
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
@@ -206,6 +206,12 @@ class _FaultyPausable(FaultyDevice):
         self._inner.resume()
 
 
+class _FaultyCountsStreams(FaultyDevice):
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Tell the wrapped device what was streamed before."""
+        self._inner.continue_after(streams)
+
+
 class _FaultyKnowsTruth(FaultyDevice):
     def truth(self) -> Mapping[str, float]:
         """Return what the wrapped simulator knows: of the rig, whatever the faults make of it."""
@@ -217,6 +223,7 @@ _PARTS: dict[type, type[FaultyDevice]] = {
     Settable: _FaultySettable,
     Streaming: _FaultyStreaming,
     Pausable: _FaultyPausable,
+    CountsStreams: _FaultyCountsStreams,
     KnowsTruth: _FaultyKnowsTruth,
 }
 

@@ -127,6 +127,10 @@ class RotationTester:
         wanted = {name: values[name] for name in channels}
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Give no later stream the noise of one that the run has behind it."""
+        self._streams += len(streams)
+
     def truth(self) -> Mapping[str, float]:
         """Return what was true of the start in the last stream; nothing if it was none."""
         return dict(self._truth)

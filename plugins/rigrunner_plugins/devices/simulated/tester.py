@@ -64,7 +64,7 @@ class SimulatedTester:
         self._drives = Drives(_drives(settings), context.clock)
         self._connected_s: float | None = None
         self._repetitions: Counter[tuple[float, float]] = Counter()
-        self._readings: Counter[tuple[float, float]] = Counter()
+        self._readings: Counter[tuple[object, ...]] = Counter()
         self._truth: Mapping[str, float] = {}
         self._held_hz: float | None = None
 
@@ -133,8 +133,11 @@ class SimulatedTester:
         state = self._state()
         check_channels(channels, CHANNELS)
         setpoints = (state.frequency_hz, state.load_n)
-        self._readings[setpoints] += 1
-        values = self._sample(state, 1, READINGS + self._readings[setpoints])
+        streams = self._repetitions[setpoints]
+        # For each set of channels of its own: interlocks look at theirs when their time has come.
+        since = (*setpoints, streams, tuple(channels))
+        self._readings[since] += 1
+        values = self._sample(state, 1, READINGS * (1 + streams) + self._readings[since])
         return {name: float(values[name][0]) for name in channels}
 
     def stream(
