@@ -23,7 +23,13 @@ if TYPE_CHECKING:
 DIMENSION = "x-dimension"
 """The key in the JSON Schema of a quantity that names its dimension, or None for any."""
 
-_KINDS = {"bool": "true | false", "int": "whole number", "float": "number", "str": "text"}
+_KINDS = {
+    "bool": "true | false",
+    "int": "whole number",
+    "float": "number",
+    "str": "text",
+    "Any": "anything",
+}
 _ENTRIES: dict[Any, tuple[int, str, str]] = {
     tuple: (0, "[]", "list of"),
     dict: (1, ".NAME", "mapping of names to"),

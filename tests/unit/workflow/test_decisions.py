@@ -131,6 +131,7 @@ def spoil(change):
     [
         (lambda path: path.write_text("{", encoding="utf-8"), "is not a decision"),
         (lambda path: path.write_text("[]", encoding="utf-8"), "is not a decision"),
+        (lambda path: path.write_text("[" * 100_000, encoding="utf-8"), "is not a decision"),
         (spoil(lambda found: found.pop("by")), "is not a decision"),
         (spoil(lambda found: found.update(by=7)), "is not a decision"),
         (spoil(lambda found: found.update(format="rigrunner: decision/9")), "is not a decision"),

@@ -16,6 +16,7 @@ from rigrunner.api.settings import (
     ListOf,
     Ratio,
     Settings,
+    WrapperSettings,
     YesNo,
 )
 from rigrunner.workflow.fields import all_fields, fields_of
@@ -109,3 +110,8 @@ def test_a_model_without_source_has_no_texts():
     code = "class Made(Settings):\n    depth: int = 1\n    '''How deep.'''\n"
     exec(compile(code, "<made>", "exec"), {"Settings": Settings, "__name__": "made"}, made)  # noqa: S102  (a class without a source file)
     assert [field.help for field in fields_of(made["Made"])] == [""]
+
+
+def test_what_a_wrapper_takes_is_told_in_words():
+    told = {field.key: field.kind for field in fields_of(WrapperSettings)}
+    assert told == {"plugin": "text", "settings": "mapping of names to anything"}
