@@ -69,6 +69,7 @@ class Energy:
             frequency_hz=loaded.frequency_hz.value,
             raw_nm=raw,
             trace=Trace(loaded.angle_rad, means[0], means[1], means[0] - means[1]),
+            cycles_used=int(loaded.kept.sum()),
         )
 
     def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Effect, ...]:

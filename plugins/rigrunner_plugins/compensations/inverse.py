@@ -130,6 +130,7 @@ class Inverse(ABC):
             frequency_hz=found.pair.loaded.frequency_hz,
             raw_nm=float(np.ptp(found.pair.loaded.torque_nm) / 2),
             trace=_trace(loaded, found),
+            cycles_used=int(loaded.kept.sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
         return point, _Diagnosis(asymmetry, float(running_torque(swing, found.bearing_nm)))

@@ -87,6 +87,10 @@ class Wording:
         """Return a decision rule in words: ours, or those of the run for a rule that is not."""
         return self.texts.or_else(f"rule.{name}", words or name)
 
+    def rule_name(self, rule: str) -> str:
+        """Return the name of a decision rule that is recorded as 'name: words'."""
+        return rule.partition(":")[0]
+
     def judged(self, of: str) -> str:
         """Return what a limit applies to."""
         return self.texts.or_else(f"conformity.of.{of}", self.number(of))

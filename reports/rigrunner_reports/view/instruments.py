@@ -42,6 +42,7 @@ def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
         yield from _torque_facts(run, each)
     else:
         yield "Accuracy", _stated(each)
+    yield from _conditions(each)
 
 
 def _calibration(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
@@ -68,6 +69,17 @@ def _range(each: Instrument) -> str:
     lowest, highest = bounds
     top = str(readable(highest, each.quantity))
     return f"up to {top}" if isinf(lowest) else f"{readable(lowest, each.quantity)} to {top}"
+
+
+def _conditions(each: Instrument) -> Iterator[tuple[str, str]]:
+    found = each.conditions
+    if found is None:
+        return
+    for name, dimension in (("temperature", "temperature"), ("humidity", "ratio")):
+        span = getattr(found, name)
+        if span is not None:
+            lowest, highest = (readable(value, dimension) for value in (span.min, span.max))
+            yield f"Calibrated for {name}", f"{lowest} to {highest}"
 
 
 def _torque_facts(run: RunData, each: TorqueInstrument) -> Iterator[tuple[str, str]]:

@@ -256,6 +256,8 @@ class CompensatedPoint:
     trace: Trace | None = None
     model: MeasurementModel | None = None
     """The measurement equation with its inputs, from which torque and budget follow."""
+    cycles_used: int | None = None
+    """How many cycles are in the torque; None: those whose peaks were kept (peak methods)."""
 
 
 @dataclass(frozen=True, eq=False)

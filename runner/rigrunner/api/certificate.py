@@ -153,9 +153,9 @@ class PointResult(Part):
     load_n: float
     cycles: int
     cycles_rejected: int
-    """Not in the mean, as the rule for gross errors found them."""
+    """Not in the torque, as the rule for gross errors found them."""
     raw_nm: float
-    """What the sensor shows, uncompensated."""
+    """What the sensor shows, uncompensated: the mean of the peaks that were kept."""
     printed_raw: Text
     torque: StatedResult
 
@@ -202,6 +202,28 @@ class LimitStatement(Part):
     """Whether a result different by no more than the marginal band had another verdict."""
 
 
+class DecisionRecord(Part):
+    """A decision by which a stored run was decided again, as it is on record beside the run."""
+
+    file: Text
+    sha256: Sha256
+    """Of that file's bytes."""
+    decided_utc: Text
+    by: Text
+    reason: Text
+    """Why it was decided again."""
+    verdict: Text
+    rule: Text
+    """As 'name: the rule in words'."""
+    limit: Text
+    verdict_before: Text
+    """What held until then; 'none' where nothing had been decided."""
+    rule_before: Text
+    limit_before: Text
+    acceptance: dict[str, JsonValue]
+    """Limits and rule, as a procedure writes them: by these the verdict can be derived again."""
+
+
 class Conformity(Part):
     """The statement of conformity with its decision rule (7.8.6)."""
 
@@ -212,6 +234,8 @@ class Conformity(Part):
     """The rule in words, as the run has it."""
     statements: Annotated[tuple[LimitStatement, ...], Field(min_length=1)]
     """Of every limit, the one that decides first."""
+    decided_again: tuple[DecisionRecord, ...] = ()
+    """Decisions after the run's own, oldest first: what is stated here is by the last of them."""
 
 
 class Opinion(Part):

@@ -29,6 +29,7 @@ from rigrunner.certificate.surroundings import conditions_of, instruments_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.certificate import DecisionRecord
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.api.results import Result
     from rigrunner.certificate.order import Order
@@ -48,6 +49,8 @@ class Source:
     """Of the bytes of `run.h5`."""
     simulated: bool
     """Whether a simulator made the data."""
+    decided_again: tuple[DecisionRecord, ...] = ()
+    """Decisions after the run's own, oldest first; `result` has that of the last."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +85,7 @@ def make_certificate(
         conditions=tuple(conditions_of(result.run)),
         conditions_stated=order.conditions,
         results=results_of(result),
-        conformity=conformity_of(result.decision),
+        conformity=conformity_of(result.decision, source.decided_again),
         opinions=opinions_of(order),
         external=external_of(order),
         deviations=tuple(deviations_of(run, result, order, instruments)),

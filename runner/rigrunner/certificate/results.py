@@ -8,11 +8,13 @@ from rigrunner.api.analysis import StartPoint
 from rigrunner.api.certificate import Conformity, LimitStatement, PointResult, Results
 from rigrunner.api.errors import DataError
 from rigrunner.certificate.numerals import finite, percent, printed, stated
+from rigrunner.signal.peaks import mean_peak
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
+    from rigrunner.api.certificate import DecisionRecord
     from rigrunner.api.results import Decision, LimitDecision, Result
 
 
@@ -29,7 +31,9 @@ def results_of(result: Result) -> Results:
     )
 
 
-def conformity_of(decision: Decision | None) -> Conformity | None:
+def conformity_of(
+    decision: Decision | None, decided_again: tuple[DecisionRecord, ...]
+) -> Conformity | None:
     """Return the statement of conformity; None where nothing was to be decided."""
     if decision is None:
         return None
@@ -40,6 +44,7 @@ def conformity_of(decision: Decision | None) -> Conformity | None:
         rule=name,
         rule_words=words,
         statements=tuple(_statement(each) for each in (decision, *others)),
+        decided_again=decided_again,
     )
 
 
@@ -70,15 +75,18 @@ def _statement(found: LimitDecision) -> LimitStatement:
 def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResult:
     point = _recorded(found, recorded)
     torque = stated(found.torque, f"the result of {point.recording}")
+    raw_nm = mean_peak(point).value
+    peaks = int(point.peak_kept.sum())
+    used = peaks if found.cycles_used is None else found.cycles_used
     return PointResult(
         recording=point.recording,
         set_frequency_hz=found.set_frequency_hz,
         frequency_hz=found.frequency_hz,
         load_n=point.load_n,
         cycles=point.cycles,
-        cycles_rejected=int((~point.peak_kept).sum()),
-        raw_nm=found.raw_nm,
-        printed_raw=printed(found.raw_nm, torque.decimals),
+        cycles_rejected=point.cycles - used,
+        raw_nm=raw_nm,
+        printed_raw=printed(raw_nm, torque.decimals),
         torque=torque,
     )
 

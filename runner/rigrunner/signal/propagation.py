@@ -68,6 +68,7 @@ def compensated_point(
     frequency_hz: float,
     raw_nm: float,
     trace: Trace | None = None,
+    cycles_used: int | None = None,
 ) -> CompensatedPoint:
     """Return the point of which that is the model: its torque and budget follow from it."""
     found = propagate(model)
@@ -80,6 +81,7 @@ def compensated_point(
         components=found.components,
         trace=trace,
         model=model,
+        cycles_used=cycles_used,
     )
 
 

@@ -84,27 +84,29 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
     folder = run if run.is_dir() else run.parent
     office = Office(request.letterhead, letterhead, registry, now)
     issued = office.issue(content, request.out or folder)
-    return replace(issued, notes=(*issued.notes, *_decided_again(source, folder)))
+    return replace(issued, notes=(*issued.notes, *_decided_again(source)))
 
 
 def read_source(run: Path, registry: Registry) -> Source:
-    """Read and analyse a stored run; raise DataError."""
+    """Read and analyse a stored run, by the decision in force; raise DataError."""
     stored = read(run)
     file = run / RUN_FILE if run.is_dir() else run
+    later = later_decisions(stored, file.parent)
     return Source(
         stored=stored,
-        result=analyse_run(run, registry),
+        result=analyse_run(run, registry, acceptance=later[-1].acceptance if later else None),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
         simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
+        decided_again=tuple(each.record for each in later),
     )
 
 
-def _decided_again(source: Source, folder: Path) -> Iterator[str]:
-    """Yield what to know of decisions after the run: a certificate has what was agreed before."""
-    for each in later_decisions(source.stored, folder):
+def _decided_again(source: Source) -> Iterator[str]:
+    """Yield that the decision is not the one that was agreed before the run."""
+    for each in source.decided_again[-1:]:
         yield (
-            f"{each.path.name} decides this run again ('{each.summary.verdict}'); the certificate"
-            " states the decision by the procedure that was run"
+            f"the certificate states '{each.verdict}' by {each.file}, decided again by {each.by}:"
+            f" {each.reason} (until then '{each.verdict_before}')"
         )
 
 

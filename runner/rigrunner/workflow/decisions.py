@@ -6,6 +6,7 @@ decided what, when and why, by which rule before and after, and of which recordi
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner import __version__
 from rigrunner.analysis.document_decision import decision as decision_document
+from rigrunner.api.certificate import DecisionRecord
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import LaterDecision, Verdict
@@ -56,6 +58,27 @@ class DecisionFile:
     path: Path
     document: Mapping[str, Any]
     acceptance: Acceptance
+    sha256: str
+    """Of the file's bytes."""
+
+    @property
+    def record(self) -> DecisionRecord:
+        """What a certificate says of it."""
+        found = self.summary
+        return DecisionRecord(
+            file=found.file,
+            sha256=self.sha256,
+            decided_utc=found.decided_utc,
+            by=found.by,
+            reason=found.why,
+            verdict=found.verdict,
+            rule=found.rule,
+            limit=found.limit_text,
+            verdict_before=found.verdict_before,
+            rule_before=found.rule_before,
+            limit_before=found.limit_before,
+            acceptance=self.document["acceptance"],
+        )
 
     @property
     def summary(self) -> LaterDecision:
@@ -100,6 +123,14 @@ def acceptance_in_force(stored: StoredRun, folder: Path) -> Acceptance | None:
     """Return limits and rule of the latest decision: the procedure's, unless decided again."""
     later = later_decisions(stored, folder)
     return later[-1].acceptance if later else _procedure(stored).acceptance
+
+
+def acceptance_of(record: DecisionRecord) -> Acceptance:
+    """Return limits and rule of a decision on a certificate; raise DataError."""
+    try:
+        return Acceptance.model_validate(record.acceptance)
+    except ValueError as error:
+        raise DataError(f"the limits and rule of {record.file} cannot be read") from error
 
 
 def decide_again(
@@ -220,8 +251,10 @@ def _files(folder: Path) -> list[tuple[int, Path]]:
 
 def _read(path: Path, digest: str) -> DecisionFile:
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        file = DecisionFile(path, document, Acceptance.model_validate(document["acceptance"]))
+        content = path.read_bytes()
+        document = json.loads(content)
+        acceptance = Acceptance.model_validate(document["acceptance"])
+        file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
         recordings, kind = document["run"]["digest_sha256"], document["format"]
         words = vars(file.summary).values()
         Verdict(file.summary.verdict)

@@ -20,6 +20,7 @@ from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.sign import forms_of, signature_file_of
 from rigrunner.workflow.verification import Verification
 from rigrunner.workflow.verify import check_run, versions
+from rigrunner.workflow.verify_decisions import check_decisions, decided_again, decided_result
 from rigrunner.workflow.verify_pages import check_pages
 from rigrunner.workflow.verify_signature import check_signature_of
 
@@ -141,16 +142,21 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
         return
     if stored.manifest_sha256 or evidence.manifest_sha256:
         found.take("manifest named by the certificate", _manifest_differs(stored, evidence))
-    if checked.result is not None:
-        source = Source(
-            stored=stored,
-            result=checked.result,
-            file_sha256=digest,
-            simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
-        )
-        found.attempt(
-            "certificate made again from the run", lambda: _derived_differs(certificate, source)
-        )
+    check_decisions(found, certificate, stored, run)
+    result = checked.result
+    if result is not None:
+
+        def differs() -> Iterator[object]:
+            source = Source(
+                stored=stored,
+                result=decided_result(certificate, run, result, means.registry),
+                file_sha256=digest,
+                simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
+                decided_again=decided_again(certificate),
+            )
+            return _derived_differs(certificate, source)
+
+        found.attempt("certificate made again from the run", differs)
     now = software(means.registry)
     found.information.extend(versions(certificate.evidence.issued_with, now, "was issued"))
 

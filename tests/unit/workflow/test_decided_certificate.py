@@ -1,0 +1,124 @@
+"""A run that was decided again: what its certificate states, and what verifying it finds."""
+
+from __future__ import annotations
+
+import shutil
+from datetime import UTC, datetime
+
+import pytest
+
+from helpers_certificate import issue, make_letterhead
+from helpers_workflow import quick_procedure, run
+from rigrunner.procedure import Acceptance
+from rigrunner.registry import Registry, load_registry
+from rigrunner.runfile import read
+from rigrunner.workflow.decisions import Decider, decide_again
+from rigrunner.workflow.verification import Verification
+from rigrunner.workflow.verify_certificate import Means, verify_certificate
+from rigrunner.workflow.verify_decisions import check_decisions
+
+DECIDED = datetime(2026, 11, 22, 9, tzinfo=UTC)
+"""Half an hour before the certificate is issued."""
+LIMIT = {
+    "max": "0.6 N·m",
+    "source": "drawing 7",
+    "measurand": {"nature": "load_induced", "condition": "at_reversal"},
+}
+TIGHT = Acceptance.model_validate({"limit": LIMIT, "rule": "simple"})
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a loaded run that its procedure passes and a later decision fails, certified."""
+    folder = tmp_path_factory.mktemp("lab")
+    run(quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs")
+    loaded = run(quick_procedure(folder, "starting_torque_1000n"), folder / "runs").folder
+    who = Decider(by="A. Person", reason="the drawing was <changed>", at=DECIDED)
+    decide_again(loaded, load_registry(), who, lambda _: TIGHT)
+    kept = [each for each in load_registry().plugins if each.record.name != "pdf"]
+    letterhead = make_letterhead(folder / "letterhead")
+    return loaded, issue(loaded, letterhead, folder / "certificates", registry=Registry(kept))
+
+
+@pytest.fixture
+def folder(made, tmp_path):
+    return shutil.copytree(made[0], tmp_path / made[0].name)
+
+
+@pytest.fixture
+def certificate(made):
+    return made[1].certificate
+
+
+def checked(certificate, folder):
+    found = Verification()
+    check_decisions(found, certificate, read(folder), folder)
+    return found
+
+
+def test_the_decision_in_force_stands_on_the_certificate_with_its_record(made):
+    issued = made[1]
+    conformity = issued.certificate.conformity
+    (record,) = conformity.decided_again
+
+    assert (conformity.verdict, conformity.rule) == ("fail", "simple")
+    assert conformity.statements[0].source == "drawing 7"
+    assert (record.by, record.reason) == ("A. Person", "the drawing was <changed>")
+    assert record.decided_utc == "2026-11-22T09:00:00.000Z"
+    assert (record.verdict_before, record.limit_before) == ("pass", "≤ 0.95 N·m")
+    assert any("states 'fail' by decision-2.json" in note for note in issued.notes)
+    page = next(path for path in issued.files if path.suffix == ".html").read_text("utf-8")
+    assert "Decided again on the same recordings" in page
+    assert "the drawing was &lt;changed&gt;" in page
+
+
+def test_the_verdict_is_derived_again_by_the_decision_in_force(made, tmp_path):
+    loaded, issued = made
+    means = Means(run=loaded, runs=loaded.parent, registry=load_registry())
+    found = verify_certificate(issued.files[0], means)
+    assert found.matches, found
+    assert "decisions on record beside the run" in found.held
+
+    forged = tmp_path / issued.files[0].name
+    text = issued.files[0].read_text("utf-8")
+    forged.write_text(text.replace('"verdict": "fail"', '"verdict": "pass"'), "utf-8")
+    differs = "\n".join(verify_certificate(forged, means).differences)
+    assert "certificate made again from the run: conformity/verdict: 'pass' is recorded" in differs
+
+
+def test_a_record_that_was_changed_is_named(certificate, folder):
+    path = folder / "decision-2.json"
+    path.write_text(path.read_text("utf-8").replace("A. Person", "B. Person"), "utf-8")
+
+    differs = "\n".join(checked(certificate, folder).differences)
+    assert "decision-2.json/by: 'A. Person' is recorded, 'B. Person' was derived" in differs
+    assert "decision-2.json/sha256" in differs
+
+
+def test_a_record_that_is_missing_leaves_it_open(certificate, folder):
+    (folder / "decision-2.json").unlink()
+    found = checked(certificate, folder)
+    assert not found.differences
+    assert not found.held
+    assert found.unchecked[0].startswith("decision-2.json is not beside the run")
+
+
+def test_a_record_that_cannot_be_read_is_a_difference(certificate, folder):
+    (folder / "decision-2.json").write_text("{}", "utf-8")
+    assert "is not a decision that can be read" in checked(certificate, folder).differences[0]
+
+
+def test_a_decision_that_the_certificate_leaves_out_is_a_difference(certificate, folder):
+    silent = certificate.conformity.model_copy(update={"decided_again": ()})
+    (found,) = checked(certificate.model_copy(update={"conformity": silent}), folder).differences
+    assert "decision-2.json of 2026-11-22T09:00:00.000Z decides 'fail'" in found
+
+
+def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folder):
+    silent = certificate.conformity.model_copy(update={"decided_again": ()})
+    issued = {"conformity": silent, "issued_utc": "2026-11-22T08:59:59.000Z"}
+    found = checked(certificate.model_copy(update=issued), folder)
+    assert found.matches
+    assert "decided again after this certificate was issued: 'fail' by A. Person" in "".join(
+        found.information
+    )
