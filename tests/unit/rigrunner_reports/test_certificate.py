@@ -151,8 +151,8 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
     one = replace(source, stored=replace(source.stored, events=events, superseded=former))
     words = read_html(rendered(one, lab)).words
     for told in (
-        "Override overdue TQ-1 by O. Ver; reason: urgent 2026-03-01 12:00:00 UTC",
-        "Intervention pause by P. Auser; reason: tea",
+        "Override overdue TQ-1; by O. Ver; reason: urgent 2026-03-01 12:00:00 UTC",
+        "Intervention pause ; by P. Auser; reason: tea",
         "Alarm guard : door opened",
         "Note main[1] : squeaks",
         "Step failed main[2] : 003_5Hz",

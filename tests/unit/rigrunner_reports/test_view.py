@@ -256,6 +256,10 @@ def test_an_entry_says_what_its_calibration_covers(result):
         "due": "2027-01-02",
         "range": {"min": "100 N", "max": "5 kN"},
         "accuracy": "0.1 % FS",
+        "conditions": {
+            "temperature": {"min": "18 °C", "max": "25 °C"},
+            "humidity": {"min": "20 %", "max": "60 %"},
+        },
     }
     angle = {"channel": "t.angle", "measures": "angle", "serial": "1", "calibration": "simulated"}
     others = tuple(OtherInstrument.model_validate(each) for each in (cell, angle))
@@ -264,6 +268,8 @@ def test_an_entry_says_what_its_calibration_covers(result):
     assert load["Certificate"] == "D-1, A lab"
     assert (load["Calibrated"], load["Calibration due"]) == ("2026-01-02", "2027-01-02")
     assert (load["Range"], load["Accuracy"]) == ("100 N to 5 kN", "±0.1 % FS")
+    assert load["Calibrated for temperature"] == "18 °C to 25 °C"
+    assert load["Calibrated for humidity"] == "20 % to 60 %"
     assert encoder["Calibration"] == "none: the instrument is simulated"
 
 

@@ -122,3 +122,11 @@ def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folde
     assert "decided again after this certificate was issued: 'fail' by A. Person" in "".join(
         found.information
     )
+
+
+def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):
+    recorded = read(folder).result_document["points"]
+    for point, found in zip(certificate.results.points, recorded, strict=True):
+        assert point.raw_nm == pytest.approx(found["raw_peak"]["mean"]["value"])
+        used = point.cycles - point.cycles_rejected
+        assert used == found["waveform"]["cycles_kept"], "the primary method takes whole swings"
