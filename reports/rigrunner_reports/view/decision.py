@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TYPE_CHECKING
 
-from rigrunner.api.results import Verdict
+from rigrunner.api.results import Verdict, probability_text
 from rigrunner_reports.numbers import fixed, stated
 
 if TYPE_CHECKING:
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.results import Decision, LaterDecision, LimitDecision
 
-CERTAIN = 0.9999
 SYMBOLS = {
     Verdict.PASS: "✓",
     Verdict.CONDITIONAL_PASS: "(✓)",
@@ -159,8 +158,4 @@ def _verdict(found: Verdict) -> VerdictView:
 
 
 def _percent(value: float) -> str:
-    if isnan(value):
-        return "not determined"
-    if value > CERTAIN:
-        return "> 99.99 %"
-    return "< 0.01 %" if value < 1 - CERTAIN else f"{100 * value:.2f} %"
+    return "not determined" if isnan(value) else probability_text(value)

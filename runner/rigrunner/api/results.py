@@ -19,6 +19,17 @@ MEAN = "mean"
 """What is judged where not a single set-point is: the mean over all of them."""
 
 
+CERTAIN = 0.9999
+"""A probability beyond this is not printed as a number: it would look like certainty."""
+
+
+def probability_text(probability: float) -> str:
+    """Return a probability in per cent, without a false 0 or 100."""
+    if probability > CERTAIN:
+        return "> 99.99 %"
+    return "< 0.01 %" if probability < 1 - CERTAIN else f"{100 * probability:.2f} %"
+
+
 class Verdict(StrEnum):
     """What was decided; a run without limits has none."""
 

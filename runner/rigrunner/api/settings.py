@@ -10,7 +10,7 @@ from datetime import date
 from functools import partial
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 from rigrunner.api.quantity import (
     Quantity,
@@ -54,6 +54,15 @@ def _read(dimension: str | None, value: object) -> Quantity:
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else f"a {type(value).__name__}"
     raise QuantityError(f"got {what}, allowed is a number with a unit", hint=f"such as '{such_as}'")
+
+
+def _difference(quantity: Quantity) -> Quantity:
+    if quantity.unit.offset:
+        hint = f"write it in K: '{quantity.number:g} K'"
+        raise QuantityError(f"'{quantity}' is a temperature, not a difference of two", hint=hint)
+    if quantity.si <= 0:
+        raise QuantityError(f"got '{quantity}', allowed is more than 0")
+    return quantity
 
 
 def _read_si(dimension: str, value: object) -> float:
@@ -121,4 +130,7 @@ Item = TypeVar("Item")
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, which a frozen model holds as a tuple: `ListOf[Frequency]`."""
 
+PositiveDuration = Annotated[Duration, Field(gt=0)]
 AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), _schema(None)]
+Difference = Annotated[AnyQuantity, AfterValidator(_difference)]
+"""How far two values are apart: more than zero, and of temperatures in K."""

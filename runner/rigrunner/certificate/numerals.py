@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import StatedResult
 from rigrunner.api.errors import DataError
+from rigrunner.api.results import CERTAIN
 from rigrunner.signal import coverage
 from rigrunner.signal.rounding import places
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 FACTOR_DECIMALS = 2
 _PERCENT_DECIMALS = 2
-_NEARLY = 0.9999
 
 
 def printed(value: float, decimals: int) -> str:
@@ -34,10 +34,10 @@ def finite(value: float | None) -> float | None:
 
 def percent(probability: float) -> str:
     """Return a probability in per cent; never '100' or '0' of what is not certain."""
-    if probability > _NEARLY:
-        return f"> {printed(100 * _NEARLY, _PERCENT_DECIMALS)}"
-    if probability < 1 - _NEARLY:
-        return f"< {printed(100 * (1 - _NEARLY), _PERCENT_DECIMALS)}"
+    if probability > CERTAIN:
+        return f"> {printed(100 * CERTAIN, _PERCENT_DECIMALS)}"
+    if probability < 1 - CERTAIN:
+        return f"< {printed(100 * (1 - CERTAIN), _PERCENT_DECIMALS)}"
     return printed(100 * probability, _PERCENT_DECIMALS)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.results import probability_text
 from rigrunner.cli.numbers import with_uncertainty
 from rigrunner.cli.table import pairs, table
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     Document = Mapping[str, Any]
 
 UNKNOWN = "-"
-CERTAIN = 0.9999
 
 
 def summary(document: Document) -> str:
@@ -69,7 +69,7 @@ def _decision(decision: Document) -> Iterator[tuple[str, str]]:
         yield "marginal", "a difference within the marginal band would change the verdict"
     probability = decision.get("probability_of_conformity")
     if probability is not None:
-        yield "conformity", f"{percent(probability)} probable; {stated_risk(decision)}"
+        yield "conformity", f"{probability_text(probability)} probable; {stated_risk(decision)}"
     yield "uncompensated", decision["verdict_uncompensated"]
     parts = decision.get("parts", ())
     if len(parts) > 1:
@@ -88,14 +88,7 @@ def stated_risk(decision: Document) -> str:
     risk = (decision.get("stated_risk") or {}).get("false_accept")
     if risk is None:
         return "no value could pass"
-    return f"at most {percent(risk)} risk in a pass of this rule"
-
-
-def percent(value: float) -> str:
-    """Return a probability in percent, without a false 0 or 100."""
-    if value > CERTAIN:
-        return "> 99.99 %"
-    return "< 0.01 %" if value < 1 - CERTAIN else f"{100 * value:.2f} %"
+    return f"at most {probability_text(risk)} risk in a pass of this rule"
 
 
 def _points(document: Document) -> str:

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.api.settings import AnyQuantity, ListOf, PositiveDuration, Settings
 from rigrunner.procedure.options import (
     Limits,
     OnFail,
-    PositiveDuration,
     Repeatable,
     Retries,
     Timeout,

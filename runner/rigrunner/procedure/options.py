@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from rigrunner.api.quantity import Quantity, QuantityError
-from rigrunner.api.settings import AnyQuantity, Duration, Settings, YesNo
+from rigrunner.api.settings import AnyQuantity, Difference, PositiveDuration, Settings, YesNo
 from rigrunner.yamlfile.names import Member
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-PositiveDuration = Annotated[Duration, Field(gt=0)]
 
 Timeout = Annotated[
     PositiveDuration | None, Field(description="How long it may take; longer is a failure.")
@@ -31,15 +28,6 @@ OnFail = Annotated[
 ]
 
 
-def _width(quantity: Quantity) -> Quantity:
-    if quantity.unit.offset:
-        hint = f"write it in K: '{quantity.number:g} K'"
-        raise QuantityError(f"'{quantity}' is a temperature, not a difference of two", hint=hint)
-    if quantity.si <= 0:
-        raise QuantityError(f"got '{quantity}', allowed is more than 0")
-    return quantity
-
-
 class Band(Settings):
     """What a value may be, and how near to its limits it is put on record as marginal."""
 
@@ -47,7 +35,7 @@ class Band(Settings):
     """The lowest that is allowed."""
     max: AnyQuantity | None = None
     """The highest that is allowed."""
-    marginal: Annotated[AnyQuantity, AfterValidator(_width)] | None = None
+    marginal: Difference | None = None
     """A value nearer than this to a limit, and within it, is put on record."""
 
     @model_validator(mode="after")

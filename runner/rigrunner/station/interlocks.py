@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from rigrunner.api.quantity import Quantity, QuantityError
-from rigrunner.api.settings import AnyQuantity, Duration, ListOf, Settings, YesNo
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.settings import (
+    AnyQuantity,
+    Difference,
+    Duration,
+    ListOf,
+    PositiveDuration,
+    Settings,
+    YesNo,
+)
 from rigrunner.yamlfile.names import Member, Name
 
-PositiveDuration = Annotated[Duration, Field(gt=0)]
 CONDITIONS = ("above", "below", "outside", "rate", "stale")
-
-
-def _distance(quantity: Quantity) -> Quantity:
-    if quantity.unit.offset:
-        hint = f"write it in K: '{quantity.number:g} K'"
-        raise QuantityError(f"'{quantity}' is a temperature, not a difference of two", hint=hint)
-    if quantity.si <= 0:
-        raise QuantityError(f"got '{quantity}', allowed is more than 0")
-    return quantity
 
 
 class Interlock(Settings):
@@ -42,7 +40,7 @@ class Interlock(Settings):
     """No new value for so long trips it. The others are tripped at once if nothing can be read."""
     debounce: Annotated[Duration, Field(ge=0)] = 0.0
     """How long the condition must last without a break."""
-    hysteresis: Annotated[AnyQuantity, AfterValidator(_distance)] | None = None
+    hysteresis: Difference | None = None
     """How far within its limit a value must be to clear it."""
     latched: YesNo = False
     """Whether it stays tripped for the rest of the run."""

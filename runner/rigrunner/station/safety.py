@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from rigrunner.api.settings import ListOf, Settings
-from rigrunner.station.interlocks import Interlock, PositiveDuration
+from rigrunner.api.settings import ListOf, PositiveDuration, Settings
+from rigrunner.station.interlocks import Interlock
 from rigrunner.station.limits import Combination, DriveLimits
 from rigrunner.yamlfile.names import Member, is_name_or_member
 

@@ -16,6 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from rigrunner.api.quantity import readable, units_of
+from rigrunner.yamlfile.models import unannotated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -123,12 +124,8 @@ def _quantity(annotation: Any) -> dict[str, Any] | None:
     return next((schema for schema in schemas if schema and DIMENSION in schema), None)
 
 
-def _bare(annotation: Any) -> Any:
-    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
-
-
 def _without_none(annotation: Any) -> Any:
-    bare = _bare(annotation)
+    bare = unannotated(annotation)
     if get_origin(bare) in {Union, UnionType}:
         others = [part for part in get_args(bare) if part is not NoneType]
         return others[0] if len(others) == 1 else bare
@@ -136,7 +133,7 @@ def _without_none(annotation: Any) -> Any:
 
 
 def _model(annotation: Any) -> tuple[type[BaseModel] | None, str]:
-    bare = _bare(annotation)
+    bare = unannotated(annotation)
     if get_origin(bare) in _ENTRIES:
         place, entry, _ = _ENTRIES[get_origin(bare)]
         return _model(get_args(bare)[place])[0], entry
@@ -145,7 +142,7 @@ def _model(annotation: Any) -> tuple[type[BaseModel] | None, str]:
 
 
 def _kind(annotation: Any) -> str:
-    bare = _bare(annotation)
+    bare = unannotated(annotation)
     origin, parts = get_origin(bare), get_args(bare)
     if origin in _ENTRIES:
         place, _, words = _ENTRIES[origin]

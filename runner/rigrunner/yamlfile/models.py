@@ -31,27 +31,28 @@ def _inside(annotation: Any, step: int | str) -> Any:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    bare = _bare(annotation)
+    bare = unannotated(annotation)
     if get_origin(bare) in {Union, UnionType}:
         return [part for part in get_args(bare) if part is not NoneType]
     return [annotation]
 
 
-def _bare(annotation: Any) -> Any:
+def unannotated(annotation: Any) -> Any:
+    """Return an annotation without what is said about it."""
     return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
 
 
 def _names(annotation: Any) -> list[str]:
     """Return how pydantic may name an alternative of a union in a location."""
     tags = [part.tag for part in get_args(annotation)[1:] if isinstance(part, Tag)]
-    return [*tags, getattr(_bare(annotation), "__name__", "")]
+    return [*tags, getattr(unannotated(annotation), "__name__", "")]
 
 
 def _is_model(annotation: Any) -> bool:
-    bare = _bare(annotation)
+    bare = unannotated(annotation)
     return isinstance(bare, type) and issubclass(bare, BaseModel)
 
 
 def _fields(annotation: Any) -> dict[str, Any]:
-    fields = _bare(annotation).model_fields
+    fields = unannotated(annotation).model_fields
     return {field.alias or name: field.annotation for name, field in fields.items()}

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.api.results import probability_text
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import result, result_json
-from rigrunner.cli.summary import percent, stated_risk
+from rigrunner.cli.summary import stated_risk
 from rigrunner.cli.table import pairs
 from rigrunner.workflow.locate import find_run
 
@@ -108,7 +109,7 @@ def _facts(written: DecisionFile) -> list[tuple[str, str]]:
     found = written.summary
     decision = written.document["decision"]
     probability = decision["probability_of_conformity"]
-    stated = "not determined" if probability is None else percent(probability)
+    stated = "not determined" if probability is None else probability_text(probability)
     return [
         ("run", written.document["run"]["id"]),
         ("before", _before(found)),

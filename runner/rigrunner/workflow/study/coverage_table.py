@@ -161,7 +161,7 @@ def _row_document(row: Row) -> dict[str, Any]:
             "effective": row.held.effective,
             "interval_95": list(row.held.interval),
         },
-        "runs_held": _share(row.mean_held),
+        "runs_held": row.mean_held.document(),
     }
 
 
@@ -172,15 +172,11 @@ def _stratum_documents(strata: Iterable[Stratum]) -> list[dict[str, Any]]:
             "sensor_term": each.sensor,
             "natural_hz": list(each.band_hz),
             "frequency_hz": each.frequency_hz,
-            "held": _share(each.held),
+            "held": each.held.document(),
             "error_nm": _spread(each.error),
         }
         for each in strata
     ]
-
-
-def _share(share: Share) -> dict[str, Any]:
-    return {"hits": share.hits, "of": share.of, "interval_95": list(share.interval)}
 
 
 def _spread(spread: Spread) -> dict[str, float]:

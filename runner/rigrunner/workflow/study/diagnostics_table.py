@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS
+from rigrunner.workflow.study.markdown import piped
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rigrunner.workflow.study.diagnostics import BreakRow, Error, Study
     from rigrunner.workflow.study.share import Share
 
@@ -35,16 +34,11 @@ def markdown(study: Study) -> str:
     errors = ", ".join(f"`{name}` {error_text(each)}" for name, each in study.error.items())
     return "\n\n".join(
         [
-            _piped(ALARM_HEADER, alarm_rows(study)),
-            _piped(BREAK_HEADER, break_rows(study)),
+            piped(ALARM_HEADER, alarm_rows(study)),
+            piped(BREAK_HEADER, break_rows(study)),
             f"Error on healthy rigs, rms and largest, in N·m: {errors}.",
         ]
     )
-
-
-def _piped(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def _break_row(row: BreakRow) -> list[str]:
@@ -75,7 +69,7 @@ def study_document(study: Study) -> dict[str, Any]:
     return {
         "healthy_rigs": study.healthy,
         "false_alarms": {
-            check: {name: _share(share) for name, share in shares.items()}
+            check: {name: share.document() for name, share in shares.items()}
             for check, shares in study.alarms.items()
         },
         "error_of_healthy_rigs_nm": {name: _error(each) for name, each in study.error.items()},
@@ -85,17 +79,13 @@ def study_document(study: Study) -> dict[str, Any]:
                 "extent": row.fault.extent,
                 "seen_by": row.fault.seen_by or None,
                 "unseen_because": row.fault.unseen or None,
-                "missed": None if row.missed is None else _share(row.missed),
+                "missed": None if row.missed is None else row.missed.document(),
                 "other_checks": dict(row.others),
                 "error_nm": _error(row.error),
             }
             for row in study.breaks
         ],
     }
-
-
-def _share(share: Share) -> dict[str, Any]:
-    return {"hits": share.hits, "of": share.of, "interval_95": list(share.interval)}
 
 
 def _error(error: Error | None) -> dict[str, float] | None:

@@ -39,6 +39,10 @@ class Share:
         """The 95 % interval of the rate."""
         return rate_interval(self.hits, self.of)
 
+    def document(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {"hits": self.hits, "of": self.of, "interval_95": list(self.interval)}
+
 
 @dataclass(frozen=True)
 class Clustered:
