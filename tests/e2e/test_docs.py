@@ -120,6 +120,12 @@ def test_every_link_leads_somewhere(page):
     assert missing == []
 
 
+def test_the_readme_and_the_list_of_decisions_lead_to_every_page():
+    indices = [ROOT / "README.md", ROOT / "docs/decisions/README.md"]
+    reached = {(index.parent / target).resolve() for index in indices for target in links(index)}
+    assert [named(page) for page in pages() if page.resolve() not in {*reached, *indices}] == []
+
+
 @pytest.mark.parametrize("page", pages(), ids=named)
 def test_every_yaml_block_is_yaml(page):
     for block in code_blocks(page):
