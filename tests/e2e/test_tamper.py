@@ -108,6 +108,8 @@ def test_what_is_no_certificate_is_told(certified, name):
     assert done.code == 5
     assert "is no certificate: it has neither a seal nor" in done.err
     assert call("verify", certified[0] / "nothing.pdf").code == 2
+    other = call("verify", certified[0] / "run.log")
+    assert (other.code, "is neither a certificate nor a run" in other.err) == (2, True)
     assert call("verify", certified[0], certified[0]).code == 2
 
 

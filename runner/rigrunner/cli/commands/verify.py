@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,9 +16,14 @@ from rigrunner.cli.output import result, result_json
 from rigrunner.workflow.locate import find_run
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from rigrunner.workflow.verification import Verification
 
 FORMS = (".json", ".html", ".pdf")
+RUN_FILES = (".h5", ".hdf5")
+SHOWN = 12
+"""So many differences of one check are printed."""
 
 
 @click.command(name="verify")
@@ -72,7 +78,7 @@ def command(
             f"'{what}' is no certificate", hint=f"it is a file {', '.join(FORMS)}, before the run"
         )
     else:
-        found = verify_run(find_run(what, runs), registry)
+        found = verify_run(_run(what, runs), registry)
     if as_json:
         result_json({"match": found.matches, **asdict(found)})
     else:
@@ -80,15 +86,35 @@ def command(
     return found.exit_code
 
 
+def _run(what: str, runs: Path) -> Path:
+    """Return the run of that path or name; raise UsageError for a file of another kind."""
+    path = find_run(what, runs)
+    if path.is_file() and path.suffix not in RUN_FILES:
+        raise UsageError(
+            f"{path} is neither a certificate nor a run",
+            hint=f"a certificate is a file {', '.join(FORMS)}; a run is its folder or its run.h5",
+        )
+    return path
+
+
 def _text(found: Verification) -> str:
     groups = {
         "held     ": found.held,
-        "DIFFERS  ": found.differences,
+        "DIFFERS  ": list(_shortened(found.differences)),
         "OPEN     ": found.unchecked,
         "note     ": found.information,
     }
     lines = [f"{mark}{each}" for mark, group in groups.items() for each in group]
     return "\n".join([*lines, "", _conclusion(found)])
+
+
+def _shortened(differences: Sequence[str]) -> Iterator[str]:
+    """Yield the first differences of each check, and how many more there are."""
+    for what, group in groupby(differences, key=lambda each: each.partition(": ")[0]):
+        found = list(group)
+        yield from found[:SHOWN]
+        if len(found) > SHOWN:
+            yield f"{what}: and {len(found) - SHOWN} more (--json lists all)"
 
 
 def _conclusion(found: Verification) -> str:
