@@ -57,6 +57,7 @@ class TerminalAnswers:
             prompt(question)
             line = sys.stdin.readline()
         if not line:
+            message("")
             raise AbortedError(
                 "nobody answered: the input has ended",
                 hint="--unattended takes the procedure's own answers",

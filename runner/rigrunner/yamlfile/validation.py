@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Model = TypeVar("Model", bound=BaseModel)
 MAX_PROBLEMS = 50
+MARK = "rigrunner"
+"""The key that says what a file is, such as 'procedure/1'."""
 
 
 def validate(model_type: type[Model], document: Document, at: Path = ()) -> Model:
@@ -31,11 +33,25 @@ def validate(model_type: type[Model], document: Document, at: Path = ()) -> Mode
         return model_type.model_validate({} if data is None else data)
     except ValidationError as error:
         found = [each for each in error.errors(include_url=False) if not _is_echo(each)]
+        found = _of_another_kind(found) or found
         problems = [_problem(model_type, document, at, details) for details in found[:MAX_PROBLEMS]]
         if len(found) > MAX_PROBLEMS:
             rest = f"{len(found) - MAX_PROBLEMS} more problems follow; mend these first"
             problems.append(Problem(rest, document.where(at)))
         raise InvalidFileError(problems) from error
+
+
+def _of_another_kind(found: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Return the one error that tells that a station was given as a procedure, say, if it was.
+
+    What else is wrong follows from that.
+    """
+    for details in found:
+        if details["loc"] == (MARK,) and details["type"] == "literal_error":
+            allowed, got = details["ctx"]["expected"], str(details["input"])
+            if "/" in got and got.partition("/")[0] != allowed.strip("'").partition("/")[0]:
+                return [details]
+    return []
 
 
 def _is_echo(details: ErrorDetails) -> bool:

@@ -35,6 +35,31 @@ class Model(Settings):
     words: Annotated[ListOf[str], Field(max_length=2)] = ()
 
 
+class Marked(Settings):
+    rigrunner: Literal["procedure/1"]
+    name: str
+
+
+@pytest.mark.parametrize(
+    ("mark", "messages"),
+    [
+        ("station/1", ["got 'station/1', allowed is 'procedure/1'"]),
+        (
+            "procedure/2",
+            [
+                "got 'procedure/2', allowed is 'procedure/1'",
+                "the key 'name' is missing",
+                "unknown key 'devices'",
+            ],
+        ),
+    ],
+)
+def test_of_a_file_of_another_kind_only_that_is_told(mark, messages):
+    given = parse(f"rigrunner: {mark}\ndevices: {{}}\n", "f.yaml")
+    problems = problems_of(lambda: validate(Marked, given))
+    assert sorted(each.message for each in problems) == messages
+
+
 def document(text: str) -> Document:
     return parse(f"name: x\n{text}\n", "f.yaml")
 
