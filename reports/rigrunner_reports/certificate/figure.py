@@ -79,7 +79,7 @@ def _axes(axes: Axes, certificate: Certificate, wording: Wording) -> None:
     axes.yaxis.set_major_formatter(shown)
     axes.margins(y=0.12)
     axes.tick_params(labelcolor=INK)
-    axes.legend(loc="best")
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
 
 
 def _alt(certificate: Certificate, wording: Wording) -> str:

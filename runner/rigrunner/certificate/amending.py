@@ -14,6 +14,7 @@ from rigrunner.api.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from rigrunner.api.certificate import Conformity
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.certificate.content import Issue
 
@@ -32,14 +33,19 @@ PLACES = {
 
 
 def amended(
-    original: Certificate, given: Mapping[str, str], letterhead: Letterhead, issue: Issue
+    original: Certificate,
+    given: Mapping[str, str],
+    letterhead: Letterhead,
+    issue: Issue,
+    decided: Conformity | None = None,
 ) -> Certificate:
     """Return the further document; `issue.amends` names the original, its changes are added here.
 
-    Raises UsageError for a value that is the same as before, or not allowed.
+    `decided` is what a later decision states in the place of the original's. Raises UsageError for
+    a value that is the same as before, or not allowed.
     """
     assert issue.amends is not None  # noqa: S101  (the caller amends)
-    changes = tuple(_changes(original, given))
+    changes = (*_changes(original, given), *_decided_otherwise(original, decided))
     parts = {
         part: getattr(original, part).model_copy(
             update={
@@ -53,6 +59,7 @@ def amended(
     return original.model_copy(
         update={
             **parts,
+            "conformity": decided or original.conformity,
             "number": issue.number,
             "issued_utc": issue.issued_utc,
             "amends": issue.amends.model_copy(update={"changes": changes}),
@@ -74,6 +81,27 @@ def amendment_of(original: Certificate, sha256: str, reason: str, by: str) -> Am
         reason=reason,
         by=by,
     )
+
+
+def _decided_otherwise(original: Certificate, decided: Conformity | None) -> Iterator[Change]:
+    if decided is None:
+        return
+    if decided == original.conformity:
+        raise UsageError(f"{original.number} states the decision in force already")
+    before, after = _decision(original.conformity), _decision(decided)
+    for name, value in after.items():
+        if before[name] != value:
+            yield Change(field=f"conformity.{name}", before=before[name], after=value)
+
+
+def _decision(found: Conformity | None) -> dict[str, str]:
+    first = None if found is None else found.statements[0]
+    return {
+        "verdict": "" if found is None else found.verdict,
+        "rule": "" if found is None else found.rule,
+        "limit": "" if first is None else first.limit,
+        "source": "" if first is None else first.source,
+    }
 
 
 def _changes(original: Certificate, given: Mapping[str, str]) -> Iterator[Change]:

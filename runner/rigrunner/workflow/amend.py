@@ -13,7 +13,9 @@ from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
+from rigrunner.certificate.results import conformity_of
 from rigrunner.clock import utc_text
+from rigrunner.workflow.certify import read_source
 from rigrunner.workflow.office import Issued, Office
 from rigrunner.workflow.provenance import software
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from rigrunner.api.certificate import Authorisation, Certificate
+    from rigrunner.api.certificate import Authorisation, Certificate, Conformity
     from rigrunner.registry import Registry
 
 
@@ -41,6 +43,8 @@ class AmendRequest:
     """The folder to write into; None for that of the original."""
     given: Mapping[str, str] = field(default_factory=dict)
     """What changes, by field of the order."""
+    run: Path | None = None
+    """The run, where the document is to state the decision that is in force on it now."""
 
 
 def amend(path: Path, request: AmendRequest, registry: Registry, now: datetime) -> Issued:
@@ -62,6 +66,7 @@ def amend(path: Path, request: AmendRequest, registry: Registry, now: datetime) 
         request.letterhead, request.language or original.appearance.language
     )
     by = request.authorisation.by
+    decided = None if request.run is None else _decided(original, request.run, registry)
 
     def further(number: str) -> Certificate:
         issue = Issue(
@@ -72,10 +77,19 @@ def amend(path: Path, request: AmendRequest, registry: Registry, now: datetime) 
             software=software(registry),
             amends=amendment_of(original, sha256, request.reason, by),
         )
-        return amended(original, request.given, letterhead, issue)
+        return amended(original, request.given, letterhead, issue, decided)
 
     office = Office(request.letterhead, letterhead, registry, now)
     return office.issue(further, request.out or file.parent)
+
+
+def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity | None:
+    """Return the statement of conformity by the decision in force; raise DataError."""
+    source = read_source(run, registry)
+    known, header = original.evidence.run, source.stored.header
+    if (header.run_id, source.stored.digest) != (known.run_id, known.digest_sha256):
+        raise DataError(f"{header.run_id} is not the run of {original.number}: {known.run_id} is")
+    return conformity_of(source.result.decision, source.decided_again)
 
 
 def _bytes_of(file: Path) -> bytes:

@@ -9,9 +9,14 @@ import pytest
 
 from helpers_certificate import issue, make_letterhead
 from helpers_workflow import quick_procedure, run
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.certificate.amending import amended, amendment_of
+from rigrunner.certificate.content import Issue
+from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import Registry, load_registry
 from rigrunner.runfile import read
+from rigrunner.workflow.amend import _decided
 from rigrunner.workflow.decisions import Decider, decide_again
 from rigrunner.workflow.verification import Verification
 from rigrunner.workflow.verify_certificate import Means, verify_certificate
@@ -122,6 +127,37 @@ def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folde
     assert "decided again after this certificate was issued: 'fail' by A. Person" in "".join(
         found.information
     )
+
+
+def test_an_amendment_states_the_decision_in_force(made, certificate):
+    silent = certificate.conformity.model_copy(
+        update={"decided_again": (), "verdict": "pass", "rule": "guard_band_u"}
+    )
+    original = certificate.model_copy(update={"conformity": silent})
+    loaded, issued = made
+    decided = _decided(original, loaded, load_registry())
+    letterhead = read_letterhead(issued.files[0].parent.parent / "letterhead", "en")
+    issue = Issue(
+        number="X-2026-0002",
+        issued_utc="2026-11-23T00:00:00.000Z",
+        authorisation=certificate.authorisation,
+        restrictions=certificate.restrictions,
+        software={},
+        amends=amendment_of(original, "ab" * 32, "the drawing was changed", "A. Nother"),
+    )
+    further = amended(original, {}, letterhead, issue, decided)
+    assert further.conformity == certificate.conformity
+    changed = {each.field: (each.before, each.after) for each in further.amends.changes}
+    assert changed == {
+        "conformity.verdict": ("pass", "fail"),
+        "conformity.rule": ("guard_band_u", "simple"),
+    }
+    other = certificate.evidence.run.model_copy(update={"run_id": "another"})
+    of_other = certificate.evidence.model_copy(update={"run": other})
+    with pytest.raises(DataError, match="is not the run of"):
+        _decided(certificate.model_copy(update={"evidence": of_other}), loaded, load_registry())
+    with pytest.raises(UsageError, match="states the decision in force already"):
+        amended(certificate, {}, letterhead, issue, decided)
 
 
 def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):

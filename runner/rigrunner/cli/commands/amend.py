@@ -25,6 +25,11 @@ from rigrunner.cli.ordering import (
 @letterhead_option
 @order_options
 @click.option("--lang", default="", help="The language, in place of the original's.")
+@click.option(
+    "--run",
+    type=click.Path(path_type=Path, exists=True),
+    help="State the decision that is now in force on this run, its folder or run.h5.",
+)
 @out_option
 @lab_option
 def command(
@@ -35,6 +40,7 @@ def command(
     role: str,
     letterhead: Path,
     lang: str,
+    run: Path | None,
     out: Path | None,
     station: str | None,
     **given: str | None,
@@ -55,5 +61,6 @@ def command(
         language=lang,
         out=out,
         given=order_values(given),
+        run=run,
     )
     tell_issued(amend(certificate, request, lab_registry(station), WallClock().utc()))
