@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
+from rigrunner.analysis.asked import settings_as_asked
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
 from rigrunner.analysis.decision import decide
@@ -19,6 +20,7 @@ from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_pe
 from rigrunner.analysis.load import with_known_load
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
+from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.analysis.starts import prepare_starts
 from rigrunner.analysis.validation import validate
@@ -30,6 +32,8 @@ from rigrunner.signal.peaks import peak_points
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from rigrunner.analysis.lookup import Lookup
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.analysis import (
         Check,
         Component,
@@ -41,38 +45,8 @@ if TYPE_CHECKING:
     )
     from rigrunner.api.data import Array, Estimate, Points, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.settings import Settings
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
-
-
-class Progress(Protocol):
-    """Is told how much of what is done."""
-
-    def __call__(self, what: str, done: int, of: int) -> None:
-        """Take note."""
-        ...
-
-
-def unseen(what: str, done: int, of: int) -> None:
-    """Take no note."""
-
-
-class Lookup(Protocol):
-    """Finds plugins by kind and name."""
-
-    def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
-        """Return the callable of an 'outlier_rule', 'fit' or 'compensation'; raise PluginError."""
-        ...
-
-    def settings_of(self, kind: str, name: str) -> type[Settings]:
-        """Return the settings model of a plugin; raise PluginError."""
-        ...
-
-    def yields(self, compensation: str) -> MeasurandKind | None:
-        """Return which torque a compensation yields, if its plugin says."""
-        ...
 
 
 def analyse(
@@ -145,7 +119,7 @@ class _Analysis:
             validation=self._validation(loaded, no_load, compensations, headline),
             checks=checks,
             notes=(problem,) if problem else (),
-            settings=self._settings(),
+            settings=settings_as_asked(self.spec, self.lookup),
         )
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
@@ -311,29 +285,6 @@ class _Analysis:
         radius = self.run.rig.swing_radius
         if radius is not None:
             yield friction_check(torques, loaded[0].load_n, radius)
-
-    def _settings(self) -> dict[str, object]:
-        """Return the analysis as it was asked for, with the defaults of the plugins."""
-        checked = self.spec.validate_
-        return {
-            **({} if self.spec.starts is None else {"starts": self.spec.starts.model_dump()}),
-            "despike": None if self.spec.despike is None else self.spec.despike.model_dump(),
-            "outliers": self._resolved("outlier_rule", self.spec.outliers),
-            "fits": [self._resolved("fit", each) for each in self.spec.fits],
-            "compensations": [
-                self._resolved("compensation", each) for each in self.spec.compensations
-            ],
-            "primary": self.spec.primary or None,
-            **({} if checked is None else {"validate": checked.model_dump()}),
-        }
-
-    def _resolved(self, kind: str, reference: PluginRef | None) -> dict[str, object] | None:
-        if reference is None:
-            return None
-        model = self.lookup.settings_of(kind, reference.name)
-        settings = model.model_validate(dict(reference.settings))
-        label = {} if reference.label == reference.name else {"as": reference.label}
-        return {"name": reference.name, **label, "settings": settings.model_dump(mode="json")}
 
 
 def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.analyse import Progress
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import StopToken
     from rigrunner.api.results import Result
     from rigrunner.runfile import RunWriter

@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.analyse import unseen
+from rigrunner.analysis.progress import unseen
 from rigrunner.bus import Bus
 from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan, streams_before
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from contextlib import AbstractContextManager
 
-    from rigrunner.analysis.analyse import Progress
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.engine import AnswerSource, Override, Pauses, Seam

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.analyse import unseen
 from rigrunner.analysis.document import document
+from rigrunner.analysis.progress import unseen
 from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Prompt, RunEnded
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.analysis.analyse import Progress
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.analyse import unseen
+from rigrunner.analysis.progress import unseen
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
 from rigrunner.engine import find_seam, passed_over
@@ -24,7 +24,7 @@ from rigrunner.workflow.sameness import check_same, check_same_instruments
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.analysis.analyse import Progress
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.engine import AnswerSource, Pauses, Seam

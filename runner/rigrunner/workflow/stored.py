@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.analyse import analyse, unseen
+from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.progress import unseen
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.analysis.analyse import Progress
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry

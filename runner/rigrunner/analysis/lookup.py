@@ -1,0 +1,27 @@
+"""How the analysis finds the plugins that a procedure names."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.settings import Settings
+
+
+class Lookup(Protocol):
+    """Finds plugins by kind and name."""
+
+    def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
+        """Return the callable of an 'outlier_rule', 'fit' or 'compensation'; raise PluginError."""
+        ...
+
+    def settings_of(self, kind: str, name: str) -> type[Settings]:
+        """Return the settings model of a plugin; raise PluginError."""
+        ...
+
+    def yields(self, compensation: str) -> MeasurandKind | None:
+        """Return which torque a compensation yields, if its plugin says."""
+        ...
