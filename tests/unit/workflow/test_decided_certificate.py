@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from datetime import UTC, datetime
 
@@ -14,6 +15,7 @@ from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.procedure import Acceptance
+from rigrunner.proof.seal import seal, unsealed
 from rigrunner.registry import Registry, load_registry
 from rigrunner.runfile import read
 from rigrunner.workflow.amend import _decided
@@ -21,6 +23,7 @@ from rigrunner.workflow.decisions import Decider, decide_again
 from rigrunner.workflow.verification import Verification
 from rigrunner.workflow.verify_certificate import Means, verify_certificate
 from rigrunner.workflow.verify_decisions import check_decisions
+from rigrunner.workflow.verify_pages import check_pages
 
 DECIDED = datetime(2026, 11, 22, 9, tzinfo=UTC)
 """Half an hour before the certificate is issued."""
@@ -166,3 +169,19 @@ def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):
         assert point.raw_nm == pytest.approx(found["raw_peak"]["mean"]["value"])
         used = point.cycles - point.cycles_rejected
         assert used == found["waveform"]["cycles_kept"], "the primary method takes whole swings"
+
+
+def test_a_figure_that_another_version_draws_otherwise_is_no_difference(made, tmp_path):
+    page = next(path for path in made[1].files if path.suffix == ".html")
+    content = unsealed(page.read_bytes(), ".html")
+    figure = rb'(?<=<img src="data:image/svg\+xml;base64,)[^"]+'
+    drawn, count = re.subn(figure, b"PHN2Zy8+", content)
+    assert count == 1
+    forged = content.replace(b" Hz: 0.", b" Hz: 1.", 1)
+    assert forged != content
+    for shown, differences in ((drawn, 0), (forged, 1)):
+        copy = tmp_path / page.name
+        copy.write_bytes(seal(shown, ".html"))
+        found = Verification()
+        check_pages(found, copy, made[1].certificate, load_registry(), None)
+        assert len(found.differences) == differences, found
