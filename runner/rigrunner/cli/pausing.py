@@ -48,8 +48,8 @@ class TerminalPauses:
             _show(paused)
             choice = self._choice(paused, watch)
             reason = self._reason(choice, watch) if choice in _WITH_REASON else ""
-        if choice is not Choice.NOTE:
-            self._stop.resumed()
+            if choice is not Choice.NOTE:
+                self._stop.resumed()  # before the progress is seen again, which a Ctrl-C answers
         return Decision(choice, self._by, reason)
 
     def _choice(self, paused: Paused, watch: Callable[[], None]) -> Choice:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from contextlib import contextmanager
 
 import pytest
 
@@ -61,3 +62,18 @@ def test_a_note_leaves_the_run_paused_and_other_answers_do_not(monkeypatch):
 def test_where_the_input_has_ended_the_run_does(monkeypatch):
     with pytest.raises(AbortedError, match="nobody answered"):
         decide(monkeypatch, "")
+
+
+def test_once_the_progress_is_seen_again_ctrl_c_pauses_again(monkeypatch):
+    stop = SignalStop(attended=True)
+    seen = []
+
+    class Shown(LineProgress):
+        @contextmanager
+        def paused(self):
+            yield
+            seen.append(stop.pause_wanted())
+
+    monkeypatch.setattr("sys.stdin", io.StringIO("resume\n"))
+    TerminalPauses(stop, Shown(), "Ada").decide(PAUSED, lambda: None)
+    assert seen == [""]
