@@ -50,5 +50,12 @@ def _lines(found: Comparison) -> Iterator[str]:
         for each in group:
             yield f"  {each.text}"
     yield ""
+    yield found.verdict if found.same else _count(found)
+
+
+def _count(found: Comparison) -> str:
+    """Return how many changes matter, and that others are told as well, so that all are counted."""
     count = sum(each.matters for each in found.changes)
-    yield found.verdict if found.same else f"{count} difference{'s' if count > 1 else ''}"
+    others = len(found.changes) - count
+    beside = f", and {others} that {'does' if others == 1 else 'do'} not matter" if others else ""
+    return f"{count} difference{'s' if count > 1 else ''}{beside}"

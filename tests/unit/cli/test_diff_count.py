@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+import pytest
+
+from rigrunner.cli.commands.diff import _count
+from rigrunner.workflow.diff import Comparison
+from rigrunner.workflow.diff_tree import Change
+
+
+@pytest.mark.parametrize(
+    ("matter", "words"),
+    [
+        ((True,), "1 difference"),
+        ((True, True), "2 differences"),
+        ((True, False), "1 difference, and 1 that does not matter"),
+        ((True, True, False, False), "2 differences, and 2 that do not matter"),
+    ],
+)
+def test_every_line_that_is_shown_is_counted(matter, words):
+    changes = tuple(Change("inputs", "text", matters=each) for each in matter)
+    assert _count(Comparison("a", "b", changes, "")) == words
