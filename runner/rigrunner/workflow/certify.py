@@ -20,6 +20,7 @@ from rigrunner.certificate.order import complete
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
 from rigrunner.workflow.decisions import later_decisions
+from rigrunner.workflow.derived_again import refuse_other_numbers
 from rigrunner.workflow.office import Issued, Office
 from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.stored import analyse_run
@@ -65,6 +66,7 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
     letterhead = read_letterhead(request.letterhead, request.language)
     source = read_source(run, registry)
     certifiable(source)
+    refuse_other_numbers(source.stored, source.result)
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
     _refuse_restricted(source, restrictions, request)
     known = {**source.stored.header.inputs, **source.result.run.people}
