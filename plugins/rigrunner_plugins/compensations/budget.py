@@ -54,7 +54,8 @@ class Budget:
 
     The settings' limits are those of this very rig, where its station states them.
 
-    `refiltered` is the rig as learned with the low-pass corner at its upper limit.
+    `refiltered` is the rig as learned with the low-pass corner at its upper limit, `rescaled` the
+    same with the angle's scale at its.
     """
 
     settings: InverseSettings
@@ -62,6 +63,7 @@ class Budget:
     described: RigDescription
     rig: Identified
     refiltered: Identified
+    rescaled: Identified
 
     def model(self, found: Evaluated) -> MeasurementModel:
         """Return the model of one point."""
@@ -73,6 +75,7 @@ class Budget:
             *self._sensor(found),
             *self._learned(pair),
             self._low_pass(found),
+            self._angle_scale(found),
             *self._frequencies(pair),
             self._inertia(found),
             self._support(found),
@@ -137,6 +140,13 @@ class Budget:
         torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
         slope = (torque - found.maximum_nm) / limit_hz if limit_hz > 0 else 0.0
         return Effect(limited("low-pass filter", limit_hz, "Hz", corner_hz), slope)
+
+    def _angle_scale(self, found: Evaluated) -> Effect:
+        """Return what a swing larger than the angle channel shows does: J is learned anew."""
+        rig, limit = self.rescaled, self.described.angle_tolerance
+        torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
+        slope = (torque - found.maximum_nm) / limit if limit > 0 else 0.0
+        return Effect(limited("angle scale", limit, "1"), slope)
 
     def _frequencies(self, pair: Pair) -> tuple[Effect, ...]:
         """Return the two runs' frequencies: their difference is corrected as inertia's."""

@@ -76,12 +76,15 @@ class Inverse(ABC):
         """
         sweep = with_swings(sweep)
         low_pass = _low_pass(sweep.instrument)
-        swing = make_swing(measured_ratio(sweep.no_load))
+        ratio = measured_ratio(sweep.no_load)
+        swing = make_swing(ratio)
         rig = identify(sweep.no_load, swing, low_pass)
+        larger = make_swing(ratio * (1 + sweep.rig.angle_tolerance))
+        rescaled = identify(sweep.no_load, larger, low_pass)
         wider = low_pass.corner * (1 + self.settings.low_pass_tolerance)
         refiltered = identify(sweep.no_load, swing, low_pass.model_copy(update={"corner": wider}))
         settings = known(self.settings, sweep.rig)
-        budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered)
+        budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
         templates = self.templates(sweep, rig)
         done = [
             self._point(budget, loaded, template)

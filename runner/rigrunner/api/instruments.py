@@ -261,6 +261,9 @@ class RigDescription(Settings):
         Angle, Field(ge=0, description="of the crank phase, where index or tacho stand for it")
     ] = math.pi / 180
 
+    angle_tolerance: Annotated[
+        Ratio, Field(ge=0, description="limit of error of the scale of the angle channel")
+    ] = 0.005
     load_tolerance: Annotated[
         Ratio,
         Field(ge=0, description="limit of error of the load; by default class 0.5 of ISO 7500-1"),

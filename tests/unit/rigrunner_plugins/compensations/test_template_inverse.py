@@ -86,6 +86,21 @@ def test_the_station_may_know_its_rig_better():
         assert stated[name].sensitivity == pytest.approx(default[name].sensitivity, rel=0.02)
 
 
+def test_a_wrong_scale_of_the_angle_moves_the_result_as_its_line_says():
+    made = sweep(RIG, FEW)
+    truly = replace(
+        made,
+        loaded=tuple(replace(each, angle_rad=1.005 * each.angle_rad) for each in made.loaded),
+        no_load=tuple(replace(each, angle_rad=1.005 * each.angle_rad) for each in made.no_load),
+    )
+    as_seen, as_is = (compensate(each).points for each in (made, truly))
+    for seen, real in zip(as_seen, as_is, strict=True):
+        line = next(part for part in seen.components if part.name == "angle scale")
+        assert line.input_u == pytest.approx(0.005 / np.sqrt(3))
+        moved = real.torque.value - seen.torque.value
+        assert 0.005 * line.sensitivity == pytest.approx(moved, abs=3e-4)
+
+
 def test_a_common_offset_falls_out(outcome):
     offset = next(p for p in outcome.points[0].components if p.name == "sensor offset")
     assert (offset.input_u, offset.sensitivity, offset.u) == (
