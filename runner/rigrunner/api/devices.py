@@ -7,17 +7,19 @@ DriveInfo names, which is the coherent SI unit of its dimension.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from rigrunner.api.errors import PluginError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.data import Block
+
+_Answer = TypeVar("_Answer")
 
 
 class Clock(Protocol):
@@ -56,6 +58,28 @@ def _no_other_device(plugin: str, settings: Mapping[str, Any], /) -> Device:  # 
     raise PluginError(f"the device '{plugin}' cannot be made here", hint="name it in a station")
 
 
+class Wire(Protocol):
+    """Carries each exchange with an instrument, so that it can be saved and played back."""
+
+    def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:
+        """Return what `perform` does, or what it answered when the exchange was saved.
+
+        The request says what is asked in words that are the same each time, such as
+        'query MEAS:TORQ?'. An answer is None, a bool, a number, a text, bytes, an array of float64
+        of shape (n,), or a list of such. `perform` raises a DeviceError where the exchange fails,
+        and keeps whatever it opens to itself: of a played-back exchange it is not called.
+        """
+        ...
+
+
+class DirectWire:
+    """A Wire that keeps nothing."""
+
+    def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:  # noqa: ARG002  (the Protocol's)
+        """Return what `perform` does."""
+        return perform()
+
+
 @dataclass(frozen=True)
 class DeviceContext:
     """What a device is given beside its settings."""
@@ -66,6 +90,8 @@ class DeviceContext:
     """The folder of the station file, to which relative paths in settings refer."""
     make: MakeDevice = _no_other_device
     """For a device that wraps another one, whose settings are WrapperSettings."""
+    wire: Wire = field(default_factory=DirectWire)
+    """For the exchanges of a device whose record says that it is `wired`."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +130,21 @@ class DriveInfo:
     safe_value: float = 0.0
     tolerance: float | None = None
     """How far the read-back may be from the set-point; None: 1 % of the range."""
+    settle_s: float = 0.0
+    """How long it may take until it stands, beyond what the rate says."""
+
+    @property
+    def allowed_deviation(self) -> float:
+        """How far the read-back may be from the set-point."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return 0.01 * (self.maximum - self.minimum)
+
+    @property
+    def longest_s(self) -> float:
+        """How long it may take from one end of its range to the other until it stands."""
+        moving_s = (self.maximum - self.minimum) / self.rate_per_s if self.rate_per_s else 0.0
+        return moving_s + self.settle_s
 
 
 @runtime_checkable
@@ -160,6 +201,23 @@ class Settable(Protocol):
 
     def read_back(self, drive: str) -> float:
         """Return the drive's actual value."""
+        ...
+
+
+@runtime_checkable
+class Approaching(Settable, Protocol):
+    """Takes its time to reach a set-point, and lets others look meanwhile.
+
+    The engine calls `begin` and then asks `arrived` until it is so: a stop, an interlock and the
+    step's time limit hold while the drive is on its way. `set` does both.
+    """
+
+    def begin(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point and return at once; raise a DeviceError."""
+        ...
+
+    def arrived(self, drive: str) -> bool:
+        """Say whether the drive has reached its set-point."""
         ...
 
 

@@ -6,7 +6,7 @@ is listed, and a procedure checked, without loading numpy.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import pluggy
@@ -14,7 +14,7 @@ import pluggy
 from rigrunner.api.settings import Settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
@@ -48,6 +48,12 @@ class DeviceRecord(PluginRecord):
 
     factory: Callable[[Any, DeviceContext], Device]
     simulated: bool = False
+    wired: bool = False
+    """Whether every exchange with the instrument goes through `context.wire`."""
+    stop_latency_s: float = 1.0
+    """How long a stream may go on after the run was asked to stop."""
+    trial: Mapping[str, Any] = field(default_factory=dict)
+    """Settings with which it can be tried without an instrument."""
 
 
 @dataclass(frozen=True, kw_only=True)

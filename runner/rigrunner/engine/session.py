@@ -77,7 +77,7 @@ class Session:
     def set(self, role: str, drive: str, value: float) -> float:
         """Set a drive and return its read-back; raise InterlockError if that is forbidden."""
         self.guard.allow(role, drive, value)
-        return self.rig.set(role, drive, value, self.timeout_s)
+        return self.rig.set(role, drive, value, self.timeout_s, self.check)
 
     def check_time(self) -> None:
         """Raise DeviceTimeoutError if the step has taken longer than it may."""

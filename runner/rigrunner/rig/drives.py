@@ -1,25 +1,57 @@
-"""What a drive's declaration says of its read-back, and of the time that it needs."""
+"""Drives on their way: when one is where it should be, and how it is waited for."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from rigrunner.api.errors import DeviceTimeoutError
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import DriveInfo
+    from collections.abc import Callable
+
+    from rigrunner.api.devices import Approaching, Clock, DriveInfo
+
+_T = TypeVar("_T")
+_POLL_S = 0.05
+"""How often a drive that is on its way is asked whether it has arrived."""
 
 
-def tolerance(info: DriveInfo) -> float:
-    """Return how far a read-back may be from the set-point: declared, or 1 % of the range."""
-    if info.tolerance is not None:
-        return info.tolerance
-    return 0.01 * (info.maximum - info.minimum)
+class Call(Protocol):
+    """Calls the device: what it is for, and what to do."""
+
+    def __call__(self, what: str, function: Callable[[], _T], /) -> _T:
+        """Return what the function returns; raise a DeviceError."""
+        ...
 
 
 def agrees(info: DriveInfo, actual: float, value: float) -> bool:
     """Return True if a drive's actual value is its set-point within the tolerance."""
-    return abs(actual - value) <= tolerance(info)
+    return abs(actual - value) <= info.allowed_deviation
 
 
-def travel_s(info: DriveInfo) -> float:
-    """Return how long the drive needs from one end of its range to the other, in seconds."""
-    return (info.maximum - info.minimum) / info.rate_per_s if info.rate_per_s else 0.0
+def approach(
+    device: Approaching,
+    info: DriveInfo,
+    value: float,
+    *,
+    call: Call,
+    clock: Clock,
+    limit_s: float,
+    meanwhile: Callable[[], Any],
+) -> None:
+    """Set a drive and wait until it has arrived; raise DeviceTimeoutError.
+
+    `meanwhile` is called again and again; what it raises ends the waiting.
+    """
+    name, until_s = info.name, clock.monotonic_s() + limit_s
+    call(f"set {name}", lambda: device.begin(name, value))
+    while not call(f"read back {name}", lambda: device.arrived(name)):
+        if clock.monotonic_s() >= until_s:
+            actual = call(f"read back {name}", lambda: device.read_back(name))
+            raise DeviceTimeoutError(
+                f"{name} reads back {actual:g} {info.unit} after {limit_s:g} s,"
+                f" set to {value:g} {info.unit}",
+                hint="does it move? see its rate, settling time and tolerance",
+            )
+        meanwhile()
+        clock.sleep(_POLL_S)

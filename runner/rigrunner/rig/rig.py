@@ -7,9 +7,17 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.api.devices import CountsStreams, KnowsTruth, Pausable, Readable, Settable, Streaming
+from rigrunner.api.devices import (
+    Approaching,
+    CountsStreams,
+    KnowsTruth,
+    Pausable,
+    Readable,
+    Settable,
+    Streaming,
+)
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
-from rigrunner.rig.drives import agrees, tolerance, travel_s
+from rigrunner.rig.drives import agrees, approach
 from rigrunner.rig.safe_state import make_safe, safe_places
 from rigrunner.rig.worker import InlineCaller, Patience, ThreadCaller
 from rigrunner.station.drive_rules import DriveRules
@@ -25,6 +33,10 @@ if TYPE_CHECKING:
     from rigrunner.rig.worker import Caller
 
 _T = TypeVar("_T")
+
+
+def _nothing() -> None:
+    pass
 
 
 class Rig:
@@ -81,24 +93,45 @@ class Rig:
             self.__exit__(type(error), error, None)
             raise
 
-    def set(self, role: str, drive: str, value: float, timeout_s: float | None = None) -> float:
+    def set(
+        self,
+        role: str,
+        drive: str,
+        value: float,
+        timeout_s: float | None = None,
+        meanwhile: Callable[[], None] = _nothing,
+    ) -> float:
         """Set a drive within its limits and return the read-back; raise a DeviceError.
 
         The read-back must agree within the drive's tolerance. It is waited for as long as the drive
-        needs and `Patience` adds, or for `timeout_s`.
+        needs and `Patience` adds, or for `timeout_s`. `meanwhile` is called again and again while
+        a drive that can be asked is on its way; what it raises ends the waiting.
         """
         info, member = self._drive(role, drive), f"{role}.{drive}"
         device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
         self._rules.check(member, info, value, self._standing)
-        limit_s = self._patience.answer_s + travel_s(info) if timeout_s is None else timeout_s
+        limit_s = self._patience.answer_s + info.longest_s if timeout_s is None else timeout_s
         self._set_points.pop(member, None)  # until it is read back, where it stands is not known
-        self._call(role, f"set {drive}", lambda: device.set(drive, value), limit_s)
+        if isinstance(device, Approaching):
+            with _named(role):
+                call = partial(self._callers[role].call, timeout_s=self._patience.answer_s)
+                approach(
+                    device,
+                    info,
+                    value,
+                    call=call,
+                    clock=self.clock,
+                    limit_s=limit_s,
+                    meanwhile=meanwhile,
+                )
+        else:
+            self._call(role, f"set {drive}", lambda: device.set(drive, value), limit_s)
         actual = self._call(role, f"read back {drive}", lambda: device.read_back(drive))
         if not agrees(info, actual, value):
             raise DeviceRejectedError(
                 f"{role}: {drive} was set to {value:g} {info.unit}"
                 f" but reads back {actual:g} {info.unit}",
-                hint=f"allowed: within {tolerance(info):g} {info.unit}",
+                hint=f"allowed: within {info.allowed_deviation:g} {info.unit}",
             )
         self._set_points[member] = value
         return actual
@@ -253,7 +286,7 @@ class Rig:
         ]
 
     def _longest_s(self, role: str) -> float:
-        return self._patience.answer_s + sum(map(travel_s, self.devices[role].drives))
+        return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
 
     def _end_stream(self, role: str, blocks: Iterator[Block]) -> None:
         close = getattr(blocks, "close", None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
-from rigrunner.rig.drives import agrees, travel_s
+from rigrunner.rig.drives import agrees
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def make_safe(
     `answer_s` is how long it is waited for beyond the time that the drives need.
     """
     infos = [info for info in device.drives if drive in ("", info.name)]
-    timeout_s = answer_s + sum(travel_s(info) for info in infos)
+    timeout_s = answer_s + sum(info.longest_s for info in infos)
     work = device.make_safe if not drive else lambda: _set_safe(device, drive)
     for _ in range(_ATTEMPTS):
         try:

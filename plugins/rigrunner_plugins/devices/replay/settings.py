@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
-from rigrunner.api.quantity import unit
 from rigrunner.api.settings import Force, Frequency, Settings, YesNo
+from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
 from rigrunner_plugins.devices.fields import quantity
 
-
-def _known_unit(symbol: str) -> str:
-    return unit(symbol).symbol
-
-
-ChannelName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
-UnitSymbol = Annotated[str, AfterValidator(_known_unit)]
 ColumnNumber = Annotated[int, Field(ge=1)]
 
 
@@ -61,7 +54,7 @@ class ReplaySettings(Settings):
         "manifest.yaml"
     )
     rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
-    channels: Annotated[dict[ChannelName, ColumnSettings], Field(min_length=1)]
+    channels: Annotated[dict[QuantityName, ColumnSettings], Field(min_length=1)]
     """Name of each channel to where its samples are."""
     table: TableSettings = TableSettings()
     max_frequency: Frequency = quantity("35 Hz", "highest frequency that can be set", gt=0)

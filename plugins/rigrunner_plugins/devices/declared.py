@@ -1,0 +1,129 @@
+"""Channels and drives that a station declares, for instruments that a protocol alone describes.
+
+A subclass of these settings adds where the quantity is found: a command, a register, a node.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import AfterValidator, Field, StringConstraints, model_validator
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo
+from rigrunner.api.quantity import Quantity, si_symbol, unit
+from rigrunner.api.settings import AnyQuantity, Difference, Duration, Settings, YesNo
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+def _known_unit(symbol: str) -> str:
+    return unit(symbol).symbol
+
+
+QuantityName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
+"""Of a channel or a drive."""
+UnitSymbol = Annotated[str, AfterValidator(_known_unit)]
+
+
+class DeclaredQuantity(Settings):
+    """How the instrument's numbers become a quantity: number * scale + offset, in `unit`."""
+
+    unit: UnitSymbol
+    """Of the number once it is scaled."""
+    scale: Annotated[float, Field(strict=False)] = 1.0
+    """What the instrument's number is multiplied with."""
+    offset: Annotated[float, Field(strict=False)] = 0.0
+    """What is added to it after that."""
+    title: str = ""
+    """Its name in plots and reports."""
+
+    @model_validator(mode="after")
+    def _can_be_inverted(self) -> Self:
+        if self.scale == 0:
+            raise ValueError("scale is 0, allowed is any other number")
+        return self
+
+    @property
+    def si_unit(self) -> str:
+        """The symbol of the coherent SI unit."""
+        return si_symbol(unit(self.unit).dimension)
+
+    def to_si(self, number: float) -> float:
+        """Return the quantity in SI for a number of the instrument."""
+        known = unit(self.unit)
+        return (number * self.scale + self.offset) * known.factor + known.offset
+
+    def from_si(self, value: float) -> float:
+        """Return the instrument's number for a quantity in SI."""
+        known = unit(self.unit)
+        return ((value - known.offset) / known.factor - self.offset) / self.scale
+
+
+class DeclaredChannel(DeclaredQuantity):
+    """A channel of an instrument."""
+
+    def info(self, name: str) -> ChannelInfo:
+        """Return what others are to know of the channel."""
+        return ChannelInfo(name, self.si_unit, self.title or name)
+
+
+class DeclaredDrive(DeclaredQuantity):
+    """A drive of an instrument."""
+
+    min: AnyQuantity
+    """The lowest set-point."""
+    max: AnyQuantity
+    """The highest set-point."""
+    safe: AnyQuantity
+    """Where it is harmless."""
+    tolerance: Difference | None = None
+    """How far the read-back may be from the set-point; left out, 1 % of the range."""
+    rate: AnyQuantity | None = None
+    """How fast it moves, such as 5 Hz/s; left out, at once."""
+    settle: Annotated[Duration, Field(ge=0)] = 10.0
+    """How long it may take until it stands, beyond what the rate says."""
+    sets_cycle_frequency: YesNo = False
+    """Whether its value is the frequency of the cyclic motion."""
+
+    @model_validator(mode="after")
+    def _is_one_quantity(self) -> Self:
+        dimension = unit(self.unit).dimension
+        for name in ("min", "max", "safe", "tolerance"):
+            given: Quantity | None = getattr(self, name)
+            if given is not None and given.dimension != dimension:
+                raise ValueError(f"{name} is '{given}', a {given.dimension}; needed: a {dimension}")
+        if self.rate is not None and (
+            self.rate.dimension != f"{dimension} rate" or self.rate.si <= 0
+        ):
+            raise ValueError(f"rate is '{self.rate}', needed: a {dimension} rate above 0")
+        if not self.min.si <= self.safe.si <= self.max.si or self.min.si == self.max.si:
+            raise ValueError(
+                f"needed is min <= safe <= max, got {self.min}, {self.safe}, {self.max}"
+            )
+        return self
+
+    def info(self, name: str) -> DriveInfo:
+        """Return what others are to know of the drive."""
+        return DriveInfo(
+            name=name,
+            unit=self.si_unit,
+            long_name=self.title or name,
+            minimum=self.min.si,
+            maximum=self.max.si,
+            rate_per_s=None if self.rate is None else self.rate.si,
+            sets_cycle_frequency=self.sets_cycle_frequency,
+            safe_value=self.safe.si,
+            tolerance=None if self.tolerance is None else self.tolerance.si,
+            settle_s=self.settle,
+        )
+
+
+def channel_infos(channels: Mapping[str, DeclaredChannel]) -> list[ChannelInfo]:
+    """Return what others are to know of the channels."""
+    return [channel.info(name) for name, channel in channels.items()]
+
+
+def drive_infos(drives: Mapping[str, DeclaredDrive]) -> list[DriveInfo]:
+    """Return what others are to know of the drives, in the order of making safe."""
+    return [drive.info(name) for name, drive in drives.items()]

@@ -1,0 +1,224 @@
+"""What every driver shares: limits, settling, safe state, errors, exchanges."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rigrunner.api.devices import (
+    Approaching,
+    ChannelInfo,
+    Device,
+    DeviceContext,
+    DriveInfo,
+    Identity,
+    Readable,
+)
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Rig
+
+
+class BackEndError(Exception):
+    """What the library of an instrument raises."""
+
+
+class Press(Driver):
+    """A press whose load goes to its set-point by 100 N with each look."""
+
+    errors = {BackEndError: DeviceRejectedError}  # noqa: RUF012  (as an author would write it)
+
+    def __init__(self, context):
+        load = DriveInfo("load", "N", "Load", 0.0, 1000.0, tolerance=1.0, settle_s=2.0)
+        super().__init__(context, [ChannelInfo("load", "N", "Load")], [load])
+        self.stands = self.wanted = 500.0
+        self.step = 100.0
+        self.raises = None
+        self.opened = self.shuts = 0
+
+    def open(self, timeout_s):  # noqa: ARG002  (the Protocol's)
+        self.opened += 1
+        if self.raises:
+            raise self.raises
+        return Identity("Test", "press", "1")
+
+    def shut(self):
+        self.shuts += 1
+
+    def get(self, channel):
+        return self.exchange(f"query {channel}", self._look)
+
+    def put(self, drive, value):
+        self.exchange(f"set {drive} {value:g}", lambda: self._go(value))
+
+    def _look(self):
+        if self.raises:
+            error, self.raises = self.raises, None
+            raise error
+        way = self.wanted - self.stands
+        self.stands += max(-self.step, min(self.step, way))
+        return self.stands
+
+    def _go(self, value):
+        if self.raises:
+            error, self.raises = self.raises, None
+            raise error
+        self.wanted = value
+
+
+@pytest.fixture
+def press():
+    return Press(DeviceContext("press", SimulatedClock(), Path()))
+
+
+def test_it_has_the_abilities_of_a_driven_instrument(press):
+    assert all(isinstance(press, ability) for ability in (Device, Readable, Approaching))
+
+
+def test_setting_waits_until_the_drive_is_there(press):
+    press.connect(1.0)
+    press.set("load", 1000.0)
+    assert press.read_back("load") == 1000.0
+    assert press.read(["load"]) == {"load": 1000.0}
+
+
+def test_beginning_does_not_wait(press):
+    press.connect(1.0)
+    press.begin("load", 1000.0)
+    assert press.stands == 500.0
+    looks = 0
+    while not press.arrived("load"):
+        looks += 1
+    assert looks == 4
+
+
+def test_a_drive_that_does_not_move_is_told_with_where_it_stands(press):
+    press.connect(1.0)
+    press.step = 0.0
+    with pytest.raises(DeviceTimeoutError, match="load reads back 500 N after 2 s, set to 0 N"):
+        press.set("load", 0.0)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 1001.0, float("nan"), float("inf")])
+def test_limits_hold_before_anything_is_sent(press, wrong):
+    press.connect(1.0)
+    with pytest.raises(DeviceRejectedError, match="allowed: 0 to 1000 N"):
+        press.begin("load", wrong)
+    assert press.wanted == 500.0
+
+
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        (TimeoutError(), DeviceTimeoutError),
+        (ConnectionResetError("reset"), DeviceLostError),
+        (BackEndError("no such command"), DeviceRejectedError),
+        (DeviceNotFoundError("nobody there"), DeviceNotFoundError),
+    ],
+)
+def test_what_the_back_end_raises_becomes_one_of_four_errors(press, raised, told):
+    press.connect(1.0)
+    press.raises = raised
+    with pytest.raises(told):
+        press.read(["load"])
+
+
+def test_a_bug_of_the_driver_stays_a_bug(press):
+    press.connect(1.0)
+    press.raises = ZeroDivisionError()
+    with pytest.raises(ZeroDivisionError):
+        press.read(["load"])
+
+
+def test_without_a_connection_nothing_but_safety_is_tried(press):
+    for use in (lambda: press.read(["load"]), lambda: press.set("load", 0.0)):
+        with pytest.raises(DeviceLostError, match="not connected"):
+            use()
+    with pytest.raises(DeviceLostError):
+        press.make_safe()
+    assert press.opened == 0
+
+
+def test_a_connection_that_fails_is_given_back(press):
+    press.raises = OSError("no route")
+    with pytest.raises(DeviceLostError, match="no route"):
+        press.connect(1.0)
+    assert press.shuts == 1
+
+
+def test_making_safe_opens_a_lost_connection_once_more(press):
+    press.connect(1.0)
+    press.raises = ConnectionResetError("unplugged")
+    assert press.make_safe() == {"load": 0.0}
+    assert press.opened == 2
+
+
+def test_making_safe_is_idempotent(press):
+    press.connect(1.0)
+    assert press.make_safe() == press.make_safe() == {"load": 0.0}
+
+
+class Tape:
+    """Keeps requests."""
+
+    def __init__(self):
+        self.requests = []
+
+    def exchange(self, request, perform):
+        self.requests.append(request)
+        return perform()
+
+
+def test_errors_reach_the_wire_as_device_errors():
+    class Sees(Tape):
+        def exchange(self, request, perform):
+            try:
+                return super().exchange(request, perform)
+            except DeviceError as error:
+                self.requests.append(type(error).__name__)
+                raise
+
+    wire = Sees()
+    press = Press(DeviceContext("press", SimulatedClock(), Path(), wire=wire))
+    press.connect(1.0)
+    press.raises = TimeoutError()
+    with pytest.raises(DeviceTimeoutError):
+        press.read(["load"])
+    assert wire.requests == ["query load", "DeviceTimeoutError"]
+
+
+class TestInARig:
+    """While the drive is on its way, others have their turn."""
+
+    def rig(self, press):
+        return Rig({"press": press}, press.clock)
+
+    def test_others_are_called_while_it_moves(self, press):
+        looks = []
+        with self.rig(press) as rig:
+            assert rig.set("press", "load", 1000.0, meanwhile=lambda: looks.append(press.stands))
+        assert looks == [600.0, 700.0, 800.0, 900.0]
+
+    def test_what_they_raise_ends_the_waiting(self, press):
+        def stop():
+            raise KeyboardInterrupt
+
+        with self.rig(press) as rig, pytest.raises(KeyboardInterrupt):
+            rig.set("press", "load", 1000.0, meanwhile=stop)
+        assert press.stands == 0.0  # made safe
+
+    def test_one_that_does_not_arrive_is_named(self, press):
+        press.step = 0.0
+        rig = self.rig(press)
+        rig.connect()
+        with pytest.raises(DeviceTimeoutError, match=r"^press: load reads back 500 N after 12 s"):
+            rig.set("press", "load", 1000.0)
+        rig.close()
