@@ -2,7 +2,7 @@
 
 from rigrunner.engine.answers import AnswerSource, UnattendedAnswers
 from rigrunner.engine.overrides import Override
-from rigrunner.engine.pausing import Choice, Decision, Paused, Pauses
+from rigrunner.engine.pausing import Choice, Decision, Interference, Paused, Pauses, StopNow
 from rigrunner.engine.run import RunSummary, run_plan
 from rigrunner.engine.seam import Seam, find_seam, passed_over, streams_before
 
@@ -10,11 +10,13 @@ __all__ = [
     "AnswerSource",
     "Choice",
     "Decision",
+    "Interference",
     "Override",
     "Paused",
     "Pauses",
     "RunSummary",
     "Seam",
+    "StopNow",
     "UnattendedAnswers",
     "find_seam",
     "passed_over",

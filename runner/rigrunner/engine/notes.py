@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, RigrunnerError
 from rigrunner.api.events import Alarm, Intervention, Outcome
+from rigrunner.engine.pausing import StopNow
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -79,7 +80,7 @@ class Notes:
 
     def _who(self, error: BaseException) -> str:
         if isinstance(error, KeyboardInterrupt):
-            return "keyboard"
+            return _interrupt(error).by
         if isinstance(error, AbortedError) and error.by:
             return error.by
         return "stop request" if self._stop.is_set() else "operator"
@@ -88,5 +89,10 @@ class Notes:
 def words(error: BaseException) -> str:
     """Return an error as one line."""
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted from the keyboard"
+        return _interrupt(error).reason
     return str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
+
+
+def _interrupt(error: KeyboardInterrupt) -> StopNow:
+    """Return the interrupt with who did it and why; a plain one is Ctrl-C."""
+    return error if isinstance(error, StopNow) else StopNow()

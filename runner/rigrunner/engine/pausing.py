@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from rigrunner.api.errors import RigrunnerError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from rigrunner.api.errors import AbortedError
 
@@ -62,6 +62,25 @@ class Pauses(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Interference:
+    """Something else that a person did to a run, to be put on record as an Intervention."""
+
+    action: str
+    by: str
+    reason: str = ""
+    subject: str = ""
+
+
+@runtime_checkable
+class Telling(Protocol):
+    """Pauses that know of such things, as that somebody else took control."""
+
+    def told(self) -> Iterable[Interference]:
+        """Return what has happened and was not told yet."""
+        ...
+
+
 @runtime_checkable
 class Reasoned(Protocol):
     """A stop token that knows why it is set."""
@@ -73,6 +92,11 @@ class Reasoned(Protocol):
 
 class StopNow(KeyboardInterrupt):
     """A person wants no teardown either: the rig is made safe at once."""
+
+    def __init__(self, reason: str = "interrupted from the keyboard", by: str = "keyboard") -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.by = by
 
 
 class PauseWantedError(RigrunnerError):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import AbortedError, DeviceTimeoutError
-from rigrunner.engine.pausing import PauseWantedError, Reasoned
+from rigrunner.api.events import Intervention
+from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
@@ -50,7 +51,7 @@ class Session:
 
     def ending(self) -> Session:
         """Return the session of a teardown: neither stopped nor paused, interlocks only told."""
-        return replace(self, stop=_Never(), pauses=None, is_ending=True)
+        return replace(self, stop=_Never(), is_ending=True)
 
     def check(self, *, anew: bool = False) -> None:
         """Raise what keeps the step from going on; `anew`: all interlocks are read.
@@ -58,21 +59,32 @@ class Session:
         AbortedError if the run is asked to stop or an interlock aborts it, PauseWantedError if it
         is to pause, DeviceTimeoutError if its time is over.
         """
+        self._tell()
         check_stop(self.stop)
         if self.is_ending:
             self.guard.look()
         else:
             self.guard.check(anew=anew)
-        by = self.pauses.wanted() if self.pauses else ""
-        if by:
-            raise PauseWantedError("a pause was asked for", by)
+            self._check_pause()
         self.check_time()
 
     def watch(self, *, anew: bool = False) -> None:
         """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
+        self._tell()
         check_stop(self.stop)
         with suppress(PauseWantedError):
             self.guard.check(anew=anew)
+
+    def _check_pause(self) -> None:
+        by = self.pauses.wanted() if self.pauses else ""
+        if by:
+            raise PauseWantedError("a pause was asked for", by)
+
+    def _tell(self) -> None:
+        """Put on record what else a person did."""
+        if isinstance(self.pauses, Telling):
+            for each in self.pauses.told():
+                self.emit(Intervention, **asdict(each))
 
     def set(self, role: str, drive: str, value: float) -> float:
         """Set a drive and return its read-back; raise InterlockError if that is forbidden."""

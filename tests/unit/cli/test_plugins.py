@@ -10,8 +10,8 @@ from helpers_cli import call
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import FitRecord, OutlierRuleRecord
 from rigrunner.api.settings import Ratio, Settings, Torque
-from rigrunner.cli import planning
 from rigrunner.registry import DisabledPlugin, Plugin, Provider, Registry
+from rigrunner.workflow import planning
 
 LAB = Provider("lab_plugins", "2.0")
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_devices import FakeTester
-from helpers_pausing import Patient, decided, pausing_run, sweep
-from rigrunner.api.events import Alarm, Intervention, Note, Outcome, StepEnded
+from helpers_devices import FakeTester, Listener, run
+from helpers_pausing import Patient, Person, decided, pausing_run, sweep
+from rigrunner.api.events import Alarm, Intervention, Note, Outcome, StepEnded, StepStarted
 from rigrunner.api.quantity import unit
-from rigrunner.engine import Choice
+from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
 from rigrunner.engine.points import point_at
-from rigrunner.plan.actions import Interlock, SetDrive, Settle
+from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, SetDrive, Settle
 
 SECOND = "main[0].sweep[1]"
 
@@ -221,3 +221,26 @@ def test_an_outer_point_has_the_inner_ones_inside():
     assert point_at(steps, 1) == range(3)
     assert point_at(steps, 6) == range(7)
     assert point_at(steps, 7) == range(7, 8)
+
+
+class Talkative(Person):
+    """Has something to tell each time."""
+
+    count = 0
+
+    def told(self):
+        self.count += 1
+        return [Interference("take over", f"Ada {self.count}", subject="from Bob")]
+
+
+def test_what_else_a_person_did_is_put_on_record_also_in_the_teardown():
+    end = PlannedStep("teardown[0]", Phase.TEARDOWN, Settle(0.5), "", 0.5)
+    listener, person = Listener(), Talkative([])
+    plan = Plan((*sweep(1).steps, end))
+    summary = run(FakeTester(), plan, critical=[listener], pauses=person, clock=person.clock)
+    assert summary.outcome is Outcome.COMPLETED
+    told = listener.of(Intervention)
+    assert [one.by for one in told] == [f"Ada {n + 1}" for n in range(person.count)]
+    assert {(one.action, one.subject) for one in told} == {("take over", "from Bob")}
+    begun = next(one for one in listener.of(StepStarted) if one.step == end.path)
+    assert any(one.seq > begun.seq for one in told)

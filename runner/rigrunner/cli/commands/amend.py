@@ -50,9 +50,9 @@ def command(
     It has its own number, names the original, what was changed and why. The original stays as it
     is.
     """
-    from rigrunner.cli.planning import lab_registry
     from rigrunner.clock import WallClock
     from rigrunner.workflow.amend import AmendRequest, amend
+    from rigrunner.workflow.planning import lab_registry
 
     request = AmendRequest(
         letterhead=letterhead,

@@ -58,10 +58,10 @@ def command(
     paths of the files are printed.
     """
     from rigrunner.certificate.order import Order, read_order
-    from rigrunner.cli.planning import lab_registry
     from rigrunner.clock import WallClock
     from rigrunner.workflow.certify import Request, certify
     from rigrunner.workflow.locate import find_run
+    from rigrunner.workflow.planning import lab_registry
 
     request = Request(
         letterhead=letterhead,

@@ -19,12 +19,12 @@ def command(procedure: str, station: str | None) -> None:
 
     Every problem is shown with its file, line and column.
     """
-    from rigrunner.cli.planning import planned_run
     from rigrunner.plan import check_limits
     from rigrunner.procedure import load_procedure
     from rigrunner.registry import load_registry
     from rigrunner.workflow.approval import approval_state
     from rigrunner.workflow.overrides import require_overridden
+    from rigrunner.workflow.planning import planned_run
 
     path = find_procedure(procedure)
     if station is None:

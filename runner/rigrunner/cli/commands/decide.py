@@ -63,10 +63,10 @@ def command(
     Nothing is measured again and no file is changed: the decision is put on record beside the run,
     with name, time and reason, and stands in its report.
     """
-    from rigrunner.cli.planning import lab_registry
     from rigrunner.clock import WallClock
     from rigrunner.workflow.decisions import Decider, decide_again
     from rigrunner.workflow.finish import verdict_code
+    from rigrunner.workflow.planning import lab_registry
 
     if (file is None) == (rule is None):
         raise UsageError("give --acceptance FILE or --rule RULE, one of them")

@@ -30,8 +30,8 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
 
     The exit code is 1 if something that is needed does not work.
     """
-    from rigrunner.cli.planning import lab_registry
     from rigrunner.workflow.doctor import Surroundings, examine
+    from rigrunner.workflow.planning import lab_registry
 
     findings = examine(Surroundings(runs, lab_registry(station), datetime.now(UTC)))
     if as_json:

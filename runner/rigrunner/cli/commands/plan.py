@@ -30,8 +30,8 @@ def command(procedure: str, station: str, *, as_json: bool) -> None:
 
     Nothing is connected. Torque is an upper estimate from the station's design values.
     """
-    from rigrunner.cli.planning import planned_run
     from rigrunner.workflow.calibration import calibration_findings
+    from rigrunner.workflow.planning import planned_run
 
     planned = planned_run(find_procedure(procedure), find_station(station))
     prediction = planned.prediction()

@@ -13,10 +13,10 @@ from rigrunner.api.errors import PluginError
 from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.planning import lab_registry
 from rigrunner.cli.table import pairs
 from rigrunner.registry import HOOK_OF_KIND, Plugin, Registry
 from rigrunner.workflow.fields import all_fields
+from rigrunner.workflow.planning import lab_registry
 from rigrunner.workflow.settings_schema import settings_schema
 
 if TYPE_CHECKING:

@@ -26,8 +26,8 @@ def command(run: str, runs: Path, station: str | None, out: Path | None) -> None
 
     The same run gives the same bytes; the path of the report is printed.
     """
-    from rigrunner.cli.planning import lab_registry
     from rigrunner.cli.progress import shown_progress
+    from rigrunner.workflow.planning import lab_registry
     from rigrunner.workflow.report import write_report
 
     folder = find_run(run, runs)

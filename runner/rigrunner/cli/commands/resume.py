@@ -60,13 +60,13 @@ def command(
     from rigrunner.cli.answers import TerminalAnswers
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.pausing import TerminalPauses
-    from rigrunner.cli.planning import planned_run
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.resuming import tell_resumable
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
     from rigrunner.runfile import run_lock
     from rigrunner.workflow.interrupted import person, read_interrupted
+    from rigrunner.workflow.planning import planned_run
     from rigrunner.workflow.resume import prepare_resume, resume, run_files
 
     folder = find_run(run, runs)

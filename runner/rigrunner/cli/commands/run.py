@@ -73,12 +73,12 @@ def command(
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.output import message
     from rigrunner.cli.pausing import TerminalPauses
-    from rigrunner.cli.planning import planned_run
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
     from rigrunner.workflow.inputs import answer_inputs, read_answers, with_operator
     from rigrunner.workflow.overrides import overrides_for
+    from rigrunner.workflow.planning import planned_run
     from rigrunner.workflow.prepare import no_load_for
     from rigrunner.workflow.record import execute
 

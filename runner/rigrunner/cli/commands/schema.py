@@ -24,7 +24,7 @@ def command(language: str, station: str | None) -> None:
 
     That of procedures and stations knows the installed plugins; editors complete and check with it.
     """
-    from rigrunner.cli.planning import lab_registry
+    from rigrunner.workflow.planning import lab_registry
     from rigrunner.workflow.schema import certificate_schema, language_schema
 
     if language == "certificate":

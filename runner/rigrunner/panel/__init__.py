@@ -1,0 +1,1 @@
+"""The operator panel: a client of the engine, on a screen."""
