@@ -13,6 +13,8 @@ from dataclasses import replace
 from rigrunner.api.hooks import hookimpl
 from rigrunner_plugins import hooks
 
+api_version = 1
+
 
 @hookimpl
 def rigrunner_devices():

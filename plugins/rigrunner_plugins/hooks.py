@@ -31,11 +31,14 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
 
 __all__ = [
+    "api_version",
     "rigrunner_compensations",
     "rigrunner_devices",
     "rigrunner_fits",
     "rigrunner_outlier_rules",
 ]
+
+api_version = 1
 
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)

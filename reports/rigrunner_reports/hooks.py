@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.results import ReportInput
 
+api_version = 1
+
 
 @hookimpl
 def rigrunner_report_formats() -> list[ReportFormatRecord]:

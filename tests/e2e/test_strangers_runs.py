@@ -21,6 +21,8 @@ from pathlib import Path
 from rigrunner.api.hooks import DeviceRecord, hookimpl
 from rigrunner_plugins.fits import records
 
+api_version = 1
+
 (Path(__file__).parent / "was_imported").touch()
 
 

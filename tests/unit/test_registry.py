@@ -3,13 +3,16 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
+from rigrunner import __version__
 from rigrunner.api.errors import PluginError
 from rigrunner.api.settings import Frequency, Settings
-from rigrunner.registry import load_registry, with_drop_ins
+from rigrunner.registry import load_registry, versions, with_drop_ins
 
 GOOD = """
 from rigrunner.api.hooks import FitRecord, hookimpl
 from rigrunner.api.settings import Frequency, Settings
+
+api_version = 1
 
 class LineSettings(Settings):
     cutoff: Frequency = 5.0
@@ -18,6 +21,8 @@ class LineSettings(Settings):
 def rigrunner_fits():
     return [FitRecord(name="line", help="A line.", settings=LineSettings, factory=lambda s: s)]
 """
+
+HEAD = "from rigrunner.api.hooks import hookimpl\napi_version = 1\n"
 
 
 @pytest.fixture
@@ -62,14 +67,9 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
     [
         ("import no_such_module_at_all", "ModuleNotFoundError"),
         ("raise SystemError('boom')", "boom"),
-        (
-            "from rigrunner.api.hooks import hookimpl\n@hookimpl\ndef rigrunner_fit(): return []",
-            "unknown hook 'rigrunner_fit'",
-        ),
-        (
-            "from rigrunner.api.hooks import hookimpl\n@hookimpl\ndef rigrunner_fits(): return [1]",
-            "not a plugin record",
-        ),
+        ("raise SystemExit('bye')", "SystemExit: bye"),
+        (f"{HEAD}@hookimpl\ndef rigrunner_fit(): return []", "unknown hook 'rigrunner_fit'"),
+        (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return [1]", "not a plugin record"),
     ],
 )
 def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, source, reason):
@@ -79,6 +79,70 @@ def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, s
     (disabled,) = registry.disabled
     assert disabled.provider.name == name
     assert reason in disabled.reason
+
+
+def declaring(line):
+    return GOOD.replace("api_version = 1", line)
+
+
+@pytest.fixture
+def of_three_ages(monkeypatch):
+    """This Rigrunner has the APIs 2 to 4."""
+    monkeypatch.setattr(versions, "OLDEST_API_VERSION", 2)
+    monkeypatch.setattr(versions, "API_VERSION", 4)
+
+
+@pytest.mark.usefixtures("of_three_ages")
+@pytest.mark.parametrize("made_for", [2, 3, 4])
+def test_a_plugin_made_for_an_api_that_is_still_kept_is_taken(entry, made_for):
+    registry = load_registry([entry(f"kept_{made_for}", declaring(f"api_version = {made_for}"))])
+    assert registry.names("fit") == ["line"]
+    assert registry.disabled == ()
+
+
+TOO_NEW = (
+    "it is made for plugin API 5, and Rigrunner {} has 2 to 4"
+    " (update Rigrunner, or install a version of it that is made for 4)"
+)
+TOO_OLD = (
+    "it is made for plugin API 1, and Rigrunner {} has 2 to 4"
+    " (install a newer version of it, made for 2 to 4, or an older Rigrunner)"
+)
+NOT_SAID = (
+    "it does not say for which plugin API it is made (its module needs a line 'api_version = 4')"
+)
+
+
+@pytest.mark.usefixtures("of_three_ages")
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("api_version = 5", TOO_NEW),
+        ("api_version = 1", TOO_OLD),
+        ("", NOT_SAID),
+        ("api_version = '4'", NOT_SAID),
+        ("api_version = True", NOT_SAID),
+    ],
+)
+def test_a_plugin_made_for_another_api_is_disabled_and_says_what_to_do(entry, line, reason):
+    registry = load_registry([entry("aged_" + str(abs(hash(line))), declaring(line))])
+    assert registry.plugins == ()
+    assert [each.reason for each in registry.disabled] == [reason.format(__version__)]
+
+
+@pytest.mark.parametrize("line", ["api_version = 99", "api_version: int = 99  # of next year"])
+def test_a_newer_plugin_that_cannot_be_imported_is_refused_for_its_age(entry, folder, line):
+    source = f"from rigrunner.api.hooks import OfNextYear\n{line}\n"
+    (folder / "drop_in.py").write_text(source)
+    installed = load_registry([entry("newer_" + str(len(line)), source)])
+    for disabled in with_drop_ins(installed, folder).disabled:
+        assert disabled.reason.startswith("it is made for plugin API 99"), disabled
+
+
+def test_an_unknown_name_tells_of_what_could_not_be_loaded(entry):
+    registry = load_registry([entry("from_the_future", declaring("api_version = 99"))])
+    with pytest.raises(PluginError, match=r"no fit 'line'.*disabled: from_the_future: .* API 99"):
+        registry.find("fit", "line")
 
 
 def test_settings_take_no_bare_number():

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from rigrunner.api.results import ReportInput
 
 API_VERSION = 1
+"""The plugin API as it is now; a plugin's module says `api_version = 1` if it is made for it."""
+OLDEST_API_VERSION = 1
+"""The oldest one for which plugins are still taken."""
 PROJECT = "rigrunner"
 hookspec = pluggy.HookspecMarker(PROJECT)
 hookimpl = pluggy.HookimplMarker(PROJECT)

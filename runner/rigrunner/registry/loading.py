@@ -1,7 +1,8 @@
 """Loads plugins from entry points and from a lab's drop-in folder, all by the same door.
 
-A plugin that cannot be imported is disabled with its reason, and a name that two plugins claim is
-refused with both providers when it is used: neither takes the program down.
+A plugin that cannot be imported, or is made for another plugin API, is disabled with its reason; a
+name that two plugins claim is refused with both providers when it is used. Neither takes the
+program down.
 """
 
 from __future__ import annotations
@@ -9,18 +10,22 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pluggy
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.hooks import PROJECT, HookSpecs, PluginRecord
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
+from rigrunner.registry.versions import check_api_version, version_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-    from pathlib import Path
     from types import ModuleType
 
 HOOK_OF_KIND = {
@@ -41,7 +46,9 @@ def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
     """
     found = entry_points(group=PROJECT) if entries is None else entries
     ordered = sorted(found, key=lambda entry: entry.name)
-    return _loaded((_provider(entry), entry.load) for entry in ordered)
+    return _loaded(
+        _Source(_provider(entry), entry.load, partial(_text_of, entry)) for entry in ordered
+    )
 
 
 def with_drop_ins(registry: Registry, folder: Path) -> Registry:
@@ -56,19 +63,49 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
             hint="the station names it under plugins:, relative to its own folder",
         )
     files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
-    added = _loaded((_drop_in_provider(path), _loader(path)) for path in files)
+    added = _loaded(
+        _Source(_drop_in_provider(path), _loader(path), path.read_text) for path in files
+    )
     return Registry((*registry.plugins, *added.plugins), (*registry.disabled, *added.disabled))
 
 
-def _loaded(sources: Iterable[tuple[Provider, Callable[[], object]]]) -> Registry:
+@dataclass(frozen=True)
+class _Source:
+    """Where a provider is loaded from."""
+
+    provider: Provider
+    load: Callable[[], object]
+    text: Callable[[], str]
+
+
+def _loaded(sources: Iterable[_Source]) -> Registry:
     plugins: list[Plugin] = []
     disabled: list[DisabledPlugin] = []
-    for provider, load in sources:
+    for source in sources:
         try:
-            plugins += _plugins(provider, load())
-        except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
-            disabled.append(DisabledPlugin(provider, f"{type(error).__name__}: {error}"))
+            plugins += _plugins(source.provider, _module(source))
+        except (Exception, SystemExit) as error:  # noqa: BLE001  (a stranger's may raise anything)
+            disabled.append(DisabledPlugin(source.provider, _reason(error)))
     return Registry(plugins, disabled)
+
+
+def _module(source: _Source) -> object:
+    """Import a provider; one that is made for another API fails for that reason above others."""
+    try:
+        module = source.load()
+    except Exception:
+        declared = None
+        with suppress(Exception):
+            declared = version_in(source.text())
+        if declared is not None:
+            check_api_version(declared)
+        raise
+    check_api_version(getattr(module, "api_version", None))
+    return module
+
+
+def _reason(error: BaseException) -> str:
+    return str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
 
 
 def _plugins(provider: Provider, module: object) -> list[Plugin]:
@@ -94,6 +131,11 @@ def _checked(hook: str, records: Iterable[object]) -> Iterable[PluginRecord]:
 def _provider(entry: EntryPoint) -> Provider:
     distribution = entry.dist
     return Provider(entry.name, distribution.version if distribution else "")
+
+
+def _text_of(entry: EntryPoint) -> str:
+    spec = importlib.util.find_spec(entry.module)
+    return Path(spec.origin).read_text(encoding="utf-8") if spec and spec.origin else ""
 
 
 def _drop_in_provider(path: Path) -> Provider:

@@ -14,7 +14,7 @@ from rigrunner.api.hooks import CompensationRecord, DeviceRecord
 from rigrunner.api.settings import WrapperSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.hooks import PluginRecord
@@ -50,6 +50,10 @@ class DisabledPlugin:
     provider: Provider
     reason: str
 
+    def __str__(self) -> str:
+        """Return provider and reason."""
+        return f"{self.provider}: {self.reason}"
+
 
 class Registry:
     """All plugins by kind and name."""
@@ -77,7 +81,9 @@ class Registry:
                 f"the {what} '{name}' is provided twice, by {providers}",
                 hint="uninstall one of them; Rigrunner does not choose for you",
             )
-        raise PluginError(f"there is no {what} '{name}'", hint=self._suggestion(kind, name))
+        raise PluginError(
+            f"there is no {what} '{name}'", hint=self.suggestion(name, self.names(kind))
+        )
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError if there is no such plugin."""
@@ -117,7 +123,8 @@ class Registry:
             return self.is_simulated(wrapped.plugin, wrapped.settings)
         return isinstance(record, DeviceRecord) and record.simulated
 
-    def _suggestion(self, kind: str, name: str) -> str:
-        names = self.names(kind)
+    def suggestion(self, name: str, names: Sequence[str]) -> str:
+        """Return which name may be meant, and what could not be loaded, where it may be."""
         near = difflib.get_close_matches(name, names, n=1)
-        return f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
+        there = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
+        return "; ".join([there, *(f"disabled: {each}" for each in self.disabled)])

@@ -9,6 +9,8 @@ MEDIAN_RULE = """
 from rigrunner.api.analysis import Rejection
 from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
 
+api_version = 1
+
 
 def first_one(values):
     return [Rejection(0, float(values[0]), "first_one", 1.0, 0.0)]

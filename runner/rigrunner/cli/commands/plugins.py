@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -47,14 +46,12 @@ def command(name: str | None, station: str | None, *, as_json: bool) -> None:
     else:
         result("\n\n".join(_details(plugin) for plugin in plugins))
     for disabled in registry.disabled:
-        message(f"disabled: {disabled.provider}: {disabled.reason}")
+        message(f"disabled: {disabled}")
 
 
 def _unknown(registry: Registry, name: str) -> PluginError:
     names = sorted({plugin.record.name for plugin in registry.plugins})
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
-    return PluginError(f"there is no plugin '{name}'", hint=hint)
+    return PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
 
 
 def _listing(registry: Registry) -> Iterator[str]:

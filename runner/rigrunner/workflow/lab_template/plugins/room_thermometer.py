@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import DeviceContext
 
+api_version = 1
 DAY_S = 86400.0
 
 
