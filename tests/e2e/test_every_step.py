@@ -7,9 +7,9 @@ from collections import Counter
 import pytest
 
 from helpers_every_step import planned_moment, run_with_fault
+from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.events import InterlockTripped, MadeSafe, RunEnded, StepStarted
 from rigrunner.plan.actions import Phase, Record
-from rigrunner.rig.worker import ThreadCaller
 
 PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")
 FAULTS = {

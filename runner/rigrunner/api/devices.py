@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
+from rigrunner.api.calling import Patience
 from rigrunner.api.errors import PluginError
 
 if TYPE_CHECKING:
@@ -49,12 +50,12 @@ class StopToken(Protocol):
 class MakeDevice(Protocol):
     """Makes a device of any plugin."""
 
-    def __call__(self, plugin: str, settings: Mapping[str, Any], /) -> Device:
-        """Return the device, in the same role; raise PluginError."""
+    def __call__(self, plugin: str, settings: Mapping[str, Any], /, part: str = "") -> Device:
+        """Return the device, in the same role or in its `part`, 'role/part'; raise PluginError."""
         ...
 
 
-def _no_other_device(plugin: str, settings: Mapping[str, Any], /) -> Device:  # noqa: ARG001  (the Protocol's)
+def _no_other_device(plugin: str, settings: Mapping[str, Any], /, part: str = "") -> Device:  # noqa: ARG001  (the Protocol's)
     raise PluginError(f"the device '{plugin}' cannot be made here", hint="name it in a station")
 
 
@@ -89,9 +90,11 @@ class DeviceContext:
     folder: Path
     """The folder of the station file, to which relative paths in settings refer."""
     make: MakeDevice = _no_other_device
-    """For a device that wraps another one, whose settings are WrapperSettings."""
+    """For a device that is made of others, whose settings are MadeOfOthers."""
     wire: Wire = field(default_factory=DirectWire)
     """For the exchanges of a device whose record says that it is `wired`."""
+    patience: Patience = field(default_factory=Patience)
+    """For a device that is made of others: how long it waits for each of them."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,8 @@ class Identity:
     serial: str
     firmware: str = ""
     simulated: bool = False
+    parts: Mapping[str, Identity] = field(default_factory=dict)
+    """Who answers in each part of a device that is made of several."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +117,8 @@ class ChannelInfo:
     name: str
     unit: str
     long_name: str
+    streams: bool = True
+    """Whether a device that is Streaming streams it; False: it is only read."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +170,10 @@ class Device(Protocol):
 
     @property
     def non_blocking(self) -> bool:
-        """True where no call waits for hardware: then it is called inline, without a thread."""
+        """True where no call can hang: then it is called inline, without a thread.
+
+        No call of such a device waits for hardware, or each one gives up by itself in time.
+        """
         ...
 
     def connect(self, timeout_s: float) -> Identity:

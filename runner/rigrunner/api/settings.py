@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from datetime import date
 from functools import partial
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
@@ -20,6 +20,9 @@ from rigrunner.api.quantity import (
     units_of,
 )
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
 _YES_NO = {"yes": True, "no": False}
 
 
@@ -29,18 +32,30 @@ class Settings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class WrapperSettings(Settings):
-    """The base of the settings of a device that is made of another one, `DeviceContext.make`."""
+class MadeOfOthers(Settings):
+    """The base of the settings of a device that is made of others, `DeviceContext.make`."""
+
+    def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:
+        """Return which devices these are, each by where it stands in the settings."""
+        raise NotImplementedError
+
+
+class WrapperSettings(MadeOfOthers):
+    """The base of the settings of a device that is made of another one."""
 
     plugin: Annotated[
         str,
         Field(
-            description="of the device that is wrapped", json_schema_extra={"x-plugin": "device"}
+            description="of the device that it is made of", json_schema_extra={"x-plugin": "device"}
         ),
     ]
-    settings: Annotated[
-        dict[str, Any], Field(description="what the wrapped device's plugin is told")
-    ] = Field(default_factory=dict)
+    settings: Annotated[dict[str, Any], Field(description="what that device's plugin is told")] = (
+        Field(default_factory=dict)
+    )
+
+    def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:
+        """Return the one device."""
+        return {(): self}
 
 
 def _read(dimension: str | None, value: object) -> Quantity:

@@ -83,6 +83,18 @@ class Bench:
             self._problems.add(self._document, path, message, "record channels of another device")
         return None
 
+    def can_record(self, member: str, path: Path) -> bool:
+        """Say whether a channel that is there is streamed; add the problem if it is only read.
+
+        That a device streams nothing at all is told by `sample_rate_hz`.
+        """
+        if self.streams(member) or not isinstance(self._device_of(member), Streaming):
+            return True
+        message = f"{member} cannot be recorded: it is read as a single value"
+        hint = "it is on record with each recording as a condition; 'measure' reads it"
+        self._problems.add(self._document, path, message, hint)
+        return False
+
     def must_be_readable(self, role: str, path: Path) -> None:
         """Add a problem if single values of a role's device cannot be read."""
         device = self._devices.get(role)
@@ -101,9 +113,14 @@ class Bench:
             if name != role or channel.name not in streamed
         ]
 
-    def streams(self, role: str) -> bool:
-        """Say whether a role's device records."""
-        return isinstance(self._devices.get(role), Streaming)
+    def streams(self, member: str) -> bool:
+        """Say whether a channel is one that its device streams."""
+        device, name = self._device_of(member), split_member(member)[1]
+        found = [info.streams for info in device.channels if info.name == name] if device else []
+        return isinstance(device, Streaming) and all(found)
+
+    def _device_of(self, member: str) -> Device | None:
+        return self._devices.get(split_member(member)[0])
 
     def fits(self, quantity: Quantity, symbol: str, member: str, path: Path) -> bool:
         """Say whether a quantity has the dimension of a unit; add the problem if not."""

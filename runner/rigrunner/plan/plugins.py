@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import InvalidFileError, PluginError
-from rigrunner.api.settings import WrapperSettings
+from rigrunner.api.settings import MadeOfOthers
 from rigrunner.plan.problems import Problems
 from rigrunner.yamlfile import validate
 
@@ -72,15 +72,19 @@ def _named(spec: AnalysisSpec) -> Iterator[tuple[str, Path, PluginRef]]:
         yield "compensation", ("analysis", "compensations", index), compensation
 
 
+def _others(use: _Use, settings: MadeOfOthers) -> Iterator[_Use]:
+    for place, other in settings.others().items():
+        at = (*use.settings_at, *place)
+        yield _Use(use.kind, other.plugin, use.document, (*at, "plugin"), (*at, "settings"))
+
+
 def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> None:
     try:
         settings = lookup.settings_of(use.kind, use.name)
         found = validate(settings, use.document, use.settings_at)
-        if isinstance(found, WrapperSettings):
-            named_at, settings_at = (*use.settings_at, "plugin"), (*use.settings_at, "settings")
-            _check(
-                _Use(use.kind, found.plugin, use.document, named_at, settings_at), lookup, problems
-            )
+        if isinstance(found, MadeOfOthers):
+            for other in _others(use, found):
+                _check(other, lookup, problems)
     except PluginError as error:
         at_key = use.named_at == use.settings_at
         problems.add(use.document, use.named_at, error.message, error.hint, key=at_key)

@@ -25,6 +25,8 @@ def plan_zero(zero: doings.Zero, place: Place, scene: Scene) -> None:
     channel = scene.bench.channel(zero.channel, at)
     if channel is None or scene.bench.sample_rate_hz(role, at) is None:
         return
+    if not scene.bench.can_record(zero.channel, at):
+        return
     if not scene.bench.fits(zero.within, channel.unit, zero.channel, within):
         return
     if zero.within.si <= 0:
@@ -94,7 +96,7 @@ def _averaging_rate_hz(measure: doings.Measure, place: Place, scene: Scene) -> f
         message = f"channels of two devices in one average: {first}, {', '.join(others)}"
         hint = "a measure step for each device, or no duration"
         scene.complain((*place.path, "channels"), message, hint)
-    if not scene.bench.streams(first):
+    if not all(scene.bench.streams(member) for member in measure.channels):
         return None
     return scene.bench.sample_rate_hz(first, place.path)
 
@@ -108,7 +110,13 @@ def _one_role(record: doings.Record, place: Place, scene: Scene) -> tuple[str, d
         hint = "one clock, one device, one record"
         scene.complain((*place.path, "channels"), message, hint)
         return roles[0], {}
-    return roles[0], units
+    path = (*place.path, "channels")
+    able = [
+        scene.bench.can_record(member, (*path, index))
+        for index, member in enumerate(record.channels)
+        if member in units
+    ]
+    return roles[0], units if all(able) else {}
 
 
 def _units(channels: Sequence[str], place: Place, scene: Scene) -> dict[str, str]:

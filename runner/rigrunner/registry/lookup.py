@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import CompensationRecord, DeviceRecord
-from rigrunner.api.settings import WrapperSettings
+from rigrunner.api.settings import MadeOfOthers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -110,17 +110,18 @@ class Registry:
     ) -> Device:
         """Return a device that can make others of this registry; raise PluginError."""
 
-        def make(other: str, of_other: Mapping[str, Any], /) -> Device:
-            return self.make_device(other, of_other, context)
+        def make(other: str, of_other: Mapping[str, Any], /, part: str = "") -> Device:
+            inner = replace(context, role=f"{context.role}/{part}") if part else context
+            return self.make_device(other, of_other, inner)
 
         return self.make("device", plugin, settings, replace(context, make=make))  # type: ignore[no-any-return]  # a device
 
     def is_simulated(self, plugin: str, settings: Mapping[str, Any]) -> bool:
-        """Say whether a device is simulated; one that wraps another is if that one is."""
+        """Say whether a device is simulated; one that is made of others is if all of them are."""
         record = self.find("device", plugin).record
-        if issubclass(record.settings, WrapperSettings):
-            wrapped = record.settings.model_validate(dict(settings))
-            return self.is_simulated(wrapped.plugin, wrapped.settings)
+        if issubclass(record.settings, MadeOfOthers):
+            made_of = record.settings.model_validate(dict(settings)).others().values()
+            return all(self.is_simulated(each.plugin, each.settings) for each in made_of)
         return isinstance(record, DeviceRecord) and record.simulated
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:

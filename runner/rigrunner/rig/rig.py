@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Self, TypeVar
 
+from rigrunner.api.calling import InlineCaller, Patience, ThreadCaller
 from rigrunner.api.devices import (
     Approaching,
     CountsStreams,
@@ -19,7 +20,6 @@ from rigrunner.api.devices import (
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
 from rigrunner.rig.drives import agrees, approach
 from rigrunner.rig.safe_state import make_safe, safe_places
-from rigrunner.rig.worker import InlineCaller, Patience, ThreadCaller
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
     from types import TracebackType
 
+    from rigrunner.api.calling import Caller
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Clock, Device, DriveInfo, Identity, StopToken
     from rigrunner.rig.safe_state import SafetyReport
-    from rigrunner.rig.worker import Caller
 
 _T = TypeVar("_T")
 

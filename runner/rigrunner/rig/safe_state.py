@@ -14,8 +14,8 @@ from rigrunner.yamlfile.names import split_member
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from rigrunner.api.calling import Caller
     from rigrunner.api.devices import Device, DriveInfo
-    from rigrunner.rig.worker import Caller
 
 _ATTEMPTS = 3
 """How often making one device safe is begun anew after an interrupt."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
+from rigrunner.api.calling import Patience
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.plan import check_limits, check_plugins, make_plan, predict
@@ -57,8 +58,14 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
     problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
     if any(problem.field.startswith("devices") for problem in problems):
         raise InvalidFileError(problems)
+    patience = patience_of(loaded_station)
     devices = {
-        role: _device(role, loaded_station, registry, DeviceContext(role, clock, station.parent))
+        role: _device(
+            role,
+            loaded_station,
+            registry,
+            DeviceContext(role, clock, station.parent, patience=patience),
+        )
         for role in loaded_station.model.devices
     }
     plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
@@ -67,6 +74,12 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
     if plan is None or approval is None or problems:
         raise InvalidFileError(problems)
     return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock, approval)
+
+
+def patience_of(station: LoadedStation) -> Patience:
+    """Return how long the station's devices are waited for."""
+    waiting = station.model.safety.patience
+    return Patience(waiting.connect, waiting.answer)
 
 
 class _Problems(list[Problem]):

@@ -31,8 +31,12 @@ def software(registry: Registry) -> dict[str, str]:
 
 
 def identities(found: Mapping[str, Identity]) -> dict[str, str]:
-    """Return who answered at each role, in words."""
-    return {f"device {role}": _identity(identity) for role, identity in found.items()}
+    """Return who answered at each role and in each of its parts, 'role/part', in words."""
+    words: dict[str, str] = {}
+    for role, identity in found.items():
+        words[f"device {role}"] = _identity(identity)
+        words |= identities({f"{role}/{name}": part for name, part in identity.parts.items()})
+    return words
 
 
 def is_simulated(provenance: Mapping[str, str]) -> bool:

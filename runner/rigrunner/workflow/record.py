@@ -11,12 +11,13 @@ from rigrunner.bus import Bus
 from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan, streams_before
 from rigrunner.plan import plan_text
-from rigrunner.rig import Patience, Rig
+from rigrunner.rig import Rig
 from rigrunner.runfile import RunHeader, RunWriter, create_run_folder, run_lock
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.workflow.finish import finish, kept, stoppable
 from rigrunner.workflow.log import RunLog
 from rigrunner.workflow.overrides import require_overridden
+from rigrunner.workflow.prepare import patience_of
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.rig_lock import rig_lock
 
@@ -132,9 +133,8 @@ def _log(folder: Path) -> Iterator[list[RunLog]]:
 
 def _rig_of(planned: Planned) -> Rig:
     safety = planned.station.model.safety
-    patience = Patience(safety.patience.connect, safety.patience.answer)
     rules = DriveRules(safety.drives, safety.combinations)
-    return Rig(planned.devices, planned.clock, patience, safety.order, rules)
+    return Rig(planned.devices, planned.clock, patience_of(planned.station), safety.order, rules)
 
 
 @contextmanager

@@ -5,8 +5,8 @@ import time
 
 import pytest
 
+from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
-from rigrunner.rig.worker import ThreadCaller
 
 
 @pytest.fixture

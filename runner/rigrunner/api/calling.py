@@ -1,4 +1,7 @@
-"""How a device is called: inline, or from a thread of its own with a time limit on each call."""
+"""How a device is called: inline, or from a thread of its own with a time limit on each call.
+
+The rig calls the devices of a station so, and a device made of several calls its parts.
+"""
 
 from __future__ import annotations
 
