@@ -24,6 +24,7 @@ from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSe
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
 from rigrunner_plugins.fits.records import rigrunner_fits
+from rigrunner_plugins.importers.records import rigrunner_importers
 from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ __all__ = [
     "rigrunner_compensations",
     "rigrunner_devices",
     "rigrunner_fits",
+    "rigrunner_importers",
     "rigrunner_outlier_rules",
 ]
 

@@ -38,10 +38,11 @@ from rigrunner.workflow.labfolder import TEMPLATE
 from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
 from rigrunner.yamlfile import read as read_yaml
 from rigrunner.yamlfile import validate
-from rigrunner_plugins.devices.replay.csv_file import read_csv
-from rigrunner_plugins.devices.replay.hdf5_file import read_hdf5
 from rigrunner_plugins.devices.replay.manifest import load_manifest
-from rigrunner_plugins.devices.replay.settings import ColumnSettings, TableSettings
+from rigrunner_plugins.devices.replay.settings import ColumnSettings
+from rigrunner_plugins.importers.csv_file import read_csv
+from rigrunner_plugins.importers.hdf5_file import read_hdf5
+from rigrunner_plugins.importers.settings import TableSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable

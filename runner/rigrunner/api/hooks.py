@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
+    from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
@@ -106,6 +107,16 @@ class CertificateFormatRecord(PluginRecord):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ImporterRecord(PluginRecord):
+    """A reader of files of other programs: `factory(settings)`.
+
+    The factory raises MissingPackageError if it needs a package that is not installed.
+    """
+
+    factory: Callable[[Any], Importer]
+
+
+@dataclass(frozen=True, kw_only=True)
 class EventSinkRecord(PluginRecord):
     """A guarded listener to the events of a run: `factory(settings)`."""
 
@@ -143,6 +154,11 @@ class HookSpecs:
     @hookspec
     def rigrunner_certificate_formats(self) -> Iterable[CertificateFormatRecord]:
         """Return the printed forms of certificates that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_importers(self) -> Iterable[ImporterRecord]:
+        """Return the readers of other programs' files that this plugin brings."""
         raise NotImplementedError
 
     @hookspec

@@ -12,8 +12,8 @@ from rigrunner.api.quantity import si_symbol, unit
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 from rigrunner_plugins.devices.pacing import paced_blocks
-from rigrunner_plugins.devices.replay.csv_file import read_csv
 from rigrunner_plugins.devices.replay.manifest import load_manifest
+from rigrunner_plugins.importers.csv_file import read_csv
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Block
     from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner.api.importing import Column
     from rigrunner_plugins.devices.replay.manifest import Manifest, RecordingEntry
     from rigrunner_plugins.devices.replay.settings import ReplaySettings
 
@@ -127,7 +128,7 @@ class Replay:
                 if channel.column is not None and name not in entry.values
             }
             raw = _read(path, columns, entry, self._settings)
-            self._last = entry, {name: _si(raw[name], chosen[name].unit) for name in raw}
+            self._last = entry, {name: _si(raw[name].values, chosen[name].unit) for name in raw}
         return self._last[1]
 
     def _connected(self) -> Manifest:
@@ -138,10 +139,10 @@ class Replay:
 
 def _read(
     path: Path, columns: Mapping[str, int | str], entry: RecordingEntry, settings: ReplaySettings
-) -> Mapping[str, Array]:
+) -> Mapping[str, Column]:
     """Return the columns of a file, of the kind that its name says."""
     if path.suffix.lower() in HDF5_SUFFIXES:
-        from rigrunner_plugins.devices.replay.hdf5_file import read_hdf5  # noqa: PLC0415  (h5py)
+        from rigrunner_plugins.importers.hdf5_file import read_hdf5  # noqa: PLC0415  (h5py)
 
         return read_hdf5(path, columns, entry.group)
     return read_csv(path, columns, settings.table)

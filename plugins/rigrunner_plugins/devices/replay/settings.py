@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from rigrunner.api.settings import Force, Frequency, Settings, YesNo
+from rigrunner.api.settings import Force, Frequency, Settings
 from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
 from rigrunner_plugins.devices.fields import quantity
+from rigrunner_plugins.importers.settings import TableSettings
 
 ColumnNumber = Annotated[int, Field(ge=1)]
 
@@ -25,25 +26,6 @@ class ColumnSettings(Settings):
     ] = None
     unit: Annotated[UnitSymbol, Field(description="unit of the numbers in the file")]
     title: Annotated[str, Field(description="name for plots and reports")] = ""
-
-
-class TableSettings(Settings):
-    """How CSV files are written."""
-
-    delimiter: Literal[",", ";", "tab", "|"] = ","
-    """What stands between columns."""
-    decimal: Literal[".", ","] = "."
-    """What stands before the decimals of a number."""
-    header: Annotated[YesNo, Field(description="whether a line names the columns")] = True
-    skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
-    encoding: Literal["utf-8", "latin-1", "utf-16"] = "utf-8"
-    """How the text is encoded."""
-
-    @model_validator(mode="after")
-    def _distinct(self) -> Self:
-        if self.delimiter == self.decimal:
-            raise ValueError("delimiter and decimal are the same")
-        return self
 
 
 class ReplaySettings(Settings):

@@ -1,0 +1,18 @@
+"""Numbers in text files, with a decimal point or a decimal comma."""
+
+from __future__ import annotations
+
+import math
+
+
+def number(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell; None where it is none, is not finite, or has the other mark."""
+    text = cell.strip()
+    other = "," if decimal == "." else "."
+    if other in text or "_" in text:
+        return None
+    try:
+        found = float(text.replace(",", "."))
+    except ValueError:
+        return None
+    return found if math.isfinite(found) else None

@@ -1,0 +1,138 @@
+"""Samples out of a CSV file, as they stand there: no unit is converted here."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError, Location
+from rigrunner.api.importing import Column, NotInFileError
+from rigrunner.api.quantity import QuantityError, unit
+from rigrunner_plugins.importers.cells import number
+from rigrunner_plugins.importers.finding import position
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner_plugins.importers.settings import TableSettings
+
+_UNIT = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+
+
+@dataclass(frozen=True)
+class CsvImporter:
+    """Reads CSV files, each of which holds one recording."""
+
+    table: TableSettings
+
+    def read(
+        self, path: Path, columns: Mapping[str, int | str], group: str
+    ) -> Mapping[str, Column]:
+        """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
+        if group:
+            raise NotInFileError(f"a CSV file has no groups, but '{group}' is asked for")
+        return read_csv(path, columns, self.table)
+
+
+def read_csv(
+    path: Path, columns: Mapping[str, int | str], table: TableSettings
+) -> dict[str, Column]:
+    """Return each wanted column, by its name or its number from 1.
+
+    A unit is what stands in brackets at the end of a column's name, where that is one. Raises
+    DataError naming file and line.
+    """
+    delimiter = "\t" if table.delimiter == "tab" else table.delimiter
+    try:
+        with path.open(newline="", encoding=encoding_of(table.encoding)) as file:
+            for _ in range(table.skip_lines):
+                next(file, "")
+            reader = csv.reader(file, delimiter=delimiter)
+            header = [name.strip() for name in next(reader, [])] if table.header else []
+            where = _find(columns, header, path, table)
+            rows = _rows(reader, list(where.values()), path, table)
+            samples = np.array(list(rows), dtype=np.float64).reshape(-1, len(where))
+    except UnicodeDecodeError as error:
+        raise DataError(f"is not {table.encoding}", location=Location(str(path))) from error
+    except csv.Error as error:
+        raise DataError(f"is not CSV: {error}", location=Location(str(path))) from error
+    except OSError as error:
+        raise DataError(
+            f"cannot be read: {error.strerror or error}", location=Location(str(path))
+        ) from error
+    if not len(samples):
+        raise DataError("has no row of numbers", location=Location(str(path)))
+    return {
+        name: Column(samples[:, at], _unit(header[index]) if header else "")
+        for at, (name, index) in enumerate(where.items())
+    }
+
+
+def encoding_of(name: str) -> str:
+    """Return an encoding that takes a byte order mark where there may be one."""
+    return "utf-8-sig" if name == "utf-8" else name
+
+
+def _unit(name: str) -> str:
+    """Return the unit in brackets at the end of a column's name; '' where that is no unit."""
+    found = _UNIT.search(name)
+    if found is None:
+        return ""
+    try:
+        unit(found[1])
+    except QuantityError:
+        return ""
+    return found[1].strip()
+
+
+def _find(
+    columns: Mapping[str, int | str], header: Sequence[str], path: Path, table: TableSettings
+) -> Mapping[str, int]:
+    """Return the index of each wanted column; without a header, numbers alone are known."""
+    place = Location(str(path), table.skip_lines + 1)
+    found = {}
+    for wanted, column in columns.items():
+        if table.header:
+            found[wanted] = position(wanted, column, header, place)
+        elif isinstance(column, int):
+            found[wanted] = column - 1
+        else:
+            raise NotInFileError(
+                f"the column '{column}' of '{wanted}' is not there: the file names no columns",
+                wanted=wanted,
+                location=place,
+                hint="give its number instead",
+            )
+    return found
+
+
+def _rows(
+    reader: Iterator[list[str]], indices: list[int], path: Path, table: TableSettings
+) -> Iterator[list[float]]:
+    first = table.skip_lines + 1 + table.header
+    for line, row in enumerate(reader, first):
+        if not row:
+            continue
+        if len(row) <= max(indices):
+            raise DataError(
+                f"has {len(row)} columns, {max(indices) + 1} are needed",
+                location=Location(str(path), line),
+                hint=f"the delimiter is set to '{table.delimiter}'",
+            )
+        yield [_number(row[index], path, line, table) for index in indices]
+
+
+def _number(cell: str, path: Path, line: int, table: TableSettings) -> float:
+    found = number(cell, table.decimal)
+    if found is None:
+        raise DataError(
+            f"'{cell[:40]}' is not a number with '{table.decimal}' as decimal mark",
+            location=Location(str(path), line),
+            hint="see 'decimal' and 'delimiter' in the settings",
+        )
+    return found

@@ -1,0 +1,80 @@
+"""Samples out of an HDF5 file, as they stand there: no unit is converted here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import h5py
+
+from rigrunner.api.errors import DataError, Location
+from rigrunner.api.importing import Column, NotInFileError
+from rigrunner_plugins.importers.finding import near, numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+class Hdf5Importer:
+    """Reads HDF5 files, in which a recording is a group of datasets."""
+
+    def read(
+        self, path: Path, columns: Mapping[str, int | str], group: str
+    ) -> Mapping[str, Column]:
+        """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
+        return read_hdf5(path, columns, group)
+
+
+def read_hdf5(path: Path, columns: Mapping[str, int | str], group: str) -> dict[str, Column]:
+    """Return each wanted column, which is a dataset by its path within the group.
+
+    Its unit is its attribute `units` or `unit`. Raises DataError naming file and dataset.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            return {
+                wanted: _column(file, wanted, f"{group.rstrip('/')}/{column}", path)
+                for wanted, column in columns.items()
+            }
+    except (OSError, RuntimeError) as error:
+        raise DataError("is not a readable HDF5 file", location=Location(str(path))) from error
+
+
+def _column(file: h5py.File, wanted: str, name: str, path: Path) -> Column:
+    try:
+        found = file[name]
+    except KeyError:
+        raise NotInFileError(
+            f"the dataset '{name}' of '{wanted}' is not there",
+            wanted=wanted,
+            location=Location(str(path)),
+            hint=_beside(file, name),
+        ) from None
+    if not isinstance(found, h5py.Dataset) or found.ndim != 1 or found.dtype.kind not in "iuf":
+        raise _bad(path, name, "is not a list of numbers")
+    if found.file.filename != file.filename or found.is_virtual or found.external:
+        raise _bad(path, name, "is kept in another file")
+    return Column(numbers(found[...], f"the dataset '{name}'", path), _unit(found))
+
+
+def _beside(file: h5py.File, name: str) -> str:
+    """Return what is in the group in which the dataset was looked for."""
+    group, _, last = name.rpartition("/")
+    found = file.get(group or "/")
+    if not isinstance(found, h5py.Group):
+        return f"there is no group '{group}'"
+    return near(last, list(found), f"in '{group or '/'}'")
+
+
+def _unit(dataset: h5py.Dataset) -> str:
+    """Return the unit that the file states; '' where it states none, or in no text."""
+    for name in ("units", "unit"):
+        found = dataset.attrs.get(name, "")
+        text = found.decode("utf-8", "replace") if isinstance(found, bytes) else found
+        if isinstance(text, str) and text:
+            return text
+    return ""
+
+
+def _bad(path: Path, name: str, problem: str) -> DataError:
+    return DataError(f"the dataset '{name}' {problem}", location=Location(str(path)))

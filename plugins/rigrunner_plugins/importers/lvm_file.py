@@ -1,0 +1,192 @@
+"""Samples out of a LabVIEW measurement file (.lvm), as they stand there."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError, Location
+from rigrunner.api.importing import Column, NotInFileError
+from rigrunner_plugins.importers.cells import number
+from rigrunner_plugins.importers.csv_file import encoding_of
+from rigrunner_plugins.importers.finding import position
+from rigrunner_plugins.importers.lvm_header import (
+    END_SPECIAL,
+    SPECIAL,
+    read_file_header,
+    read_segment_header,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
+    from typing import TextIO
+
+    from rigrunner_plugins.importers.lvm_header import FileHeader, Line, SegmentHeader
+    from rigrunner_plugins.importers.settings import LvmSettings
+
+_X = "X_Value"
+
+
+@dataclass(frozen=True)
+class LvmImporter:
+    """Reads LVM files, in which a recording is a segment: its number from 1 is the group."""
+
+    settings: LvmSettings
+
+    def read(
+        self, path: Path, columns: Mapping[str, int | str], group: str
+    ) -> Mapping[str, Column]:
+        """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
+        place = Location(str(path))
+        try:
+            with path.open(encoding=encoding_of(self.settings.encoding)) as file:
+                return self._read(file, str(path), columns, _segment_number(group))
+        except UnicodeDecodeError as error:
+            raise DataError(
+                f"is not {self.settings.encoding}",
+                location=place,
+                hint="LabVIEW writes in the encoding of its machine: often encoding: latin-1",
+            ) from error
+        except OSError as error:
+            raise DataError(f"cannot be read: {error.strerror or error}", location=place) from error
+
+    def _read(
+        self, file: TextIO, name: str, columns: Mapping[str, int | str], wanted: int | None
+    ) -> dict[str, Column]:
+        lines = ((at, text.rstrip("\r\n")) for at, text in enumerate(file, 1))
+        header = read_file_header(lines, name, self.settings)
+        found: dict[str, Column] | None = None
+        count, segments = 0, _Segments(lines, name, header)
+        for segment in segments:
+            count += 1
+            if count == (wanted or 1):
+                found = _columns(segment, segments.rows(), name, header, columns)
+        if found is None or (wanted is None and count > 1):
+            problem = f"there is no segment {wanted}" if wanted else "no segment is named"
+            raise NotInFileError(
+                problem if count else "the file has no segment: it holds a header alone",
+                location=Location(name),
+                hint=f"there are {count}: give one as 'group', from 1 to {count}" if count else "",
+            )
+        return found
+
+
+class _Segments:
+    """The segments of a file, one after the other: each header, and then its rows."""
+
+    def __init__(self, lines: Iterator[Line], file: str, header: FileHeader) -> None:
+        self._lines = lines
+        self._file = file
+        self._header = header
+        self._next: Line | None = None
+
+    def __iter__(self) -> Iterator[SegmentHeader]:
+        """Yield each header; the rows that nobody asked for are passed over."""
+        while (first := self._begin()) is not None:
+            yield read_segment_header(first, self._lines, self._file, self._header)
+            if self._next is None:
+                deque(self.rows(), maxlen=0)
+
+    def rows(self) -> Iterator[Line]:
+        """Yield the lines of the segment up to the next header."""
+        special = False
+        for line in self._lines:
+            text = line[1]
+            if text.startswith((SPECIAL, END_SPECIAL)):
+                special = text.startswith(SPECIAL)
+            elif not special and text[:1].isalpha():
+                self._next = line
+                return
+            elif text.strip() and not special:
+                yield line
+
+    def _begin(self) -> Line | None:
+        found, self._next = self._next, None
+        return found or next((line for line in self._lines if line[1].strip()), None)
+
+
+def _columns(
+    segment: SegmentHeader,
+    rows: Iterable[Line],
+    file: str,
+    header: FileHeader,
+    columns: Mapping[str, int | str],
+) -> dict[str, Column]:
+    place = Location(file, segment.line)
+    where = {
+        wanted: position(wanted, column, segment.names, place) for wanted, column in columns.items()
+    }
+    cells = _cells(rows, file, header, segment, list(where.values()))
+    timed = any(segment.names[index] == _X for index in where.values())
+    return {
+        wanted: _column(segment, index, cells[at], header, place, timed=timed)
+        for at, (wanted, index) in enumerate(where.items())
+    }
+
+
+def _column(
+    segment: SegmentHeader,
+    index: int,
+    values: Sequence[float],
+    header: FileHeader,
+    place: Location,
+    *,
+    timed: bool,
+) -> Column:
+    name, stated = segment.names[index], segment.samples(index)
+    if stated is not None and (len(values) < stated or (len(values) > stated and not timed)):
+        raise DataError(
+            f"the column '{name}' has {len(values)} samples, its header says {stated}",
+            location=place,
+            hint="is the file cut short?"
+            if len(values) < stated
+            else "it was written in several goes; only X values can say whether there are gaps:"
+            " take their column as the time",
+        )
+    if not values:
+        raise DataError(f"the column '{name}' is empty", location=place)
+    interval_s, within_s = segment.interval(index, header.decimal)
+    return Column(
+        np.array(values),
+        unit=segment.of("Y_Unit_Label", index),
+        interval_s=interval_s,
+        interval_within_s=within_s,
+        started=segment.started(index),
+    )
+
+
+def _cells(
+    rows: Iterable[Line], file: str, header: FileHeader, segment: SegmentHeader, wanted: list[int]
+) -> list[list[float]]:
+    """Return the numbers of the wanted columns; a column that has ended may not go on."""
+    found: list[list[float]] = [[] for _ in wanted]
+    ended = [False] * len(wanted)
+    for line, text in rows:
+        cells = text.split(header.separator)
+        for at, index in enumerate(wanted):
+            cell = cells[index] if index < len(cells) else ""
+            if not cell.strip():
+                ended[at] = True
+                continue
+            value = None if ended[at] else number(cell, header.decimal)
+            if value is None:
+                problem = (
+                    f"'{segment.names[index]}' goes on after an empty cell"
+                    if ended[at]
+                    else f"'{cell[:40]}' is not a number with '{header.decimal}' as decimal mark"
+                )
+                raise DataError(problem, location=Location(file, line))
+            found[at].append(value)
+    return found
+
+
+def _segment_number(group: str) -> int | None:
+    if not group:
+        return None
+    if group.isascii() and group.isdigit() and int(group) > 0:
+        return int(group)
+    raise NotInFileError(f"'{group}' is not a segment", hint="segments have numbers, from 1")

@@ -1,0 +1,160 @@
+"""The variables of a MATLAB file as one tree, whichever version wrote it."""
+
+from __future__ import annotations
+
+import warnings
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Protocol
+
+import h5py
+import numpy as np
+from scipy.io import loadmat, whosmat
+
+from rigrunner.api.errors import DataError, Location
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+_HDF5_AT = 512
+"""Version 7.3 has a header of this many bytes before its HDF5."""
+_HDF5_BEGINS = b"\x89HDF\r\n\x1a\n"
+_WORDS = {
+    "struct": "a structure",
+    "cell": "a cell array",
+    "char": "text",
+    "function_handle": "a function handle",
+    "function": "a function handle",
+    "sparse": "a sparse matrix",
+    "opaque": "an object",
+}
+_COMPLEX = "complex"
+_INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+_NUMERIC = {"double", "single", "logical", *_INTEGERS}
+
+
+class Node(Protocol):
+    """A variable, a field, or the file itself."""
+
+    @property
+    def kind(self) -> str:
+        """'numbers', or in words what it is instead."""
+        ...
+
+    def names(self) -> Sequence[str]:
+        """Return the names of its members; none where it is no structure."""
+        ...
+
+    def member(self, name: str) -> Node:
+        """Return a member."""
+        ...
+
+    def array(self) -> NDArray[np.generic]:
+        """Return its numbers as MATLAB shows them: rows by columns."""
+        ...
+
+
+@contextmanager
+def open_variables(path: Path) -> Iterator[Node]:
+    """Give the variables of a file; nothing is read before it is asked for."""
+    with path.open("rb") as file:
+        file.seek(_HDF5_AT)
+        is_hdf5 = file.read(len(_HDF5_BEGINS)) == _HDF5_BEGINS
+    if is_hdf5:
+        with h5py.File(path, "r") as hdf5:
+            yield _Hdf5Node(hdf5)
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of scipy, on variables that nobody asked for
+        yield _File5(path)
+
+
+class _File5:
+    """A file of version 5 to 7."""
+
+    kind = "a file"
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        names = [name for name, _, _ in whosmat(path)]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise DataError(f"the variable '{twice}' is there twice", location=Location(str(path)))
+        self._names = names
+
+    def names(self) -> Sequence[str]:
+        return self._names
+
+    def member(self, name: str) -> Node:
+        return _Value5(loadmat(self._path, variable_names=[name], struct_as_record=True)[name])
+
+    def array(self) -> NDArray[np.generic]:
+        raise AssertionError
+
+
+class _Value5:
+    """A value out of such a file."""
+
+    def __init__(self, value: Any) -> None:
+        self._value = value
+
+    @property
+    def kind(self) -> str:
+        value = self._value
+        if not isinstance(value, np.ndarray):
+            return _WORDS["sparse"] if hasattr(value, "tocsc") else "no array"
+        if value.dtype.names:
+            return _WORDS["struct"] if value.size == 1 else "a list of structures"
+        kinds = {"O": "cell", "U": "char", "S": "char"}
+        if value.dtype.kind in kinds:
+            return _WORDS[kinds[value.dtype.kind]]
+        return _COMPLEX if value.dtype.kind == "c" else "numbers"
+
+    def names(self) -> Sequence[str]:
+        single = isinstance(self._value, np.ndarray) and self._value.size == 1
+        return (self._value.dtype.names or ()) if single else ()
+
+    def member(self, name: str) -> Node:
+        return _Value5(self._value[name].flat[0])
+
+    def array(self) -> NDArray[np.generic]:
+        return np.asarray(self._value)
+
+
+class _Hdf5Node:
+    """A group or dataset of a file of version 7.3."""
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+
+    @property
+    def kind(self) -> str:
+        made = self._node.attrs.get("MATLAB_class", b"")
+        name = made.decode("ascii", "replace") if isinstance(made, bytes) else str(made)
+        if isinstance(self._node, h5py.Group):
+            return _WORDS["struct"]
+        if "MATLAB_sparse" in self._node.attrs:
+            return _WORDS["sparse"]
+        if name in _NUMERIC or (not name and self._node.dtype.kind in "iuf"):
+            return _COMPLEX if self._node.dtype.names else "numbers"
+        return _WORDS.get(name, f"of the class '{name}'" if name else "no array")
+
+    def names(self) -> Sequence[str]:
+        if not isinstance(self._node, h5py.Group):
+            return ()
+        return [name for name in self._node if not name.startswith("#")]
+
+    def member(self, name: str) -> Node:
+        found = self._node[name]
+        if found.file.filename != self._node.file.filename:
+            raise DataError(f"'{name}' is kept in another file")
+        return _Hdf5Node(found)
+
+    def array(self) -> NDArray[np.generic]:
+        if self._node.attrs.get("MATLAB_empty", 0):
+            return np.empty((0, 0))
+        if self._node.is_virtual or self._node.external:
+            raise DataError(f"'{self._node.name}' is kept in another file")
+        return np.asarray(self._node[...]).T

@@ -1,0 +1,77 @@
+"""The importers that ship with Rigrunner."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import MissingPackageError
+from rigrunner.api.hooks import ImporterRecord, NoSettings, hookimpl
+from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
+
+if TYPE_CHECKING:
+    from rigrunner.api.importing import Importer
+
+
+@hookimpl
+def rigrunner_importers() -> list[ImporterRecord]:
+    """Return the readers of CSV, HDF5, LVM, MATLAB and TDMS files."""
+    return [
+        ImporterRecord(
+            name="csv",
+            help="Text in columns, one recording a file",
+            settings=TableSettings,
+            factory=_csv,
+        ),
+        ImporterRecord(name="hdf5", help="HDF5: a group of datasets is a recording", factory=_hdf5),
+        ImporterRecord(
+            name="lvm",
+            help="LabVIEW measurement file (.lvm): a segment is a recording",
+            settings=LvmSettings,
+            factory=_lvm,
+        ),
+        ImporterRecord(
+            name="matlab",
+            help="MATLAB 5 to 7.3 (.mat): vectors, columns of a matrix, fields of structures",
+            factory=_matlab,
+        ),
+        ImporterRecord(
+            name="tdms",
+            help="LabVIEW TDMS: a group of channels is a recording",
+            factory=_tdms,
+        ),
+    ]
+
+
+def _csv(settings: TableSettings) -> Importer:
+    from rigrunner_plugins.importers.csv_file import CsvImporter  # noqa: PLC0415  (numpy)
+
+    return CsvImporter(settings)
+
+
+def _hdf5(_: NoSettings) -> Importer:
+    from rigrunner_plugins.importers.hdf5_file import Hdf5Importer  # noqa: PLC0415  (h5py)
+
+    return Hdf5Importer()
+
+
+def _lvm(settings: LvmSettings) -> Importer:
+    from rigrunner_plugins.importers.lvm_file import LvmImporter  # noqa: PLC0415  (numpy)
+
+    return LvmImporter(settings)
+
+
+def _matlab(_: NoSettings) -> Importer:
+    from rigrunner_plugins.importers.matlab_file import MatlabImporter  # noqa: PLC0415  (scipy)
+
+    return MatlabImporter()
+
+
+def _tdms(_: NoSettings) -> Importer:
+    if find_spec("nptdms") is None:
+        raise MissingPackageError(
+            "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
+        )
+    from rigrunner_plugins.importers.tdms_file import TdmsImporter  # noqa: PLC0415  (an extra)
+
+    return TdmsImporter()

@@ -1,0 +1,41 @@
+"""Settings of the importers: how text files are written."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.settings import Settings, YesNo
+
+Encoding = Literal["utf-8", "latin-1", "utf-16"]
+
+
+class TableSettings(Settings):
+    """How CSV files are written."""
+
+    delimiter: Literal[",", ";", "tab", "|"] = ","
+    """What stands between columns."""
+    decimal: Literal[".", ","] = "."
+    """What stands before the decimals of a number."""
+    header: Annotated[YesNo, Field(description="whether a line names the columns")] = True
+    skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
+    encoding: Encoding = "utf-8"
+    """How the text is encoded."""
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        if self.delimiter == self.decimal:
+            raise ValueError("delimiter and decimal are the same")
+        return self
+
+
+class LvmSettings(Settings):
+    """How LVM files are written, beyond what they say themselves."""
+
+    decimal: Annotated[
+        Literal[".", ","],
+        Field(description="what stands before decimals where the file does not say (version < 2)"),
+    ] = "."
+    encoding: Encoding = "utf-8"
+    """How the text is encoded."""

@@ -1,0 +1,74 @@
+"""What importing adds to the CSV and HDF5 that the replay reads: units, groups, near names."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.importing import NotInFileError
+from rigrunner_plugins.importers.csv_file import CsvImporter
+from rigrunner_plugins.importers.hdf5_file import Hdf5Importer
+from rigrunner_plugins.importers.settings import TableSettings
+
+
+def csv(tmp_path, text, columns, group="", **table):
+    (tmp_path / "a.csv").write_text(text)
+    return CsvImporter(TableSettings(**table)).read(tmp_path / "a.csv", columns, group)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Torque (Nm)", "Nm"),
+        ("Torque [mN.m]", "mN.m"),
+        ("Torque (raw)", ""),
+        ("Torque Nm", ""),
+        ("Torque (N·m) 1", ""),
+    ],
+)
+def test_a_unit_in_brackets_is_stated(tmp_path, name, unit):
+    found = csv(tmp_path, f"{name},b\n1,2\n", {"x": name})
+    assert found["x"].unit == unit
+
+
+def test_near_names_are_told(tmp_path):
+    with pytest.raises(NotInFileError) as caught:
+        csv(tmp_path, "Torque (Nm),Angle\n1,2\n", {"x": "torque (Nm)"})
+    assert caught.value.hint == "did you mean 'Torque (Nm)'?"
+    assert caught.value.wanted == "x"
+    with pytest.raises(NotInFileError, match="there is no column 3"):
+        csv(tmp_path, "a,b\n1,2\n", {"x": 3})
+    with pytest.raises(NotInFileError, match="the file names no columns"):
+        csv(tmp_path, "1,2\n", {"x": "a"}, header=False)
+    with pytest.raises(NotInFileError, match="a CSV file has no groups"):
+        csv(tmp_path, "a,b\n1,2\n", {"x": "a"}, group="g")
+
+
+def test_a_csv_without_a_row_is_refused(tmp_path):
+    for text in ("a,b\n", ""):
+        with pytest.raises(DataError):
+            csv(tmp_path, text, {"x": "a"})
+
+
+def test_hdf5_states_units(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["g/x"] = np.arange(3.0)
+        file["g/x"].attrs["units"] = "Nm"
+        file["g/y"] = np.arange(3)
+        file["g/y"].attrs["unit"] = np.bytes_("deg")
+        file["g/z"] = np.array([1.0, np.inf])
+        file["g/c"] = np.array([1.0j])
+    found = Hdf5Importer().read(path, {"x": "x", "y": "y"}, "g")
+    assert (found["x"].unit, found["y"].unit) == ("Nm", "deg")
+    assert found["y"].values.tolist() == [0.0, 1.0, 2.0]
+    for column, group, told in (
+        ("X", "g", "did you mean 'x'"),
+        ("x", "G", "there is no group 'G'"),
+        ("z", "g", "not finite at sample 2"),
+        ("c", "g", "not a list of numbers"),
+    ):
+        with pytest.raises(DataError, match=told):
+            Hdf5Importer().read(path, {"x": column}, group)

@@ -1,0 +1,163 @@
+"""LVM files, as NI's Specification for the LabVIEW Measurement File (.lvm) describes them."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from helpers_importing import lvm_text
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.importing import NotInFileError
+from rigrunner_plugins.importers.lvm_file import LvmImporter
+from rigrunner_plugins.importers.settings import LvmSettings
+
+BOTH = {"angle": "Angle", "torque": "Torque"}
+NUMBERS = {"Angle": [0.25, -1.5, 3e-7], "Torque": [-12.5, 0.0, 1e5]}
+
+
+def read(tmp_path, text, columns=BOTH, group="", **settings_):
+    path = tmp_path / "r.lvm"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return LvmImporter(LvmSettings(**settings_)).read(path, columns, group)
+
+
+@pytest.mark.parametrize("x", ["One", "Multi", "No"])
+@pytest.mark.parametrize(("sep", "mark"), [("\t", "."), ("\t", ","), (",", ".")])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_numbers_are_read_in_every_form(tmp_path, x, sep, mark, end):
+    text = lvm_text([NUMBERS], x=x, sep=sep, mark=mark).replace("\n", end)
+    found = read(tmp_path, text)
+    assert found["angle"].values.tolist() == NUMBERS["Angle"]
+    assert found["torque"].values.tolist() == NUMBERS["Torque"]
+    assert found["torque"].unit == "Nm"
+    assert found["torque"].interval_s == 0.001
+    assert found["torque"].started == datetime(2026, 3, 2, 10, 15, 1, 250_000)  # noqa: DTZ001  (local time)
+
+
+def test_x_values_are_a_column_too(tmp_path):
+    found = read(tmp_path, lvm_text([NUMBERS]), {"time": "X_Value"})
+    assert found["time"].values.tolist() == [0.0, 0.001, 0.002]
+    with pytest.raises(NotInFileError, match=r"'X_Value' of 'time' is there twice"):
+        read(tmp_path, lvm_text([NUMBERS], x="Multi"), {"time": "X_Value"})
+    by_number = read(tmp_path, lvm_text([NUMBERS], x="Multi"), {"time": 3, "torque": 4})
+    assert by_number["time"].values.tolist() == [0.0, 0.001, 0.002]
+    assert by_number["torque"].values.tolist() == NUMBERS["Torque"]
+
+
+def test_a_file_from_elsewhere(tmp_path):
+    """Columns of other lengths, with notes, names twice, and a comment: as LabVIEW wrote it."""
+    text = (
+        "LabVIEW Measurement\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
+        "Decimal_Separator\t.\nMulti_Headings\tNo\nX_Columns\tOne\nTime_Pref\tAbsolute\n"
+        "Operator\tuser\nDate\t2016/08/11\nTime\t14:37:48.201000213623046875\n"
+        "***End_of_Header***\n\nNotes\tX values guaranteed valid only for Dev0/Ai0\n"
+        "Channels\t4\nSamples\t3\t2\t0\t3\n"
+        "Date\t2016/08/11\t2016/08/11\t2016/08/11\t2016/08/11\n"
+        "Time\t15:37:48.375\t15:37:48.375\t15:37:48.375\t15:37:48.375\n"
+        "X_Dimension\tTime\tTime\tTime\tTime\n"
+        "X0\t0.0000000000000000E+0\t0.0\t0.0\t0.0\nDelta_X\t0.001000\t0.001000\t1.000000\t0.001000\n"
+        "***End_of_Header***\nX_Value\tDev0/Ai0\tDev0/Ai2\tUntitled\tDev0/Ai0 1\tComment\n"
+        "0.000000\t-0.011923\t7.254639\t\t-0.011923\tlook here\n"
+        "0.001000\t-0.009206\t7.254639\t\t-0.009206\n"
+        "0.002000\t-0.014640\t\t\t-0.014640\n"
+    )
+    found = read(tmp_path, text, {"a": "Dev0/Ai0", "b": "Dev0/Ai2"})
+    assert found["a"].values.tolist() == [-0.011923, -0.009206, -0.01464]
+    assert found["b"].values.tolist() == [7.254639, 7.254639]
+    assert not found["a"].unit
+    with pytest.raises(DataError, match=r"'Untitled' is empty"):
+        read(tmp_path, text, {"a": "Untitled"})
+
+
+def test_the_first_version_states_no_decimal_mark(tmp_path):
+    text = lvm_text([NUMBERS], mark=",").replace("Decimal_Separator\t,\n", "")
+    with pytest.raises(DataError, match=r"is not a number with '\.'"):
+        read(tmp_path, text)
+    assert read(tmp_path, text, decimal=",")["angle"].values.tolist() == NUMBERS["Angle"]
+
+
+def test_special_blocks_are_passed_over(tmp_path):
+    block = "***Start_Special***\t\nBinary_Stuff\t1\n1\t2\t3\n***End_Special***\t\n"
+    text = lvm_text([NUMBERS, NUMBERS])
+    for at in ("Delta_X", "\t\nChannels"):
+        assert read(tmp_path, text.replace(at, block + at), group="2")["angle"].unit == "Nm"
+
+
+def test_segments_are_told_apart_by_number(tmp_path):
+    text = lvm_text([NUMBERS, {"Angle": [7.0, 8.0], "Torque": [1.0, 2.0]}])
+    assert read(tmp_path, text, group="2")["angle"].values.tolist() == [7.0, 8.0]
+    assert read(tmp_path, text, group="1")["angle"].values.tolist() == NUMBERS["Angle"]
+    for group, told in {"": "no segment is named", "3": "there is no segment 3"}.items():
+        with pytest.raises(NotInFileError, match=told) as caught:
+            read(tmp_path, text, group=group)
+        assert caught.value.hint == "there are 2: give one as 'group', from 1 to 2"
+    with pytest.raises(NotInFileError, match="'two' is not a segment"):
+        read(tmp_path, text, group="two")
+
+
+def test_what_was_written_in_several_goes_needs_its_x_values(tmp_path):
+    text = lvm_text([NUMBERS], many=False) + "0.003\t1\t2\n"
+    with pytest.raises(DataError, match="has 4 samples, its header says 3") as caught:
+        read(tmp_path, text)
+    assert "only X values can say whether there are gaps" in caught.value.hint
+    found = read(tmp_path, text, {**BOTH, "time": "X_Value"})
+    assert found["time"].values.tolist() == [0.0, 0.001, 0.002, 0.003]
+
+
+@pytest.mark.parametrize(
+    ("delta", "within_s"),
+    [("0.000100", 5e-7), ("2.000000E-6", 5e-13), ("1.0E-4", 5e-6), ("0.1", 0.05)],
+)
+def test_the_digits_of_the_interval_say_how_well_it_is_known(tmp_path, delta, within_s):
+    text = lvm_text([NUMBERS], delta=delta)
+    assert read(tmp_path, text)["angle"].interval_within_s == pytest.approx(within_s)
+
+
+ROWS = lvm_text([NUMBERS])
+LAST = "0.002000\t3e-07\t100000.0"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "is not an LVM file with a header"),
+        ("time,torque\n0,1\n", "is not an LVM file with a header"),
+        (ROWS.split("***End", maxsplit=1)[0], "the header of the file has no end"),
+        (ROWS.rsplit("***End", maxsplit=1)[0], "the header of a segment has no end"),
+        (ROWS.split("X_Value", maxsplit=1)[0], "the names of the columns are not there"),
+        (ROWS.split("\t\nChannels", maxsplit=1)[0], "the file has no segment"),
+        (ROWS.replace(LAST, ""), "has 2 samples, its header says 3"),
+        (ROWS.replace("-1.5", ""), ":26: 'Angle' goes on after an empty cell"),
+        (ROWS.replace("-1.5", "NaN"), ":25: 'NaN' is not a number"),
+        (ROWS.replace("-1.5", "1,5"), ":25: '1,5' is not a number with '.' as decimal mark"),
+        (ROWS.replace("\tTorque", "\tMoment"), "the column 'Torque' of 'torque' is not there"),
+        (ROWS.encode("utf-16"), "is not utf-8"),
+        (ROWS.replace("Separator\t.", "Separator\t\t"), None),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_line(tmp_path, text, told):
+    if told is None:
+        assert read(tmp_path, text)
+        return
+    with pytest.raises(DataError) as caught:
+        read(tmp_path, text)
+    assert told in str(caught.value)
+    assert "r.lvm" in str(caught.value)
+
+
+@settings(deadline=None, max_examples=150)
+@given(cuts=st.lists(st.tuples(st.integers(0, len(ROWS)), st.text(max_size=4)), max_size=4))
+def test_a_damaged_file_is_read_or_refused(tmp_path_factory, cuts):
+    text = ROWS
+    for at, put in cuts:
+        text = text[:at] + put + text[at + len(put) :]
+    path = Path(tmp_path_factory.getbasetemp()) / "damaged.lvm"
+    path.write_text(text, encoding="utf-8")
+    try:
+        LvmImporter(LvmSettings()).read(path, BOTH, "")
+    except RigrunnerError:
+        return

@@ -1,0 +1,128 @@
+"""TDMS files, written by npTDMS."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.importing import NotInFileError
+from rigrunner_plugins.importers.tdms_file import TdmsImporter
+
+START = np.datetime64("2026-03-02T09:15:00.25", "us")
+WAVE = {"wf_increment": 1e-4, "wf_start_time": START, "unit_string": "Nm"}
+TORQUE = np.array([1.0, -2.5, 1e-9])
+
+
+def write(path, *channels, parts=1):
+    groups = [GroupObject(name) for name in dict.fromkeys(c.group for c in channels)]
+    with TdmsWriter(path) as writer:
+        for _ in range(parts):
+            writer.write_segment([RootObject(), *groups, *channels])
+    return path
+
+
+def torque(group="r1", data=TORQUE, name="Torque", **properties):
+    return ChannelObject(group, name, data, properties=properties or WAVE)
+
+
+def read(path, columns=None, group=""):
+    return TdmsImporter().read(path, columns or {"torque": "Torque"}, group)["torque"]
+
+
+def test_samples_come_with_unit_interval_and_start(tmp_path):
+    found = read(write(tmp_path / "a.tdms", torque()))
+    assert found.values.tolist() == TORQUE.tolist()
+    assert (found.unit, found.interval_s, found.interval_within_s) == ("Nm", 1e-4, 0.0)
+    assert found.started == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
+
+
+def test_segments_of_a_channel_are_joined(tmp_path):
+    path = write(tmp_path / "a.tdms", torque(), torque(name="Other"), parts=3)
+    assert read(path).values.tolist() == TORQUE.tolist() * 3
+
+
+def test_scaled_integers_are_read_as_labview_shows_them(tmp_path):
+    scale = {
+        "NI_Number_Of_Scales": 1,
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 0.5,
+        "NI_Scale[0]_Linear_Y_Intercept": 10.0,
+        "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+    }
+    path = write(tmp_path / "a.tdms", torque(data=np.array([0, 2, -4], np.int16), **scale))
+    assert read(path).values.tolist() == [10.0, 11.0, 8.0]
+
+
+def test_of_several_groups_one_is_named(tmp_path):
+    path = write(tmp_path / "a.tdms", torque("r1"), torque("r2", TORQUE + 1))
+    assert read(path, group="r2").values.tolist() == (TORQUE + 1).tolist()
+    with pytest.raises(NotInFileError, match=r"no group is named.*groups: r1, r2"):
+        read(path)
+    with pytest.raises(NotInFileError, match=r"no group 'R2'.*did you mean 'r2'"):
+        read(path, group="R2")
+
+
+def test_an_index_of_another_file_is_not_looked_at(tmp_path):
+    path = write(tmp_path / "a.tdms", torque())
+    write(tmp_path / "b.tdms", torque(data=np.zeros(7)))
+    (tmp_path / "b.tdms_index").rename(tmp_path / "a.tdms_index") if (
+        tmp_path / "b.tdms_index"
+    ).exists() else (tmp_path / "a.tdms_index").write_bytes(b"TDSh of another")
+    assert read(path).values.tolist() == TORQUE.tolist()
+
+
+@pytest.mark.parametrize(
+    ("channel", "told"),
+    [
+        (torque(name="Moment"), "the channel 'r1/Torque' of 'torque' is not there"),
+        (torque(data=np.array([1.0, np.nan, 2.0])), "is not finite at sample 2 (nan)"),
+        (torque(data=np.array([1 + 2j, 3j])), "has complex numbers"),
+        (torque(data=["a", "b"]), "is not a list of numbers"),
+        (torque(data=np.array([START, START])), "is not a list of numbers"),
+        (torque(data=np.array([], np.float64)), "is empty"),
+    ],
+)
+def test_what_is_no_recording_is_told(tmp_path, channel, told):
+    path = write(tmp_path / "a.tdms", channel)
+    with pytest.raises(DataError) as caught:
+        read(path)
+    assert told in str(caught.value)
+    assert "a.tdms" in str(caught.value)
+
+
+def test_every_cut_of_a_file_is_refused(tmp_path):
+    whole = write(tmp_path / "a.tdms", torque(data=np.arange(50.0))).read_bytes()
+    path = tmp_path / "cut.tdms"
+    for length in range(len(whole)):
+        path.write_bytes(whole[:length])
+        with pytest.raises(DataError):
+            read(path)
+
+
+def test_a_cut_file_still_gives_the_channels_that_are_whole(tmp_path):
+    path = write(tmp_path / "a.tdms", torque("r1"))
+    with TdmsWriter(path, mode="a") as writer:
+        writer.write_segment([GroupObject("r2"), torque("r2", np.arange(100.0))])
+    path.write_bytes(path.read_bytes()[:-80])
+    assert read(path, group="r1").values.tolist() == TORQUE.tolist()
+    with pytest.raises(DataError, match=r"'r2/Torque' is cut short"):
+        read(path, group="r2")
+
+
+def test_other_files_are_refused(tmp_path):
+    path = tmp_path / "a.tdms"
+    path.write_bytes(b"TDSh0000")
+    with pytest.raises(DataError, match=r"is not a TDMS file .this is the index of one"):
+        read(path)
+    with pytest.raises(DataError, match="No such file"):
+        read(tmp_path / "none.tdms")
+
+
+def test_a_start_that_nobody_entered_is_none(tmp_path):
+    zero = {"wf_start_time": np.datetime64("1904-01-01T00:00:00", "us")}
+    found = read(write(tmp_path / "a.tdms", torque(**zero)))
+    assert (found.started, found.interval_s, found.unit) == (None, None, "")
