@@ -28,6 +28,10 @@ _Info = TypeVar("_Info")
 class Driver:
     """A Device that is Readable and Approaching; give it `open`, `get` and, with drives, `put`."""
 
+    channels: Sequence[ChannelInfo] = ()
+    """Of the class where they are always the same, else given to each object."""
+    drives: Sequence[DriveInfo] = ()
+    """The same, in the order in which they are made safe."""
     non_blocking = False
     poll_s = 0.05
     """How often a drive that is on its way is read back."""
@@ -45,8 +49,12 @@ class Driver:
     ) -> None:
         self.clock = context.clock
         self._wire = context.wire
-        self._channels = {info.name: info for info in channels}
-        self._drives = {info.name: info for info in drives}
+        if channels:
+            self.channels = tuple(channels)
+        if drives:
+            self.drives = tuple(drives)
+        self._channels = {info.name: info for info in self.channels}
+        self._drives = {info.name: info for info in self.drives}
         self._set_points: dict[str, float] = {}
         self._timeout_s: float | None = None
         self._is_open = False
@@ -73,16 +81,6 @@ class Driver:
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
         """Do one exchange with the instrument over the wire; see `Wire.exchange`."""
         return self._wire.exchange(request, lambda: self._mapped(request, perform))
-
-    @property
-    def channels(self) -> Sequence[ChannelInfo]:
-        """The channels, in the order in which they were given."""
-        return tuple(self._channels.values())
-
-    @property
-    def drives(self) -> Sequence[DriveInfo]:
-        """The drives, in the order in which they are made safe."""
-        return tuple(self._drives.values())
 
     def connect(self, timeout_s: float) -> Identity:
         """Open the connection and say who answers; after a failure it is shut again."""

@@ -149,3 +149,14 @@ PositiveDuration = Annotated[Duration, Field(gt=0)]
 AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), _schema(None)]
 Difference = Annotated[AnyQuantity, AfterValidator(_difference)]
 """How far two values are apart: more than zero, and of temperatures in K."""
+
+
+class SimulableSettings(Settings):
+    """The base of the settings of a device that brings a simulator of its instrument.
+
+    A station of which all devices are simulated runs in simulated time, and nothing that it
+    measures is taken for a measurement.
+    """
+
+    simulated: YesNo = False
+    """Whether the simulator stands in for the instrument."""

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import CompensationRecord, DeviceRecord
-from rigrunner.api.settings import MadeOfOthers
+from rigrunner.api.settings import MadeOfOthers, SimulableSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -117,11 +117,16 @@ class Registry:
         return self.make("device", plugin, settings, replace(context, make=make))  # type: ignore[no-any-return]  # a device
 
     def is_simulated(self, plugin: str, settings: Mapping[str, Any]) -> bool:
-        """Say whether a device is simulated; one that is made of others is if all of them are."""
+        """Say whether a device is simulated; one that is made of others is if all of them are.
+
+        One that brings a simulator of its own is where its settings say so.
+        """
         record = self.find("device", plugin).record
         if issubclass(record.settings, MadeOfOthers):
             made_of = record.settings.model_validate(dict(settings)).others().values()
             return all(self.is_simulated(each.plugin, each.settings) for each in made_of)
+        if issubclass(record.settings, SimulableSettings):
+            return record.settings.model_validate(dict(settings)).simulated
         return isinstance(record, DeviceRecord) and record.simulated
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:

@@ -1,0 +1,74 @@
+"""A peer on loopback that answers bytes with bytes, as a script says."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import contextmanager
+
+HANG_UP = object()
+"""In place of an answer: the peer closes the connection."""
+
+
+class ScriptedPeer:
+    """Answers each line that it knows; of every connection it remembers the lines it was sent.
+
+    `script` maps a line, as bytes with its terminator, to the bytes that answer it.
+    """
+
+    def __init__(self, script, terminator=b"\n"):
+        self.script = script
+        self.heard = []
+        self._terminator = terminator
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
+        self._open = []
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def close(self):
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        for connection in self._open:
+            connection.close()
+        self._thread.join(5)
+
+    def _serve(self):
+        while True:
+            try:
+                connection, _ = self._listener.accept()
+            except OSError:
+                return
+            self._open.append(connection)
+            self._talk(connection)
+
+    def _talk(self, connection):
+        got = b""
+        while True:
+            try:
+                more = connection.recv(4096)
+            except OSError:
+                return
+            if not more:
+                connection.close()
+                return
+            got += more
+            while self._terminator in got:
+                line, _, got = got.partition(self._terminator)
+                self.heard.append(line + self._terminator)
+                answer = self.script.get(line + self._terminator, b"")
+                if answer is HANG_UP:
+                    connection.shutdown(socket.SHUT_RDWR)
+                    connection.close()
+                    return
+                connection.sendall(answer)
+
+
+@contextmanager
+def peer(script, terminator=b"\n"):
+    """Serve a script on loopback; give the peer."""
+    serving = ScriptedPeer(script, terminator)
+    try:
+        yield serving
+    finally:
+        serving.close()

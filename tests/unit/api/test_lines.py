@@ -1,0 +1,219 @@
+"""Drivers that talk in lines of text: over loopback, and with their simulator."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from pydantic import ValidationError
+
+from helpers_lines import HANG_UP, peer
+from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.lines import LineDriver, LineSettings
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import Plugin, Provider, Registry
+
+IDENTITY = b"Example,lamp,0007,1.2\n"
+SCRIPT = {b"*IDN?\n": IDENTITY, b"LEVEL?\n": b"0.25\n", b"LEVEL 0\n": b"ok\n"}
+
+
+class SimulatedLamp:
+    """Answers as the lamp does."""
+
+    level = "0"
+
+    def answer(self, request):
+        if request.startswith("LEVEL "):
+            self.level = request.removeprefix("LEVEL ")
+            return "ok"
+        return {"*IDN?": "Example,lamp,SIM,1.2", "LEVEL?": self.level}.get(request, "")
+
+
+class Lamp(LineDriver):
+    """Answers each line with one."""
+
+    channels = (ChannelInfo("level", "1", "Level"),)
+    drives = (DriveInfo("level", "1", "Level", 0.0, 1.0),)
+    simulator = SimulatedLamp
+
+    def get(self, channel):
+        return float(self.ask(f"{channel.upper()}?"))
+
+    def put(self, drive, value):
+        self.ask(f"{drive.upper()} {value:g}")
+
+
+class LampOfCarriageReturns(Lamp):
+    """The same with another terminator."""
+
+    terminator = "\r\n"
+
+
+def lamp(tmp_path, made=Lamp, **settings):
+    context = DeviceContext("lamp", SimulatedClock(), tmp_path)
+    return made(LineSettings(**settings), context)
+
+
+def failing(tmp_path, script, timeout_s=0.2):
+    """Return what is raised by reading the level, how long that took, and the driver."""
+    with peer(SCRIPT | script) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        began = time.monotonic()
+        try:
+            device.connect(timeout_s)
+            device.read(["level"])
+        except Exception as error:  # noqa: BLE001  (whatever it is)
+            return error, time.monotonic() - began, device
+        finally:
+            device.close()
+    raise AssertionError("nothing failed")
+
+
+def test_the_simulator_stands_in_for_the_instrument(tmp_path):
+    device = lamp(tmp_path, simulated=True)
+    identity = device.connect(1.0)
+    assert (identity.maker, identity.model, identity.serial) == ("Example", "lamp", "SIM")
+    assert identity.simulated
+    device.set("level", 0.5)
+    assert device.read(["level"]) == {"level": 0.5}
+    assert device.make_safe() == {"level": 0.0}
+
+
+def test_over_a_socket_the_very_bytes_are_as_written_down(tmp_path):
+    with peer(SCRIPT) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        identity = device.connect(1.0)
+        assert (identity.serial, identity.firmware, identity.simulated) == ("0007", "1.2", False)
+        assert device.read(["level"]) == {"level": 0.25}
+        device.begin("level", 0.0)
+        device.close()
+    assert instrument.heard == [b"*IDN?\n", b"LEVEL?\n", b"LEVEL 0\n"]
+
+
+def test_a_driver_has_its_own_terminator(tmp_path):
+    script = {b"*IDN?\r\n": b"Example,lamp,0007,1.2\r\n", b"LEVEL?\r\n": b"1e-1\r\n"}
+    with peer(script, b"\r\n") as instrument:
+        device = lamp(tmp_path, LampOfCarriageReturns, address=instrument.address)
+        device.connect(1.0)
+        assert device.read(["level"]) == {"level": 0.1}
+        device.close()
+
+
+def test_nobody_at_the_address(tmp_path):
+    with peer({}) as instrument:
+        address = instrument.address
+    with pytest.raises(DeviceNotFoundError, match=r"127\.0\.0\.1:\d+ cannot be reached.*address"):
+        lamp(tmp_path, address=address).connect(1.0)
+
+
+def test_no_answer_ends_in_time(tmp_path):
+    error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": b""})
+    assert isinstance(error, DeviceTimeoutError)
+    assert "did not answer 'LEVEL?' within 0.2 s" in str(error)
+    assert took_s < 0.5
+
+
+@pytest.mark.parametrize(
+    ("answer", "kind", "text"),
+    [
+        (b"0.25\r", DeviceTimeoutError, r"b'0.25\r' and no b'\n' within 0.2 s (is it the term"),
+        (HANG_UP, DeviceLostError, "closed the connection at 'LEVEL?'"),
+        (b"n/a\n", DeviceRejectedError, "'n/a'"),
+        (b"\xff1\n", DeviceRejectedError, "needed is one line of text"),
+        (b"1\n2\n", DeviceRejectedError, "needed is one line of text"),
+        (b"9" * 70000, DeviceRejectedError, "more than 65536 bytes"),
+    ],
+)
+def test_a_wrong_answer_says_what_came(tmp_path, answer, kind, text):
+    error, _, _ = failing(tmp_path, {b"LEVEL?\n": answer})
+    assert isinstance(error, kind)
+    assert text in str(error)
+
+
+@pytest.mark.parametrize("answer", [b"ERROR 3\n", b"a,b,c\n", b"a,b,c,d,e\n"])
+def test_another_instrument_is_refused(tmp_path, answer):
+    error, _, _ = failing(tmp_path, {b"*IDN?\n": answer})
+    assert isinstance(error, DeviceNotFoundError)
+    assert "is it the right instrument" in str(error)
+
+
+def test_an_answer_that_comes_late_is_never_taken_for_another(tmp_path):
+    with peer(SCRIPT | {b"LEVEL 1\n": b"ok\nlate\n"}) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        device.connect(1.0)
+        with pytest.raises(DeviceRejectedError, match="one line"):
+            device.begin("level", 1.0)
+        with pytest.raises(DeviceLostError, match="given up after an earlier failure"):
+            device.read(["level"])
+        device.close()
+
+
+def test_what_was_not_asked_for_is_refused(tmp_path):
+    class Careless(Lamp):
+        def put(self, drive, value):  # noqa: ARG002  (of one drive)
+            self.tell(f"LEVEL {value:g}")  # but the instrument answers
+
+    with peer(SCRIPT) as instrument:
+        device = lamp(tmp_path, Careless, address=instrument.address)
+        device.connect(1.0)
+        device.begin("level", 0.0)
+        time.sleep(0.05)
+        with pytest.raises(DeviceLostError, match=r"sent b'ok.n' without being asked"):
+            device.read(["level"])
+        device.close()
+
+
+def test_safety_opens_a_lost_connection_once_more(tmp_path):
+    with peer(SCRIPT | {b"LEVEL 1\n": HANG_UP, b"LEVEL?\n": b"0\n"}) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        device.connect(1.0)
+        with pytest.raises(DeviceLostError):
+            device.begin("level", 1.0)
+        assert device.make_safe() == {"level": 0.0}
+        device.close()
+    assert instrument.heard[-4:-1] == [b"*IDN?\n", b"LEVEL 0\n", b"LEVEL?\n"]
+
+
+def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
+    device = lamp(tmp_path, simulated=True)
+    device.connect(1.0)
+    with pytest.raises(DeviceTimeoutError, match="'COLOUR\\?' was not answered"):
+        device.ask("COLOUR?")
+    with pytest.raises(DeviceRejectedError, match="where no answer is expected"):
+        device.tell("LEVEL 1")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"address": "10.0.0.5"},
+        {"address": "10.0.0.5:0"},
+        {"address": "10.0.0.5:70000"},
+        {"address": "a b:5025"},
+        {"address": "", "simulated": False},
+        {"address": "nonsense", "simulated": True},
+    ],
+)
+def test_an_address_that_cannot_be_is_refused(settings):
+    with pytest.raises(ValidationError, match="allowed is host:port, or 'simulated: yes'"):
+        LineSettings(**settings)
+
+
+@pytest.mark.parametrize("address", ["10.0.0.5:5025", "bench-3.lab:80", "[::1]:5025"])
+def test_addresses(address):
+    assert LineSettings(address=address).address == address
+
+
+def test_its_settings_say_whether_it_is_simulated():
+    record = DeviceRecord(name="lamp", help="A lamp.", settings=LineSettings, factory=Lamp)
+    registry = Registry([Plugin("device", record, Provider("lab", "1"))])
+    assert registry.is_simulated("lamp", {"simulated": True})
+    assert not registry.is_simulated("lamp", {"address": "10.0.0.5:5025"})
