@@ -17,6 +17,7 @@ from rigrunner_plugins.compensations.settings import (
     InverseSettings,
     TemplateInverseSettings,
 )
+from rigrunner_plugins.devices.composite.settings import CompositeSettings
 from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
@@ -92,6 +93,12 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=FaultyDeviceSettings,
             factory=_fault,
         ),
+        DeviceRecord(
+            name="composite",
+            help="One role from several instruments, each of a plugin of its own",
+            settings=CompositeSettings,
+            factory=_composite,
+        ),
     ]
 
 
@@ -129,6 +136,12 @@ def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:
 
 def _fault(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.fault.device import make  # noqa: PLC0415  (numpy)
+
+    return make(settings, context)
+
+
+def _composite(settings: CompositeSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.composite.device import make  # noqa: PLC0415  (when needed)
 
     return make(settings, context)
 

@@ -17,7 +17,7 @@ from rigrunner.registry import load_registry
 
 REGISTRY = load_registry()
 DEVICES = REGISTRY.names("device")
-TESTERS = ["fault", "replay", "swing_tester_ode", "swing_tester_sim"]
+TESTERS = ["composite", "fault", "replay", "swing_tester_ode", "swing_tester_sim"]
 SI_SYMBOLS = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
 
 
@@ -40,6 +40,13 @@ def _settings(name, folder):
         return {"title": "T", "set_points": points, "cycle_frequency": "frequency", "rows": rows}
     if name == "fault":
         return {"plugin": "swing_tester_sim", "settings": {"seed": 3}}
+    if name == "composite":
+        names = ["angle", "torque", "load", "temperature", "humidity"]
+        return {
+            "parts": {"rig": {"plugin": "swing_tester_sim", "settings": {"seed": 3}}},
+            "channels": {name: f"rig.{name}" for name in names},
+            "drives": {"frequency": "rig.frequency", "load": "rig.load"},
+        }
     if name != "replay":
         return {"seed": 3}
     angle = np.sin(np.arange(6000) / 50)

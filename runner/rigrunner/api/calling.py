@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
+from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceTimeoutError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Generator, Sequence
+
+    from rigrunner.api.data import Block
+    from rigrunner.api.devices import StopToken, Streaming
 
 _T = TypeVar("_T")
 _Job = tuple["Callable[[], Any]", "Future[Any]"]
@@ -42,6 +46,36 @@ class Caller(Protocol):
     def stop(self) -> None:
         """Let go of the thread, if there is one."""
         ...
+
+
+class Call(Protocol):
+    """Calls one known device: what it is for, what to do, and how long that may take."""
+
+    def __call__(
+        self, what: str, function: Callable[[], _T], timeout_s: float | None = None, /
+    ) -> _T:
+        """Return what the function returns; raise a DeviceError. None: the usual time."""
+        ...
+
+
+def blocks_of(  # noqa: PLR0917  (a stream, how to call, and how long)
+    device: Streaming,
+    channels: Sequence[str],
+    duration_s: float,
+    stop: StopToken,
+    call: Call,
+    timeout_s: float,
+) -> Generator[Block]:
+    """Yield the blocks of a stream, each within the time limit; end it on every way."""
+    blocks = call("start the stream", lambda: iter(device.stream(channels, duration_s, stop)))
+    try:
+        while block := call("stream", lambda: next(blocks, None), timeout_s):
+            yield block
+    finally:
+        close = getattr(blocks, "close", None)
+        if close is not None:
+            with suppress(DeviceError):  # a device that hangs has said so already
+                call("end the stream", close)
 
 
 class InlineCaller:

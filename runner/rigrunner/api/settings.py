@@ -39,6 +39,10 @@ class MadeOfOthers(Settings):
         """Return which devices these are, each by where it stands in the settings."""
         raise NotImplementedError
 
+    def source(self, channel: str) -> tuple[WrapperSettings, str] | None:
+        """Return which of them gives a channel, and its name there; None where that is none."""
+        raise NotImplementedError
+
 
 class WrapperSettings(MadeOfOthers):
     """The base of the settings of a device that is made of another one."""
@@ -56,6 +60,10 @@ class WrapperSettings(MadeOfOthers):
     def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:
         """Return the one device."""
         return {(): self}
+
+    def source(self, channel: str) -> tuple[WrapperSettings, str] | None:
+        """Return the one device."""
+        return self, channel
 
 
 def _read(dimension: str | None, value: object) -> Quantity:

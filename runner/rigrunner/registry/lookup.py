@@ -116,6 +116,21 @@ class Registry:
 
         return self.make("device", plugin, settings, replace(context, make=make))  # type: ignore[no-any-return]  # a device
 
+    def source(
+        self, plugin: str, settings: Mapping[str, Any], channel: str
+    ) -> tuple[str, Mapping[str, Any]]:
+        """Return plugin and settings of the device that gives a channel, within what is made of it.
+
+        The settings must be valid.
+        """
+        model = self.find("device", plugin).record.settings
+        if issubclass(model, MadeOfOthers):
+            found = model.model_validate(dict(settings)).source(channel)
+            if found is not None:
+                other, name = found
+                return self.source(other.plugin, other.settings, name)
+        return plugin, settings
+
     def is_simulated(self, plugin: str, settings: Mapping[str, Any]) -> bool:
         """Say whether a device is simulated; one that is made of others is if all of them are.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.api.calling import InlineCaller, Patience, ThreadCaller
+from rigrunner.api.calling import InlineCaller, Patience, ThreadCaller, blocks_of
 from rigrunner.api.devices import (
     Approaching,
     CountsStreams,
@@ -189,14 +189,8 @@ class Rig:
         """Yield the blocks of one device until the duration has passed or the token is set."""
         device = self._able(role, Streaming)  # type: ignore[type-abstract]  # a Protocol
         timeout_s = self._patience.answer_s + duration_s
-        blocks = self._call(
-            role, "start the stream", lambda: iter(device.stream(channels, duration_s, stop))
-        )
-        try:
-            while block := self._call(role, "stream", lambda: next(blocks, None), timeout_s):
-                yield block
-        finally:
-            self._end_stream(role, blocks)
+        call = partial(self._call, role)
+        yield from blocks_of(device, channels, duration_s, stop, call, timeout_s)
 
     def sample_rate_hz(self, role: str) -> float:
         """Return the sample rate of a device that streams."""
@@ -287,12 +281,6 @@ class Rig:
 
     def _longest_s(self, role: str) -> float:
         return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
-
-    def _end_stream(self, role: str, blocks: Iterator[Block]) -> None:
-        close = getattr(blocks, "close", None)
-        if close is not None:
-            with suppress(DeviceError):  # a device that hangs has said so already
-                self._call(role, "end the stream", close)
 
     def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
         values = self._call(role, "read", lambda: device.read(channels))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from math import asin, isinf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import Problem
@@ -16,7 +16,7 @@ from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from datetime import date
 
     from rigrunner.api.instruments import Instrument
@@ -81,8 +81,7 @@ class _Register:
     def _missing(self, each: Instrument) -> Iterator[Finding]:
         simulated = self._is_simulated(each.channel)
         if each.calibration is not None and not simulated:
-            role, _ = split_member(each.channel)
-            plugin = self.planned.station.model.devices[role].plugin
+            plugin, _ = self._source(each.channel)
             message = f"{_named(each)} is entered as {each.calibration}, but '{plugin}' is a device"
             hint = "enter its certificate and due in place of calibration"
             yield self._entered(Lack.MISSING, each, "calibration", message, hint)
@@ -157,9 +156,13 @@ class _Register:
         return (s.action for s in self.planned.plan.steps if isinstance(s.action, Record))
 
     def _is_simulated(self, channel: str) -> bool:
-        role, _ = split_member(channel)
+        return self.planned.registry.is_simulated(*self._source(channel))
+
+    def _source(self, channel: str) -> tuple[str, Mapping[str, Any]]:
+        """Return plugin and settings of the device that the channel comes from."""
+        role, name = split_member(channel)
         device = self.planned.station.model.devices[role]
-        return self.planned.registry.is_simulated(device.plugin, device.settings)
+        return self.planned.registry.source(device.plugin, device.settings, name)
 
     def _entered(
         self, lack: Lack, each: Instrument, field: str, message: str, hint: str

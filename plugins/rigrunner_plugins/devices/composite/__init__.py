@@ -1,0 +1,1 @@
+"""One role from several instruments."""

@@ -1,0 +1,167 @@
+"""What a composite can do if its parts can: read, set, stream, pause, and what simulators know."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import CountsStreams, KnowsTruth
+from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
+from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator, Mapping, Sequence
+
+    from rigrunner.api.data import Block
+    from rigrunner.api.devices import StopToken
+    from rigrunner_plugins.devices.composite.routes import ChannelRoute
+
+
+class Reads(Composite):
+    """Gives single values of its parts' channels."""
+
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return the present value of each channel, each part asked once."""
+        self.need_connection()
+        routes = [find("channel", name, self.channel_routes) for name in channels]
+        read = {
+            part: self.parts[part].read([route.name for route in routes if route.part == part])
+            for part in dict.fromkeys(route.part for route in routes)
+        }
+        return {route.info.name: float(read[route.part][route.name]) for route in routes}
+
+
+class Sets(Composite):
+    """Sets its parts' drives; where one does not take its time, `begin` waits for it."""
+
+    def begin(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point within its limits."""
+        route = find("drive", drive, self.drive_routes)
+        self.need_connection()
+        info = route.info
+        if not info.minimum <= value <= info.maximum:
+            raise DeviceRejectedError(
+                f"{drive} cannot be set to {value:g} {info.unit}",
+                hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
+            )
+        self.parts[route.part].begin(route.name, value)
+        self.set_points[drive] = value
+
+    def arrived(self, drive: str) -> bool:
+        """Say whether it is reached, by the part that sets it and by the one that measures it."""
+        route = find("drive", drive, self.drive_routes)
+        if drive not in self.set_points or not self.parts[route.part].arrived(route.name):
+            return False
+        off = abs(self.standing(route) - self.set_points[drive])
+        return off <= route.info.allowed_deviation
+
+    def set(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point and wait until it is reached."""
+        self.begin(drive, value)
+        info = self.drive_routes[drive].info
+        until_s = self.clock.monotonic_s() + info.longest_s
+        while not self.arrived(drive):
+            if self.clock.monotonic_s() >= until_s:
+                raise DeviceTimeoutError(
+                    f"{drive} reads back {self.read_back(drive):g} {info.unit} after"
+                    f" {info.longest_s:g} s, set to {value:g} {info.unit}",
+                    hint="does it move? see its rate, settling time and tolerance",
+                )
+            self.clock.sleep(POLL_S)
+
+    def read_back(self, drive: str) -> float:
+        """Return where the drive stands."""
+        route = find("drive", drive, self.drive_routes)
+        self.need_connection()
+        return self.standing(route)
+
+
+class Streams(Composite):
+    """Records channels of one part."""
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        first = next(route for route in self.channel_routes.values() if route.info.streams)
+        return float(self.parts[first.part].device.sample_rate_hz)
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield the blocks of the part that has these channels."""
+        self.need_connection()
+        routes = [find("channel", name, self.channel_routes) for name in channels]
+        read_only = [route.info.name for route in routes if not route.info.streams]
+        if read_only:
+            raise DeviceRejectedError(
+                f"{', '.join(read_only)} cannot be recorded: read as single values"
+            )
+        parts = list(dict.fromkeys(route.part for route in routes))
+        if len(parts) > 1:
+            raise DeviceRejectedError(
+                f"{', '.join(channels)} are sampled by different clocks: {', '.join(parts)}",
+                hint="record channels of one part",
+            )
+        names = [route.name for route in routes]
+        return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
+
+
+class Pauses(Sets):
+    """Stands still by the drives that set the frequency of a cyclic motion."""
+
+    def pause(self) -> None:
+        """Bring what moves in cycles to its safe value; all else stays as it is."""
+        self.need_connection()
+        self.held = {
+            name: self.set_points.get(name, route.info.safe_value)
+            for name, route in self.drive_routes.items()
+            if route.info.sets_cycle_frequency
+        }
+        for name in self.held:
+            self.set(name, self.drive_routes[name].info.safe_value)
+
+    def resume(self) -> None:
+        """Let it move again as before."""
+        self.need_connection()
+        for name, value in self.held.items():
+            self.set(name, value)
+
+
+class CountsPartsStreams(Composite):
+    """Has simulators among its parts that count streams."""
+
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Tell each part that asks for it what was streamed before, by its own drives' names."""
+        for name, part in self.parts.items():
+            device = part.device
+            if isinstance(device, CountsStreams):
+                own = [self._of_part(name, setpoints) for setpoints in streams]
+                part.call("continue a run", partial(device.continue_after, own))
+
+    def _of_part(self, part: str, setpoints: Mapping[str, float]) -> dict[str, float]:
+        return {
+            self.drive_routes[drive].name: value
+            for drive, value in setpoints.items()
+            if drive in self.drive_routes and self.drive_routes[drive].part == part
+        }
+
+
+class KnowsPartsTruth(Composite):
+    """Has simulators among its parts that know the truth."""
+
+    def truth(self) -> Mapping[str, float]:
+        """Return what the simulators among the parts know."""
+        known: dict[str, float] = {}
+        for part in self.parts.values():
+            if isinstance(part.device, KnowsTruth):
+                known |= part.call("tell the truth", part.device.truth)
+        return known
+
+
+def _renamed(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:
+    with closing(blocks):
+        for block in blocks:
+            channels = {route.info.name: block.channels[route.name] for route in routes}
+            yield replace(block, channels=channels)

@@ -1,0 +1,174 @@
+"""What every composite can do: connect, make safe and close all its parts as one."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
+
+from rigrunner.api.devices import Identity
+from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
+    from rigrunner_plugins.devices.composite.part import Part
+    from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute
+
+_Route = TypeVar("_Route")
+POLL_S = 0.05
+"""How often a drive that is on its way is read back."""
+
+
+class Composite:
+    """What every device can do."""
+
+    non_blocking = True
+    """Each call of a part that could hang has its own time limit."""
+
+    def __init__(
+        self,
+        context: DeviceContext,
+        parts: Mapping[str, Part],
+        channels: Mapping[str, ChannelRoute],
+        drives: Mapping[str, DriveRoute],
+    ) -> None:
+        self.clock = context.clock
+        self.parts = parts
+        self.channel_routes = channels
+        self.drive_routes = drives
+        self.set_points: dict[str, float] = {}
+        self.held: Mapping[str, float] = {}
+        self._connected = False
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """The channels that the station names."""
+        return tuple(route.info for route in self.channel_routes.values())
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """The drives that the station names, in its order."""
+        return tuple(route.info for route in self.drive_routes.values())
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Connect all parts; if one fails, make safe and close those that are connected."""
+        found: dict[str, Identity] = {}
+        try:
+            for name, part in self.parts.items():
+                found[name] = part.connect(timeout_s)
+        except BaseException as error:
+            self._give_up([self.parts[name] for name in found], error)
+            raise
+        self._connected = True
+        return Identity(
+            "Rigrunner",
+            f"composite of {', '.join(found)}",
+            "",
+            simulated=any(each.simulated for each in found.values()),
+            parts=found,
+        )
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Make all parts safe, whatever fails, and return where the drives stand.
+
+        Parts come in the order in which the drives name them. If one fails, the error tells which,
+        why, and where the other drives stand.
+        """
+        self.set_points.clear()
+        self.held = {}
+        told: dict[str, Mapping[str, float]] = {}
+        standing: dict[str, float] = {}
+
+        def make_safe(part: Part) -> None:
+            told[part.name] = part.make_safe()
+
+        def look(route: DriveRoute) -> None:
+            drive = route.info.name
+            if route.part not in told:
+                with suppress(DeviceError):  # what failed is told already
+                    standing[drive] = self.standing(route)
+            elif route.read_back is None:
+                standing[drive] = told[route.part][route.name]
+            else:
+                standing[drive] = self._resting(route)
+
+        failed = _all_tried([partial(make_safe, part) for part in self._safe_order()])
+        failed += _all_tried([partial(look, route) for route in self.drive_routes.values()])
+        if failed:
+            raise _summed_up(failed, standing, self.drives)
+        return standing
+
+    def close(self) -> None:
+        """Close all parts; the first error is raised after all were tried."""
+        self._connected = False
+        failed = _all_tried([part.close for part in self.parts.values()])
+        if failed:
+            raise failed[0]
+
+    def _give_up(self, connected: Sequence[Part], error: BaseException) -> None:
+        """Leave nothing energised or open behind; what fails in that is told beside the error."""
+        failed = _all_tried([part.make_safe for part in self._safe_order() if part in connected])
+        failed += _all_tried([part.close for part in self.parts.values()])
+        if failed and isinstance(error, DeviceError):
+            error.message = "; then ".join([error.message, *map(str, failed)])
+
+    def _safe_order(self) -> list[Part]:
+        names = [*(route.part for route in self.drive_routes.values()), *self.parts]
+        return [self.parts[name] for name in dict.fromkeys(names)]
+
+    def _resting(self, route: DriveRoute) -> float:
+        """Return where a drive stands once it is at its safe value, or has had its time."""
+        info = route.info
+        until_s = self.clock.monotonic_s() + info.longest_s
+        while True:
+            value = self.standing(route)
+            near = abs(value - info.safe_value) <= info.allowed_deviation
+            if near or self.clock.monotonic_s() >= until_s:
+                return value
+            self.clock.sleep(POLL_S)
+
+    def standing(self, route: DriveRoute) -> float:
+        """Return where a drive stands, by the channel that measures it if there is one."""
+        if route.read_back is None:
+            return self.parts[route.part].read_back(route.name)
+        channel = route.read_back
+        return float(self.parts[channel.part].read([channel.name])[channel.name])
+
+    def need_connection(self) -> None:
+        """Raise DeviceLostError unless all parts are connected."""
+        if not self._connected:
+            raise DeviceLostError("not connected")
+
+
+def _all_tried(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
+    """Make all calls, whatever fails, and return what did."""
+    failed: list[DeviceError] = []
+    for call in calls:
+        try:
+            call()
+        except DeviceError as error:
+            failed.append(error)
+        except Exception as error:  # noqa: BLE001  (a part's bug must not keep others from safety)
+            failed.append(DeviceRejectedError(f"{type(error).__name__}: {error}"))
+    return failed
+
+
+def _summed_up(
+    failed: Sequence[DeviceError], standing: Mapping[str, float], drives: Sequence[DriveInfo]
+) -> DeviceError:
+    """Return one error of all: of the first's kind, with what failed and where the rest stands."""
+    units = {info.name: info.unit for info in drives}
+    known = [f"{name} at {value:g} {units[name]}" for name, value in standing.items()]
+    told = dict.fromkeys(each.message for each in failed)
+    rest = f"; read back were {', '.join(known)}" if known else ""
+    return type(failed[0])("; ".join(told) + rest, hint=failed[0].hint)
+
+
+def find(kind: str, name: str, known: Mapping[str, _Route]) -> _Route:
+    """Return the route of that name; raise DeviceRejectedError with the names that there are."""
+    if name not in known:
+        listing = ", ".join(known) or "none"
+        raise DeviceRejectedError(f"there is no {kind} '{name}'", hint=f"there are: {listing}")
+    return known[name]

@@ -1,0 +1,49 @@
+"""Makes a composite of the abilities that its parts give it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, cast
+
+from rigrunner.api.devices import CountsStreams, KnowsTruth
+from rigrunner_plugins.devices.composite.abilities import (
+    CountsPartsStreams,
+    KnowsPartsTruth,
+    Pauses,
+    Reads,
+    Sets,
+    Streams,
+)
+from rigrunner_plugins.devices.composite.base import Composite
+from rigrunner_plugins.devices.composite.part import Part
+from rigrunner_plugins.devices.composite.routes import channel_routes, drive_routes
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner_plugins.devices.composite.settings import CompositeSettings
+
+
+def make(settings: CompositeSettings, context: DeviceContext) -> Device:
+    """Return the composite: it has the abilities that its parts give it.
+
+    Raises PluginError where a part cannot be made, or lacks a channel or drive that is named.
+    """
+    devices = {
+        name: context.make(part.plugin, part.settings, part=name)
+        for name, part in settings.parts.items()
+    }
+    channels, drives = channel_routes(settings, devices), drive_routes(settings, devices)
+    parts = {
+        name: Part(name, context.role, device, context.patience) for name, device in devices.items()
+    }
+    able: list[type[Composite]] = []
+    able += [Reads] if channels else []
+    able += [Streams] if any(route.info.streams for route in channels.values()) else []
+    swings = any(route.info.sets_cycle_frequency for route in drives.values())
+    able += [Pauses if swings else Sets] if drives else []
+    able += [
+        ability
+        for theirs, ability in ((CountsStreams, CountsPartsStreams), (KnowsTruth, KnowsPartsTruth))
+        if any(isinstance(device, theirs) for device in devices.values())
+    ]
+    kind = type("CompositeDevice", (*able, Composite), {})
+    return cast("Device", kind(context, parts, channels, drives))

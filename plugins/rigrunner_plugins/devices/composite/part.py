@@ -1,0 +1,142 @@
+"""One instrument of a composite: each call of it has a time limit, and its errors say its name."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from math import nan
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from rigrunner.api.calling import InlineCaller, ThreadCaller, blocks_of
+from rigrunner.api.devices import Approaching, Readable, Streaming
+from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+
+    from rigrunner.api.calling import Caller, Patience
+    from rigrunner.api.data import Block
+    from rigrunner.api.devices import Device, DriveInfo, Identity, StopToken
+
+_T = TypeVar("_T")
+_GLANCE_S = 0.1
+"""Over which the mean is the single value of an instrument that only streams."""
+
+
+class _Never:
+    def is_set(self) -> bool:
+        return False
+
+
+class Part:
+    """A device of its own thread, unless it cannot hang.
+
+    A call that hangs is given up in time, and what makes safe is called all the same, from a fresh
+    thread: one instrument that hangs keeps no other one from being made safe.
+    """
+
+    def __init__(self, name: str, role: str, device: Device, patience: Patience) -> None:
+        self.name = name
+        self.device: Any = device
+        self._patience = patience
+        self._drives: dict[str, DriveInfo] = {info.name: info for info in device.drives}
+        self._caller: Caller = (
+            InlineCaller() if device.non_blocking else ThreadCaller(f"{role}/{name}")
+        )
+
+    def call(self, what: str, function: Callable[[], _T], timeout_s: float | None = None) -> _T:
+        """Return what the function returns; raise a DeviceError that names the part."""
+        limit_s = self._patience.answer_s if timeout_s is None else timeout_s
+        with _named(self.name):
+            return self._caller.call(what, function, limit_s)
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Open the connection and say who answers."""
+        found: Identity = self.call(
+            "connect", lambda: self.device.connect(timeout_s), 2 * timeout_s
+        )
+        return found
+
+    def close(self) -> None:
+        """Give the connection and the thread back."""
+        try:
+            with _named(self.name):
+                self._caller.call_urgently("close", self.device.close, self._patience.answer_s)
+        finally:
+            self._caller.stop()
+
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return the present value of each channel; of one that only streams, a short mean."""
+        if isinstance(self.device, Readable):
+            readable = self.device
+            return self.call("read", lambda: readable.read(channels))
+        return self._means(channels)
+
+    def begin(self, drive: str, value: float) -> None:
+        """Give a drive a new set-point; return at once where the device can.
+
+        To its safe value even while an earlier call hangs.
+        """
+        info, device = self._drives[drive], self.device
+        urgent = value == info.safe_value
+        call = self._caller.call_urgently if urgent else self._caller.call
+        with _named(self.name):
+            if isinstance(device, Approaching):
+                call(f"set {drive}", lambda: device.begin(drive, value), self._patience.answer_s)
+            else:
+                limit_s = self._patience.answer_s + info.longest_s
+                call(f"set {drive}", lambda: device.set(drive, value), limit_s)
+
+    def arrived(self, drive: str) -> bool:
+        """Say whether the drive is at its set-point, as the device itself sees it."""
+        if not isinstance(self.device, Approaching):
+            return True  # it was waited for
+        return self.call(f"read back {drive}", lambda: bool(self.device.arrived(drive)))
+
+    def read_back(self, drive: str) -> float:
+        """Return where a drive stands, as the device itself sees it."""
+        return self.call(f"read back {drive}", lambda: float(self.device.read_back(drive)))
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Bring all its drives to their safe values, even while an earlier call hangs.
+
+        Raises a DeviceError where one of them is not read back there, named by the role or not.
+        """
+        limit_s = self._patience.answer_s + sum(each.longest_s for each in self._drives.values())
+        with _named(self.name):
+            read_back: Mapping[str, float] = self._caller.call_urgently(
+                "make safe", self.device.make_safe, limit_s
+            )
+            for name, info in self._drives.items():
+                actual = read_back.get(name, nan)
+                if not abs(actual - info.safe_value) <= info.allowed_deviation:
+                    told = f"{name} reads back {actual:g}, safe is {info.safe_value:g} {info.unit}"
+                    raise DeviceRejectedError(told)
+        return read_back
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Generator[Block]:
+        """Yield the blocks of the device."""
+        if not isinstance(self.device, Streaming):
+            raise DeviceRejectedError(f"{self.name}: it does not stream")
+        longest_s = self._patience.answer_s + duration_s
+        return blocks_of(self.device, channels, duration_s, stop, self.call, longest_s)
+
+    def _means(self, channels: Sequence[str]) -> Mapping[str, float]:
+        totals, samples = dict.fromkeys(channels, 0.0), 0
+        for block in self.stream(channels, _GLANCE_S, _Never()):
+            samples += block.samples
+            for name in channels:
+                totals[name] += float(block.channels[name].sum())
+        if not samples:
+            raise DeviceLostError(f"{self.name}: no sample came in {_GLANCE_S:g} s")
+        return {name: total / samples for name, total in totals.items()}
+
+
+@contextmanager
+def _named(part: str) -> Iterator[None]:
+    try:
+        yield
+    except DeviceError as error:
+        error.message = f"{part}: {error.message}"
+        raise

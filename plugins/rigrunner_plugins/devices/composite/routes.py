@@ -1,0 +1,93 @@
+"""Where each channel and drive of the role is found among the parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
+
+from rigrunner.api.devices import Readable, Settable, Streaming
+from rigrunner.api.errors import PluginError
+from rigrunner_plugins.devices.composite.settings import DriveSource, split
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner_plugins.devices.composite.settings import CompositeSettings
+
+_Info = TypeVar("_Info", "ChannelInfo", "DriveInfo")
+
+
+@dataclass(frozen=True)
+class ChannelRoute:
+    """A channel of the role: of which part, and what it is called there."""
+
+    info: ChannelInfo
+    part: str
+    name: str
+
+
+@dataclass(frozen=True)
+class DriveRoute:
+    """A drive of the role: which part sets it, and which channel says where it stands, if any."""
+
+    info: DriveInfo
+    part: str
+    name: str
+    read_back: ChannelRoute | None = None
+
+
+def channel_routes(
+    settings: CompositeSettings, parts: Mapping[str, Device]
+) -> dict[str, ChannelRoute]:
+    """Return the routes of all channels; raise PluginError for one that its part does not have."""
+    return {
+        name: _channel(f"channel {name}", name, place, parts)
+        for name, place in settings.channels.items()
+    }
+
+
+def drive_routes(settings: CompositeSettings, parts: Mapping[str, Device]) -> dict[str, DriveRoute]:
+    """Return the routes of all drives, in the station's order; raise PluginError."""
+    return {
+        name: _drive(f"drive {name}", name, source, parts)
+        for name, source in settings.drives.items()
+    }
+
+
+def _channel(what: str, name: str, place: str, parts: Mapping[str, Device]) -> ChannelRoute:
+    part, there = split(place)
+    device = parts[part]
+    info = _find(what, "channel", part, there, device.channels)
+    if not isinstance(device, (Readable, Streaming)):
+        raise PluginError(f"{what}: {part} gives neither single values nor recordings")
+    streams = info.streams and isinstance(device, Streaming)
+    return ChannelRoute(replace(info, name=name, streams=streams), part, there)
+
+
+def _drive(
+    what: str, name: str, source: str | DriveSource, parts: Mapping[str, Device]
+) -> DriveRoute:
+    place = source.set if isinstance(source, DriveSource) else source
+    part, there = split(place)
+    info = replace(_find(what, "drive", part, there, parts[part].drives), name=name)
+    if not isinstance(parts[part], Settable):
+        raise PluginError(f"{what}: {part} cannot be set")
+    if not isinstance(source, DriveSource):
+        return DriveRoute(info, part, there)
+    channel = _channel(what, there, source.read_back, parts)
+    if channel.info.unit != info.unit:
+        raise PluginError(
+            f"{what}: it is set in {info.unit}, but {source.read_back} reads {channel.info.unit}"
+        )
+    return DriveRoute(info, part, there, channel)
+
+
+def _find(what: str, kind: str, part: str, name: str, infos: Iterable[_Info]) -> _Info:
+    by_name = {info.name: info for info in infos}
+    if name not in by_name:
+        raise PluginError(
+            f"{what}: the part '{part}' has no {kind} '{name}'",
+            hint=f"there are: {', '.join(by_name) or 'none'}",
+        )
+    return by_name[name]
