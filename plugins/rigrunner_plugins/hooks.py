@@ -19,6 +19,7 @@ from rigrunner_plugins.compensations.settings import (
 )
 from rigrunner_plugins.devices.composite.settings import CompositeSettings
 from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
+from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
@@ -99,6 +100,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=CompositeSettings,
             factory=_composite,
         ),
+        DeviceRecord(
+            name="modbus",
+            help="Instrument that talks Modbus TCP or RTU: registers and coils, no code",
+            settings=ModbusSettings,
+            factory=_modbus,
+            wired=True,
+        ),
     ]
 
 
@@ -142,6 +150,12 @@ def _fault(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
 
 def _composite(settings: CompositeSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.composite.device import make  # noqa: PLC0415  (when needed)
+
+    return make(settings, context)
+
+
+def _modbus(settings: ModbusSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.modbus.device import make  # noqa: PLC0415  (when needed)
 
     return make(settings, context)
 

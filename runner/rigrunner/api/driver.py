@@ -70,6 +70,10 @@ class Driver:
         """Return the present value of a channel."""
         raise NotImplementedError
 
+    def get_all(self, channels: Sequence[str]) -> dict[str, float]:
+        """Return the present values; for instruments that give several in one exchange."""
+        return {name: self._mapped(f"read {name}", partial(self.get, name)) for name in channels}
+
     def put(self, drive: str, value: float) -> None:
         """Give a drive a new set-point and return at once."""
         raise NotImplementedError
@@ -103,7 +107,7 @@ class Driver:
         self._need_connection()
         for name in channels:
             _find("channel", name, self._channels)
-        return {name: self._mapped(f"read {name}", partial(self.get, name)) for name in channels}
+        return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
 
     def begin(self, drive: str, value: float) -> None:
         """Give a drive a new set-point within its limits and return at once."""

@@ -1,0 +1,179 @@
+"""An instrument that talks Modbus, as channels and drives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    MissingPackageError,
+)
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.modbus.grouping import Span, spans
+from rigrunner_plugins.devices.modbus.identification import identify
+from rigrunner_plugins.devices.modbus.places import span
+from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rigrunner.api.devices import DeviceContext, Identity
+    from rigrunner_plugins.devices.modbus.line import Line
+    from rigrunner_plugins.devices.modbus.places import Number, Place
+    from rigrunner_plugins.devices.modbus.settings import ModbusSettings, Write
+
+_BASIC_OBJECTS = range(3)
+"""Maker, product and revision (Application Protocol Specification V1.1b3, clause 6.21)."""
+
+
+class ModbusDevice(Driver):
+    """Reads channels in as few requests as sensible, and writes set-points with their commands."""
+
+    def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
+        super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        self._settings = settings
+        self._opened: Line | None = None
+        self._heartbeat: Heartbeat | None = None
+
+    def open(self, timeout_s: float) -> Identity:
+        """Connect, ask who answers, and keep the watchdog content from then on."""
+        self.exchange("connect", lambda: self._open_line(timeout_s))
+        identity = identify(self._settings, self)
+        if self._settings.watchdog is not None:
+            self.exchange("start the watchdog", self._start_watchdog)
+        return identity
+
+    def shut(self) -> None:
+        """End the watchdog and close the connection."""
+        if self._heartbeat is not None:
+            self._heartbeat.stop()
+            self._heartbeat = None
+        if self._opened is not None:
+            self._opened.close()
+            self._opened = None
+
+    def get(self, channel: str) -> float:
+        """Return the present value of a channel."""
+        return self.get_all([channel])[channel]
+
+    def get_all(self, channels: Sequence[str]) -> dict[str, float]:
+        """Return the present values; numbers in neighbouring registers come in one answer."""
+        given = {name: self._settings.channels[name] for name in channels}
+        read = self.read_numbers(list(given.values()))
+        return {name: given[name].to_si(number) for name, number in zip(given, read, strict=True)}
+
+    def put(self, drive: str, value: float) -> None:
+        """Write a set-point: with the words that let it run, or, to be safe, that stop it."""
+        given = self._settings.drives[drive]
+        try:
+            words = given.encode(given.from_si(value))
+        except ValueError as error:
+            raise DeviceRejectedError(f"set {drive}: {error}") from error
+        stops = value == self._drives[drive].safe_value
+        try:
+            if stops:
+                self._write_all(given.stop)
+        finally:  # a stop that is refused must not keep the set-point up
+            self._write(given, words, multiple=given.multiple)
+        if not stops:
+            self._write_all(given.run)
+
+    def actual(self, drive: str) -> float:
+        """Return where a drive stands."""
+        given = self._settings.drives[drive]
+        back = given.read_back or given
+        return back.to_si(self.read_numbers([back])[0])
+
+    def arrived(self, drive: str) -> bool:
+        """Say whether a drive is there; raise DeviceRejectedError if a fault keeps it away."""
+        if super().arrived(drive):
+            return True
+        if self._set_points.get(drive) != self._drives[drive].safe_value:  # to rest it may coast
+            self._mapped("read the fault", self._check_fault)
+        return False
+
+    def read_numbers(self, numbers: Sequence[Number]) -> list[float]:
+        """Return the numbers as the registers have them."""
+        read = {
+            each: self.read_words(each)
+            for each in spans(numbers, together=self._settings.group_reads)
+        }
+        return [number.decode(_cut(number, read)) for number in numbers]
+
+    def read_words(self, wanted: Span) -> list[int]:
+        """Return registers, or bits as 0 and 1."""
+        return self.exchange(
+            f"read {wanted.table} {span(wanted.address, wanted.count)}",
+            lambda: self._line.read(wanted.table, wanted.address, wanted.count),
+        )
+
+    def read_identification(self) -> list[str]:
+        """Return maker, product and revision by Read Device Identification."""
+        found = self.exchange("read device identification", self._ask_identification)
+        if not found[0] and not found[1]:
+            raise DeviceNotFoundError(f"{self._settings.where} does not say who it is")
+        return found
+
+    @property
+    def _line(self) -> Line:
+        if self._opened is None:
+            raise DeviceLostError("not connected")
+        return self._opened
+
+    def _open_line(self, timeout_s: float) -> None:
+        try:
+            from rigrunner_plugins.devices.modbus.line import Line  # noqa: PLC0415  (pymodbus)
+
+            self._opened = Line(self._settings, self.clock)
+            self._opened.open(timeout_s)
+        except ModuleNotFoundError as error:
+            raise MissingPackageError(
+                f"the device 'modbus' needs {error.name}, which is not installed",
+                hint="pip install 'rigrunner[modbus]'",
+            ) from error
+
+    def _ask_identification(self) -> list[str]:
+        objects = self._line.identification()
+        return [objects.get(number, "") for number in _BASIC_OBJECTS]
+
+    def _start_watchdog(self) -> None:
+        if self._settings.watchdog is not None:
+            self._heartbeat = Heartbeat(self._settings.watchdog, self._line)
+            self._heartbeat.start()
+
+    def _check_fault(self) -> None:
+        fault = self._settings.fault
+        if fault is None:
+            return
+        code = self.read_numbers([fault])[0]
+        if code != fault.ok:
+            meant = fault.codes.get(f"{code:.0f}", "see its manual")
+            raise DeviceRejectedError(
+                f"{self._settings.where} is in fault {code:.0f}: {meant}",
+                hint="mend the cause and reset it at the instrument",
+            )
+
+    def _write_all(self, writes: Iterable[Write]) -> None:
+        for write in writes:
+            self._write(write, [write.value])
+            self.clock.sleep(write.wait)
+
+    def _write(self, place: Place, words: Sequence[int], *, multiple: bool = False) -> None:
+        self.exchange(
+            f"write {' '.join(map(str, words))} to {place.table} {place.address}",
+            lambda: self._line.write(place.table, place.address, words, multiple=multiple),
+        )
+
+
+def _cut(number: Number, read: dict[Span, list[int]]) -> list[int]:
+    found = next(each for each in read if each.holds(number))
+    first = number.address - found.address
+    return read[found][first : first + number.count]
+
+
+def make(settings: ModbusSettings, context: DeviceContext) -> ModbusDevice:
+    """Return the device; nothing is opened yet."""
+    return ModbusDevice(settings, context)

@@ -1,0 +1,242 @@
+"""What a station says of an instrument that talks Modbus."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+
+from rigrunner.api.settings import Duration, ListOf, PositiveDuration, Settings, YesNo
+from rigrunner_plugins.devices.declared import (
+    DeclaredChannel,
+    DeclaredDrive,
+    DeclaredQuantity,
+    QuantityName,
+)
+from rigrunner_plugins.devices.modbus.places import Number, Place, Table
+
+_WORD = 0xFFFF
+
+
+def _read_word(value: object) -> object:
+    if isinstance(value, str) and value.lower().startswith("0x"):
+        return int(value, 16)
+    return value
+
+
+Word = Annotated[
+    int,
+    BeforeValidator(_read_word),
+    Field(ge=0, le=_WORD),
+    WithJsonSchema(
+        {"anyOf": [{"type": "integer"}, {"type": "string", "pattern": "^0[xX][0-9a-fA-F]{1,4}$"}]}
+    ),
+]
+"""What a register holds: 1151 or 0x047F."""
+
+
+class Tcp(Settings):
+    """Where a unit listens."""
+
+    host: str
+    """Name or address."""
+    port: Annotated[int, Field(ge=1, le=65535)] = 502
+
+
+class Rtu(Settings):
+    """A serial line; the defaults are those of the standard (Serial Line V1.02, clause 2.5.1)."""
+
+    port: str
+    """Such as /dev/ttyUSB0 or COM3."""
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 19200
+    parity: Literal["even", "odd", "none"] = "even"
+    stop_bits: Annotated[int, Field(ge=1, le=2)] = 1
+
+
+class Write(Place):
+    """A word that is written into a register, or a 0 or 1 into a coil."""
+
+    value: Word
+    wait: Annotated[Duration, Field(ge=0)] = 0.0
+    """How long the instrument needs until the next one."""
+
+    @model_validator(mode="after")
+    def _can_be_written(self) -> Self:
+        _need_writable(self.table)
+        if self.table is Table.COIL and self.value > 1:
+            raise ValueError(f"value is {self.value}, allowed in a coil is 0 or 1")
+        return self
+
+
+class Fault(Number):
+    """Where the instrument says that it is in a fault."""
+
+    ok: Word = 0
+    """What stands there while there is none."""
+    codes: dict[str, str] = Field(default_factory=dict)
+    """What a number there means, from the manual."""
+
+
+class IdentityPart(Number):
+    """Where a part of the identity stands: a number, or a text."""
+
+    text: Annotated[int, Field(ge=1, le=125)] | None = None
+    """How many registers a text of two characters each takes."""
+
+    @model_validator(mode="after")
+    def _is_number_or_text(self) -> Self:
+        if self.text is not None and (
+            self.table.of_bits or self.type is not None or self.bit is not None
+        ):
+            raise ValueError("a text stands in registers, and has neither type nor bit")
+        return self
+
+
+class Identification(Settings):
+    """How the instrument is asked who it is, and who it must be."""
+
+    standard: YesNo = False
+    """Whether it knows Read Device Identification (function 43 / 14)."""
+    model: IdentityPart | None = None
+    serial: IdentityPart | None = None
+    firmware: IdentityPart | None = None
+    expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
+    """What must answer; a run does not start with any other."""
+
+    @model_validator(mode="after")
+    def _asks_for_what_it_expects(self) -> Self:
+        asked = {part for part in ("model", "serial", "firmware") if getattr(self, part)}
+        asked |= {"maker", "model", "firmware"} if self.standard else set()
+        if unasked := [part for part in self.expect if part not in asked]:
+            raise ValueError(
+                f"expect names {', '.join(unasked)}, which nothing asks for: give `standard: yes`"
+                " or the register"
+            )
+        return self
+
+
+class Watchdog(Place):
+    """A register that is written or read again and again while connected.
+
+    Many inverters stop when they hear nothing for a while.
+    """
+
+    every: PositiveDuration
+    """At most a third of the time after which the instrument stops."""
+    write: ListOf[Word] = ()
+    """What is written in turn, such as [0, 1]; left out, the register is read."""
+
+    @model_validator(mode="after")
+    def _can_be_written(self) -> Self:
+        if self.write:
+            _need_writable(self.table)
+        return self
+
+
+class ModbusChannel(Number, DeclaredChannel):
+    """A channel, and where its number stands."""
+
+
+class ReadBack(Number, DeclaredQuantity):
+    """Where the actual value of a drive stands."""
+
+
+class ModbusDrive(Number, DeclaredDrive):
+    """A drive, and where its set-point stands."""
+
+    read_back: ReadBack | None = None
+    """Where its actual value stands; left out, the set-point's own register is read."""
+    write: Literal["single", "multiple"] | None = None
+    """Function 6 (of coils 5) or 16 (15); left out, single where it is one register."""
+    run: ListOf[Write] = ()
+    """What is written after a set-point, such as the control word that lets the motor run."""
+    stop: ListOf[Write] = ()
+    """What is written before the safe value, such as the control word that stops the motor."""
+
+    @model_validator(mode="after")
+    def _can_be_driven(self) -> Self:
+        _need_writable(self.table)
+        if self.bit is not None:
+            raise ValueError(
+                "a single bit of a register cannot be a drive: use a coil, run or stop"
+            )
+        if self.write == "single" and self.count > 1:
+            raise ValueError(f"write is single, but {self.type} takes {self.count} registers")
+        for name in ("min", "max", "safe"):
+            try:
+                self.encode(self.from_si(getattr(self, name).si))
+            except ValueError as error:
+                raise ValueError(f"{name} is {getattr(self, name)}: {error}") from error
+        return self
+
+    @model_validator(mode="after")
+    def _can_be_read_back(self) -> Self:
+        back = self.read_back
+        if back is not None and back.si_unit != self.si_unit:
+            raise ValueError(f"read_back is in {back.unit}, the drive in {self.unit}")
+        steps = [_step_si(self), _step_si(back or self)]
+        info = self.info("drive")
+        if not self.table.of_bits and sum(steps) / 2 > info.allowed_deviation:
+            raise ValueError(
+                f"the registers have steps of {max(steps):g} {info.unit}, too coarse for the"
+                f" tolerance of {info.allowed_deviation:g} {info.unit}"
+            )
+        return self
+
+    @property
+    def multiple(self) -> bool:
+        """Whether it is written by the function for several registers or coils."""
+        return self.write == "multiple" or self.count > 1
+
+
+def _step_si(number: ModbusDrive | ReadBack) -> float:
+    return abs(number.to_si(number.step) - number.to_si(0.0))
+
+
+def _need_writable(table: Table) -> None:
+    if not table.writable:
+        raise ValueError(f"a {table} cannot be written, allowed is holding or coil")
+
+
+class ModbusSettings(Settings):
+    """An instrument that talks Modbus."""
+
+    tcp: Tcp | None = None
+    """Where it listens, if it talks Modbus TCP."""
+    rtu: Rtu | None = None
+    """The serial line, if it talks Modbus RTU."""
+    unit_id: Annotated[int, Field(ge=1, le=255)] = 1
+    """Its address on the line or behind the gateway; of a TCP instrument often 1 or 255."""
+    timeout: PositiveDuration = 1.0
+    """How long an answer is waited for."""
+    retries: Annotated[int, Field(ge=0, le=10)] = 1
+    """How often a request is repeated that was not answered."""
+    group_reads: YesNo = True
+    """Whether neighbouring registers are read together."""
+    identification: Identification = Identification()
+    watchdog: Watchdog | None = None
+    fault: Fault | None = None
+    """Told when a drive does not arrive."""
+    channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
+    drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
+    """In the order in which they are made safe."""
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Self:
+        if (self.tcp is None) == (self.rtu is None):
+            raise ValueError("needed is either tcp or rtu")
+        if not self.channels and not self.drives:
+            raise ValueError("there are neither channels nor drives, needed is at least one")
+        if self.rtu is not None and self.unit_id > _HIGHEST_ON_A_LINE:
+            raise ValueError(f"unit_id is {self.unit_id}, allowed on a serial line is 1 to 247")
+        return self
+
+    @property
+    def where(self) -> str:
+        """The unit in words, such as 'unit 1 at 192.168.1.20:502'."""
+        if self.tcp is not None:
+            return f"unit {self.unit_id} at {self.tcp.host}:{self.tcp.port}"
+        return f"unit {self.unit_id} at {self.rtu.port if self.rtu else ''}"
+
+
+_HIGHEST_ON_A_LINE = 247

@@ -1,0 +1,221 @@
+"""Exchanges of Modbus as its specifications print them, byte for byte.
+
+PDUs are from the MODBUS Application Protocol Specification V1.1b3 (Modbus Organization, 2012), in
+the clause that each test names. The frames around them are those of MODBUS Messaging on TCP/IP
+Implementation Guide V1.0b, clause 3.1.3, and of MODBUS over Serial Line V1.02, clause 2.5.1.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_modbus import crc, device, mbap, rtu, rtu_peer, tcp_peer
+from rigrunner.api.errors import DeviceRejectedError
+
+UNIT = 17
+PROBE = ("03 00 00 00 01", "03 02 00 00")
+"""The first request of a connection where nothing asks for the identity: does it answer?"""
+
+
+def exchanges(frame, *pdus):
+    """Return the script of these PDUs, in frames counted from 1."""
+    return [
+        (frame(number, request), frame(number, answer))
+        for number, (request, answer) in enumerate(pdus, 1)
+    ]
+
+
+def over_tcp(*pdus):
+    return tcp_peer(exchanges(lambda number, pdu: mbap(number, UNIT, pdu), *pdus))
+
+
+def over_rtu(*pdus):
+    return rtu_peer(exchanges(lambda _, pdu: rtu(UNIT, pdu), *pdus))
+
+
+def settings(where, channels=None, drives=None):
+    probe = {"probe": {"holding": 0, "unit": "1"}}
+    return {
+        **where,
+        "unit_id": UNIT,
+        "timeout": "500 ms",
+        "retries": 0,
+        "channels": probe | (channels or {}),
+        "drives": drives or {},
+    }
+
+
+@pytest.fixture(params=[over_tcp, over_rtu], ids=["tcp", "rtu"])
+def serving(request):
+    return request.param
+
+
+def read(serving, pdus, channels):
+    with serving(PROBE, *pdus) as (peer, where):
+        unit = device(settings(where, channels))
+        unit.connect(1.0)
+        values = unit.read(list(channels))
+        unit.close()
+    assert peer.heard == peer.asked
+    return values
+
+
+def test_the_checksum_is_that_of_the_worked_example():
+    # MODBUS over Serial Line V1.02, clause 6.2.2: of the frame 02 07 it is 41 12
+    assert crc(bytes.fromhex("02 07")) == bytes.fromhex("41 12")
+
+
+def test_coils_are_counted_from_the_lowest_bit(serving):
+    # 6.1: outputs 20 to 38 (addresses 19 to 37), CD 6B 05. CD = 1100 1101 is outputs 27 to 20:
+    # 20 on, 21 off, 22 on, 23 on; 05 = 101 is outputs 38 to 36: 36 on, 37 off, 38 on
+    wanted = {20: 1, 21: 0, 22: 1, 23: 1, 27: 1, 36: 1, 37: 0, 38: 1}
+    channels = {f"output_{n}": {"coil": n - 1, "unit": "1"} for n in range(20, 39)}
+    values = read(serving, [("01 00 13 00 13", "01 03 CD 6B 05")], channels)
+    assert {n: values[f"output_{n}"] for n in wanted} == wanted
+
+
+def test_discrete_inputs_are_read(serving):
+    # 6.2: inputs 197 to 218 (addresses 196 to 217), AC DB 35. AC = 1010 1100 is inputs 204 to 197;
+    # 35 = 11 0101 is inputs 218 to 213
+    wanted = {197: 0, 198: 0, 199: 1, 200: 1, 204: 1, 213: 1, 214: 0, 217: 1, 218: 1}
+    channels = {f"input_{n}": {"discrete": n - 1, "unit": "1"} for n in range(197, 219)}
+    values = read(serving, [("02 00 C4 00 16", "02 03 AC DB 35")], channels)
+    assert {n: values[f"input_{n}"] for n in wanted} == wanted
+
+
+def test_holding_registers_are_read_together(serving):
+    # 6.3: registers 108 to 110 (addresses 107 to 109) hold 022B, 0000 and 0064 hex: 555, 0, 100.
+    # In 0.01 Hz, °C and N these are 5.55 Hz, 273.15 K and 100 N
+    channels = {
+        "frequency": {"holding": 107, "scale": 0.01, "unit": "Hz"},
+        "temperature": {"reference": 40109, "unit": "°C"},
+        "load": {"holding": 109, "unit": "N"},
+    }
+    values = read(serving, [("03 00 6B 00 03", "03 06 02 2B 00 00 00 64")], channels)
+    assert values == {
+        "frequency": pytest.approx(5.55),
+        "temperature": pytest.approx(273.15),
+        "load": 100.0,
+    }
+
+
+def test_an_input_register_is_read(serving):
+    # 6.4: input register 9 (address 8) holds 000A hex: 10 kN = 10 000 N
+    channels = {"load": {"reference": 30009, "unit": "kN"}}
+    assert read(serving, [("04 00 08 00 01", "04 02 00 0A")], channels) == {"load": 10_000.0}
+
+
+DRIVE = {"unit": "1", "min": "0 %", "max": "100 %", "safe": "0 %", "tolerance": "60 %"}
+
+
+def begin(serving, pdus, drive, value):
+    with serving(PROBE, *pdus) as (peer, where):
+        unit = device(settings(where, drives={"drive": drive}))
+        unit.connect(1.0)
+        unit.begin("drive", value)
+        unit.close()
+    assert peer.heard == peer.asked
+
+
+def test_a_coil_is_written_alone(serving):
+    # 6.5: output 173 (address 172) on
+    echo = ("05 00 AC FF 00", "05 00 AC FF 00")
+    begin(serving, [echo], {**DRIVE, "coil": 172}, 1.0)
+
+
+def test_a_register_is_written_alone(serving):
+    # 6.6: register 2 (address 1) to 0003 hex. 0.03 in steps of 0.01
+    echo = ("06 00 01 00 03", "06 00 01 00 03")
+    begin(serving, [echo], {**DRIVE, "holding": 1, "scale": 0.01}, 0.03)
+
+
+def test_coils_are_written_by_the_function_for_several(serving):
+    # the frame of 6.11 (0F 00 13 00 0A 02 CD 01) with one output: quantity 1, one byte
+    asked = ("0F 00 13 00 01 01 01", "0F 00 13 00 01")
+    begin(serving, [asked], {**DRIVE, "coil": 19, "write": "multiple"}, 1.0)
+
+
+def test_two_registers_are_written_together(serving):
+    # 6.12: registers 2 and 3 (addresses 1 and 2) to 000A and 0102 hex.
+    # As one number, high word first: 000A0102 hex = 10 * 65536 + 258 = 655 618
+    asked = ("10 00 01 00 02 04 00 0A 01 02", "10 00 01 00 02")
+    drive = {
+        "holding": 1,
+        "type": "uint32",
+        "unit": "N",
+        "min": "0 N",
+        "max": "1000 kN",
+        "safe": "0 N",
+    }
+    begin(serving, [asked], drive, 655_618.0)
+
+
+def test_two_registers_with_the_low_word_first(serving):
+    # the same bytes: 0102000A hex = 258 * 65536 + 10 = 16 908 298
+    asked = ("10 00 01 00 02 04 00 0A 01 02", "10 00 01 00 02")
+    drive = {
+        "holding": 1,
+        "type": "uint32",
+        "word_order": "little",
+        "unit": "N",
+        "min": "0 N",
+        "max": "100000 kN",
+        "safe": "0 N",
+    }
+    begin(serving, [asked], drive, 16_908_298.0)
+
+
+def test_a_refusal_is_told_in_words(serving):
+    # clause 7, example: output 1186 (address 04A1 hex) does not exist: 81 02
+    with serving(PROBE, ("01 04 A1 00 01", "81 02")) as (_, where):
+        unit = device(settings(where, {"valve": {"coil": 0x04A1, "unit": "1"}}))
+        unit.connect(1.0)
+        with pytest.raises(DeviceRejectedError, match=r"read coil 1185.*illegal data address"):
+            unit.read(["valve"])
+        unit.close()
+
+
+def objects(*texts):
+    """Return objects of Read Device Identification: number, length and text of each, in hex."""
+    return " ".join(
+        f"{number:02x} {len(text):02x} {text.encode().hex(' ')}" for number, text in texts
+    )
+
+
+COMPANY, PRODUCT, REVISION = (0, "Company identification"), (1, "Product code XX"), (2, "V2.11")
+
+
+@pytest.mark.parametrize(
+    "pdus",
+    [
+        # 6.21: basic device identification, the three objects in one answer
+        [("2B 0E 01 00", f"2B 0E 01 01 00 00 03 {objects(COMPANY, PRODUCT, REVISION)}")],
+        # 6.21: in two answers; FF and 02: more follows, from object 2
+        [
+            ("2B 0E 01 00", f"2B 0E 01 01 FF 02 02 {objects(COMPANY, PRODUCT)}"),
+            ("2B 0E 01 02", f"2B 0E 01 01 00 00 01 {objects(REVISION)}"),
+        ],
+    ],
+    ids=["one answer", "two answers"],
+)
+def test_it_says_who_it_is(serving, pdus):
+    with serving(*pdus) as (peer, where):
+        unit = device({**settings(where), "identification": {"standard": "yes"}})
+        identity = unit.connect(1.0)
+        unit.close()
+    assert (identity.maker, identity.model) == ("Company identification", "Product code XX")
+    assert identity.firmware == "V2.11"
+    assert peer.heard == peer.asked
+
+
+def test_a_serial_frame_that_is_known_far_and_wide():
+    # 01 04 02 FF FF B8 80: input register FFFF hex of unit 1; as int16 it is -1
+    asked = bytes.fromhex("01 04 00 03 00 01") + crc(bytes.fromhex("01 04 00 03 00 01"))
+    answer = bytes.fromhex("01 04 02 FF FF B8 80")
+    with rtu_peer([(asked, answer), (asked, answer)]) as (peer, where):
+        channels = {"torque": {"input": 3, "type": "int16", "unit": "N·m"}}
+        unit = device({**where, "timeout": "500 ms", "channels": channels})
+        unit.connect(1.0)
+        assert unit.read(["torque"]) == {"torque": -1.0}
+        unit.close()
+    assert peer.heard == peer.asked
