@@ -12,6 +12,8 @@ from helpers_cli import Called, call
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytest_plugins = ["rigrunner.testing.pytest_plugin"]
+
 
 @dataclass(frozen=True)
 class Demo:

@@ -46,6 +46,29 @@ api_version = 1
 
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)
+TABLE = {
+    "title": "A table of three rows",
+    "set_points": ["frequency", "load"],
+    "cycle_frequency": "frequency",
+    "rows": [
+        {"frequency": "0 Hz", "load": "0 N", "angle": "0 deg", "torque": "0 N·m"},
+        {"frequency": "1 Hz", "load": "10 N", "angle": "2 deg", "torque": "1.2 N·m"},
+        {"frequency": "10 Hz", "load": "100 N", "angle": "2 deg", "torque": "1.3 N·m"},
+    ],
+}
+"""With which the table is tried."""
+PARTS = {
+    "parts": {
+        "rig": {"plugin": "swing_tester_sim"},
+        "bench": {"plugin": "rotation_tester_sim"},
+    },
+    "channels": {"angle": "rig.angle", "torque": "rig.torque", "turns": "bench.angle"},
+    "drives": {"frequency": "rig.frequency", "load": "rig.load"},
+}
+"""With which a role of several instruments is tried."""
+UNPLUGGED = {"simulate": "unplugged"}
+"""With which a simulator is as if nobody was there."""
+
 BREAKAWAY = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
 
 
@@ -59,6 +82,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=SwingTesterSimSettings,
             factory=_swing_tester_sim,
             simulated=True,
+            absent=UNPLUGGED,
         ),
         DeviceRecord(
             name="swing_tester_ode",
@@ -66,6 +90,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=SwingTesterOdeSettings,
             factory=_swing_tester_ode,
             simulated=True,
+            absent=UNPLUGGED,
         ),
         DeviceRecord(
             name="replay",
@@ -80,11 +105,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=RotationTesterSettings,
             factory=_rotation_tester_sim,
             simulated=True,
+            absent=UNPLUGGED,
         ),
         DeviceRecord(
             name="tabulated",
             help="Single values from a table, chosen by set-points: a publication's, for one",
             settings=TabulatedSettings,
+            trial=TABLE,
             factory=_tabulated,
             simulated=True,
         ),
@@ -92,12 +119,14 @@ def rigrunner_devices() -> list[DeviceRecord]:
             name="fault",
             help="Any other device with faults injected: lost, late, stuck, clipped, gaps, ...",
             settings=FaultyDeviceSettings,
+            trial={"plugin": "swing_tester_sim"},
             factory=_fault,
         ),
         DeviceRecord(
             name="composite",
             help="One role from several instruments, each of a plugin of its own",
             settings=CompositeSettings,
+            trial=PARTS,
             factory=_composite,
         ),
         DeviceRecord(

@@ -37,6 +37,7 @@ def rigrunner_fits() -> list[FitRecord]:
             name="basis",
             help="Least squares of chosen powers of the frequency",
             settings=BasisSettings,
+            trial={"powers": [0, 1, 2]},
             factory=_basis,
         ),
         FitRecord(

@@ -64,4 +64,6 @@ class InertiaPhysicalSettings(WeightedSettings):
     """Of the fit `inertia_physical`: the drive's geometry, as the station has it."""
 
     eccentric: Annotated[Length, Field(gt=0)] = 0.002
+    """How far the crank pin is from the crank's axis."""
     centre_distance: Annotated[Length, Field(gt=0)] = 0.045
+    """Between the axes of crank and swing."""

@@ -48,7 +48,7 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             settings=MadSettings,
             factory=_mad,
         ),
-        OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all),
+        OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all, rejects=False),
     ]
 
 

@@ -44,6 +44,8 @@ class PluginRecord:
     name: str
     help: str
     settings: type[Settings] = NoSettings
+    trial: Mapping[str, Any] = field(default_factory=dict)
+    """Settings with which it can be tried, a device without an instrument."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,8 +58,19 @@ class DeviceRecord(PluginRecord):
     """Whether every exchange with the instrument goes through `context.wire`."""
     stop_latency_s: float = 1.0
     """How long a stream may go on after the run was asked to stop."""
-    trial: Mapping[str, Any] = field(default_factory=dict)
-    """Settings with which it can be tried without an instrument."""
+    absent: Mapping[str, Any] = field(default_factory=dict)
+    """Settings, laid over others, with which nobody answers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutlierExample:
+    """Values of which it is known, by a source, which ones a rule rejects."""
+
+    source: str
+    values: tuple[float, ...]
+    rejected: tuple[int, ...]
+    """Counted from 0."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +78,25 @@ class OutlierRuleRecord(PluginRecord):
     """A rule for gross errors: `factory(settings)`."""
 
     factory: Callable[[Any], OutlierRule]
+    rejects: bool = True
+    """False for a rule that keeps every value."""
+    leaves_at_least: int = 2
+    """How many values it leaves of any sample that has as many."""
+    examples: tuple[OutlierExample, ...] = ()
+    """What the conformance kit holds it to, beside what is the same for every rule."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitExample:
+    """Points of which it is known, by a source, what a fit gives."""
+
+    source: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    coefficients: tuple[float, ...]
+    u: tuple[float, ...] = ()
+    """Their standard uncertainties, where the source has them."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +104,8 @@ class FitRecord(PluginRecord):
     """A fit of torque over frequency: `factory(settings)`."""
 
     factory: Callable[[Any], Fit]
+    examples: tuple[FitExample, ...] = ()
+    """What the conformance kit holds it to, beside what is the same for every fit."""
 
 
 @dataclass(frozen=True, kw_only=True)

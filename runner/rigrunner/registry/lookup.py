@@ -97,13 +97,17 @@ class Registry:
     def make(self, kind: str, name: str, settings: Mapping[str, Any], *context: object) -> Any:
         """Validate the settings and call the plugin's factory; raise PluginError."""
         record = self.find(kind, name).record
+        validated = self.validated(kind, name, settings)
+        return record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+
+    def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
+        """Return the settings as the plugin's model has them; raise PluginError."""
         try:
-            validated = record.settings.model_validate(dict(settings))
+            return self.settings_of(kind, name).model_validate(dict(settings))
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"])
             raise PluginError(f"{kind} '{name}': {where}: {first['msg']}") from error
-        return record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
 
     def make_device(
         self, plugin: str, settings: Mapping[str, Any], context: DeviceContext

@@ -1,0 +1,209 @@
+"""Checks on channels and drives: declared in SI units, and true."""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
+from rigrunner.api.quantity import UNITS
+from rigrunner.testing.check import applies, check, demand
+from rigrunner.testing.device.doing import move, names, off, place, reader, refusal, setter
+from rigrunner.testing.settings import NAME
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner.testing.device.subject import DeviceSubject
+
+COHERENT = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
+PARTS = (0.1, 0.25)
+NO_SUCH = "no_such_name"
+GRACE_S = 1.0
+
+
+@check(mend="give ChannelInfo and DriveInfo the SI unit, and convert in `get` and `put`")
+def quantities_declared(subject: DeviceSubject) -> None:
+    """Channels and drives are declared before connecting: names, SI units, ranges, safe values."""
+    device = subject.make()
+    infos: list[ChannelInfo | DriveInfo] = [*device.channels, *device.drives]
+    demand(infos, "it has neither channels nor drives")
+    for group in (names(device.channels), names(device.drives)):
+        demand(len(set(group)) == len(group), f"a name stands twice: {', '.join(group)}")
+    for info in infos:
+        demand(re.fullmatch(NAME, info.name), f"'{info.name}' is no name for YAML")
+        demand(info.long_name.strip(), f"{info.name} has no long name")
+        demand(
+            info.unit in COHERENT,
+            f"{info.name} is in '{info.unit}', which is no coherent SI unit that is known here",
+        )
+    for info in device.drives:
+        _declared(info)
+    demand(
+        not device.drives or isinstance(device, Settable), "it has drives, but no set and read_back"
+    )
+    _stays_declared(subject, device)
+
+
+def _declared(info: DriveInfo) -> None:
+    numbers = (info.minimum, info.maximum, info.safe_value)
+    demand(all(map(math.isfinite, numbers)), f"{info.name} has limits {numbers}: not finite")
+    demand(
+        info.minimum < info.maximum, f"{info.name} reaches from {info.minimum:g} upwards to less"
+    )
+    inside = info.minimum <= info.safe_value <= info.maximum
+    demand(inside, f"the safe value of {info.name}, {info.safe_value:g}, is beyond its limits")
+    rate = info.rate_per_s
+    demand(rate is None or 0 < rate < math.inf, f"the rate of {info.name} is {rate}")
+    within = 0 < info.allowed_deviation <= info.maximum - info.minimum
+    demand(within, f"the tolerance of {info.name} is {info.allowed_deviation:g} {info.unit}")
+    demand(0 <= info.settle_s < math.inf, f"{info.name} settles in {info.settle_s} s")
+    hertz = not info.sets_cycle_frequency or info.unit == "Hz"
+    demand(hertz, f"{info.name} sets the cycle frequency, in {info.unit}")
+
+
+def _stays_declared(subject: DeviceSubject, device: Device) -> None:
+    before = (list(device.channels), list(device.drives))
+    with subject.connected() as connected:
+        after = (list(connected.channels), list(connected.drives))
+    demand(before == after, "once connected it has other channels or drives than before")
+
+
+@check(mend="return one finite float for each channel that is asked, in that order, in its SI unit")
+def readings_are_true(subject: DeviceSubject) -> None:
+    """A reading gives each channel that is asked one finite number, in the range of its drive."""
+    with subject.connected() as device:
+        wanted = names(device.channels)[::-1]
+        values = reader(device).read(wanted)
+        demand(list(values) == wanted, f"asked for {wanted}, it gave {list(values)}")
+        for name, value in values.items():
+            finite = isinstance(value, float) and math.isfinite(value)
+            demand(finite, f"{name} reads {value!r}")
+        units = {info.name: info.unit for info in device.channels}
+        for info in device.drives:
+            if units.get(info.name) == info.unit:
+                _within(info, values[info.name])
+
+
+def _within(info: DriveInfo, value: float) -> None:
+    low, high = info.minimum - info.allowed_deviation, info.maximum + info.allowed_deviation
+    demand(
+        low <= value <= high,
+        f"{info.name} reads {value:g} {info.unit}, and its drive reaches from {info.minimum:g} to"
+        f" {info.maximum:g} {info.unit}",
+    )
+
+
+@check(
+    moves=True, mend="return from `set` once the drive is there; state rate, settling, tolerance"
+)
+def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
+    """A drive reads back its set-point within its tolerance, in the time that it states."""
+    clock = subject.clock()
+    with subject.connected(clock=clock) as device:
+        drives = setter(device)
+        for part in PARTS:
+            began_s = clock.monotonic_s()
+            wanted = move(subject, device, part)
+            took_s = clock.monotonic_s() - began_s
+            for info in device.drives:
+                found = off(drives, info, wanted[info.name])
+                demand(
+                    found is None,
+                    f"{info.name}, set to {wanted[info.name]:g} {info.unit}, reads back {found}",
+                )
+            longest_s = sum(info.longest_s for info in device.drives) + GRACE_S
+            demand(
+                took_s <= longest_s,
+                f"setting {len(wanted)} drives took {took_s:.1f} s, stated is {longest_s:.1f} s",
+            )
+
+
+@check(
+    moves=True,
+    mend="let `begin` send the set-point and return, and `arrived` compare the read-back",
+)
+def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
+    """`begin` returns before the drive is there, and `arrived` says when it is."""
+    clock = subject.clock()
+    with subject.connected(clock=clock) as device:
+        setter(device)
+        ask = isinstance(device, Approaching)
+        applies(ask, "its drives are there when `set` returns: it has no `begin`")
+        assert isinstance(device, Approaching)  # noqa: S101  (just seen)
+        for info in subject.drives_of(device):
+            value = place(info)
+            began_s = clock.monotonic_s()
+            device.begin(info.name, value)
+            waited_s = clock.monotonic_s() - began_s
+            until_s = began_s + info.longest_s + GRACE_S
+            demand(waited_s <= GRACE_S, f"beginning with {info.name} took {waited_s:.1f} s")
+            while not device.arrived(info.name) and clock.monotonic_s() < until_s:
+                clock.sleep(0.05)
+            demand(
+                device.arrived(info.name), f"{info.name} did not arrive at {value:g} {info.unit}"
+            )
+            found = off(device, info, value)
+            demand(found is None, f"{info.name} has arrived, and reads back {found}")
+
+
+@check(
+    moves=True, mend="compare with DriveInfo before anything is sent: `if not low <= value <= high`"
+)
+def limits_hold(subject: DeviceSubject) -> None:
+    """Below, above and not a number: refused with the limits, and the drive stays where it was."""
+    with subject.connected() as device:
+        drives = setter(device)
+        stands = move(subject, device)
+        for info in device.drives:
+            span = info.maximum - info.minimum
+            beyond = (info.minimum - 0.01 * span, info.maximum + 0.01 * span)
+            for wrong in (*beyond, math.nan, math.inf, -math.inf):
+                _refused_in_place(device, drives, info, (wrong, stands[info.name]))
+
+
+def _refused_in_place(
+    device: Device, drives: Settable, info: DriveInfo, values: tuple[float, float]
+) -> None:
+    wrong, stands = values
+    what = f"setting {info.name} to {wrong:g} {info.unit}"
+    told = str(refusal(what, lambda: drives.set(info.name, wrong)))
+    limits = (f"{info.minimum:g}", f"{info.maximum:g}")
+    demand(all(each in told for each in limits), f"{what} is refused without its limits: {told}")
+    if isinstance(device, Approaching):
+        refusal(f"beginning to do so: {what}", lambda: device.begin(info.name, wrong))
+    found = off(drives, info, stands)
+    demand(found is None, f"{what} is refused, yet it moved from {stands:g} to {found}")
+
+
+@check(mend="raise DeviceRejectedError with the known names as its hint")
+def unknown_names_refused(subject: DeviceSubject) -> None:
+    """A channel or drive that does not exist is refused, and those that do are named."""
+    with subject.connected() as device:
+        channels, drives = names(device.channels), names(device.drives)
+        if isinstance(device, Readable):
+            _names(refusal("reading no channel", lambda: device.read([NO_SUCH])), channels)
+        if isinstance(device, Streaming):
+            token = threading.Event()
+            stream = partial(device.stream, [NO_SUCH], 0.1, token)
+            _names(refusal("streaming no channel", lambda: list(stream())), channels)
+        if isinstance(device, Settable):
+            _names(refusal("setting no drive", lambda: device.set(NO_SUCH, 0.0)), drives)
+            _names(refusal("reading back no drive", lambda: device.read_back(NO_SUCH)), drives)
+
+
+def _names(error: Exception, known: list[str]) -> None:
+    missing = [name for name in known if name not in str(error)]
+    demand(not missing, f"'{error}' does not name {', '.join(missing)}")
+
+
+CHECKS = (
+    quantities_declared,
+    readings_are_true,
+    drives_go_where_they_are_set,
+    drives_are_waited_for_by_asking,
+    limits_hold,
+    unknown_names_refused,
+)

@@ -1,0 +1,162 @@
+"""Checks on making safe: in every state, as often as wanted, confirmed by read-back."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Pausable, Settable
+from rigrunner.api.errors import DeviceError
+from rigrunner.testing.check import Nonconformity, applies, check, demand
+from rigrunner.testing.device.doing import (
+    leave,
+    move,
+    off,
+    safely,
+    setter,
+    streamed_names,
+    streamer,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import Device
+    from rigrunner.testing.device.subject import DeviceSubject
+
+NO_SUCH = "no_such_name"
+
+
+@check(mend="return {drive: read-back} of all drives; where nothing is known raise DeviceLostError")
+def safe_before_connecting(subject: DeviceSubject) -> None:
+    """Before it is connected, making safe does no harm: it says where drives stand, or cannot."""
+    device = subject.make()
+    read_back: list[Mapping[str, float]] = []
+    if safely("making safe before connecting", lambda: read_back.append(device.make_safe())):
+        _at_safe_values(device, read_back[0])
+    device.close()
+
+
+@check(moves=True, mend="set every drive to its safe value, read each back, and return these")
+def safe_is_confirmed(subject: DeviceSubject) -> None:
+    """Making safe brings every drive to its safe value, says what it read back, and again."""
+    with subject.connected() as device:
+        drives = setter(device)
+        move(subject, device)
+        for _ in range(2):
+            _at_safe_values(device, device.make_safe())
+            _stands_safe(device, drives)
+
+
+@check(moves=True, mend="let `make_safe` need nothing of a stream, and a stream end when left")
+def safe_while_streaming(subject: DeviceSubject) -> None:
+    """In the middle of a stream it is made safe, and the next stream begins anew."""
+    with subject.connected() as device:
+        streaming, drives = streamer(device), setter(device)
+        move(subject, device)
+        stream = iter(streaming.stream(streamed_names(device), 2.0, threading.Event()))
+        next(stream, None)
+        _at_safe_values(device, device.make_safe())
+        _stands_safe(device, drives)
+        leave(stream)
+        again = next(iter(streaming.stream(streamed_names(device), 0.1, threading.Event())), None)
+        if again is None:
+            raise Nonconformity("after a stream that was left it streams no more")
+        demand(again.first_sample == 0, f"the next stream begins with sample {again.first_sample}")
+
+
+@check(moves=True, mend="keep no state of a call that failed; see `Driver`")
+def safe_after_a_failed_call(subject: DeviceSubject) -> None:
+    """After a call that was refused it is made safe as ever."""
+    with subject.connected() as device:
+        drives = setter(device)
+        move(subject, device)
+        for info in device.drives:
+            beyond = info.maximum + (info.maximum - info.minimum)
+            with suppress(Exception):  # checks of their own look at how it refuses
+                drives.set(info.name, beyond)
+        with suppress(Exception):
+            drives.set(NO_SUCH, 0.0)
+        _at_safe_values(device, device.make_safe())
+        _stands_safe(device, drives)
+
+
+@check(
+    moves=True, mend="raise DeviceLostError where `make_safe` cannot reach the instrument any more"
+)
+def safe_after_closing(subject: DeviceSubject) -> None:
+    """After closing, making safe tells the truth: safe values that hold, or that it cannot."""
+    with subject.connected() as device:
+        setter(device)
+        move(subject, device)
+        device.make_safe()
+        device.close()
+        read_back: list[Mapping[str, float]] = []
+        if safely("making safe after closing", lambda: read_back.append(device.make_safe())):
+            _at_safe_values(device, read_back[0])
+        device.close()
+
+
+@check(moves=True, mend="`resume` goes back to what `pause` has kept, and `make_safe` forgets that")
+def pauses_and_goes_on(subject: DeviceSubject) -> None:
+    """What moves stands while paused and goes on from there; once made safe, nothing goes on."""
+    with subject.connected() as device:
+        drives = setter(device)
+        applies(isinstance(device, Pausable), "it does not pause")
+        assert isinstance(device, Pausable)  # noqa: S101  (just seen)
+        wanted = move(subject, device)
+        cyclic = [info for info in device.drives if info.sets_cycle_frequency]
+        device.pause()
+        for info in cyclic:
+            found = off(drives, info, info.safe_value)
+            demand(found is None, f"paused, {info.name} stands at {found}")
+        device.resume()
+        for info in device.drives:
+            found = off(drives, info, wanted[info.name])
+            demand(found is None, f"resumed, {info.name} stands at {found}, not as before")
+        device.pause()
+        device.make_safe()
+        with suppress(DeviceError):
+            device.resume()
+        _stands_safe(device, drives)
+
+
+@check(moves=True, mend="see to it that `make_safe` works after all that was done before")
+def left_safe(subject: DeviceSubject) -> None:
+    """After all the checks its drives are at their safe values."""
+    with subject.connected() as device:
+        setter(device)
+        try:
+            read_back = device.make_safe()
+        except DeviceError as error:
+            raise Nonconformity(f"NOT SAFE: {error}; make the rig safe by hand") from error
+        _at_safe_values(device, read_back)
+
+
+def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
+    missing = [info.name for info in device.drives if info.name not in read_back]
+    demand(not missing, f"making safe says nothing of {', '.join(missing)}")
+    for info in device.drives:
+        actual = read_back[info.name]
+        demand(
+            abs(actual - info.safe_value) <= info.allowed_deviation,
+            f"made safe, {info.name} reads back {actual:g} {info.unit}, safe is"
+            f" {info.safe_value:g} {info.unit}",
+        )
+
+
+def _stands_safe(device: Device, drives: Settable) -> None:
+    for info in device.drives:
+        found = off(drives, info, info.safe_value)
+        demand(found is None, f"made safe, {info.name} stands at {found} {info.unit}")
+
+
+CHECKS = (
+    safe_before_connecting,
+    safe_is_confirmed,
+    safe_while_streaming,
+    safe_after_a_failed_call,
+    safe_after_closing,
+    pauses_and_goes_on,
+)

@@ -1,0 +1,103 @@
+"""What a program holds and touches: threads, open files and sockets."""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import threading
+import time
+from collections import Counter
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+PATIENCE_S = 2.0
+"""How long a thread that was told to end may take."""
+HANDLES = (Path("/proc/self/fd"), Path("/dev/fd"))
+TOUCHING = ("socket.connect", "socket.bind", "subprocess.Popen", "os.system")
+"""Audit events by which a program reaches beyond itself (docs.python.org, audit_events)."""
+
+
+@dataclass(frozen=True)
+class Census:
+    """Threads by name, and what each open handle leads to."""
+
+    threads: Counter[str]
+    handles: Counter[str]
+
+    def more_than(self, before: Census) -> str:
+        """Return in words what there is now beyond what was there before."""
+        found = [f"thread '{name}'" for name in (self.threads - before.threads).elements()]
+        found += list((self.handles - before.handles).elements())
+        return ", ".join(found)
+
+
+def census() -> Census:
+    """Return what the program holds, once what nobody refers to is gone and threads have ended."""
+    gc.collect()
+    until_s = time.monotonic() + PATIENCE_S
+    while (now := _count()) != (last := _settled()) and time.monotonic() < until_s:
+        now = last
+    return now
+
+
+def _settled() -> Census:
+    time.sleep(0.05)
+    return _count()
+
+
+def _count() -> Census:
+    threads = Counter(thread.name for thread in threading.enumerate())
+    return Census(threads, Counter(_handles()))
+
+
+def _handles() -> list[str]:
+    """Return what each open handle leads to; nothing where the system does not tell."""
+    folder = next((each for each in HANDLES if each.is_dir()), None)
+    if folder is None:
+        return []
+    found = []
+    for name in os.listdir(folder):  # noqa: PTH208  (the iterator of Path holds a handle of its own)
+        try:
+            found.append(os.readlink(folder / name))  # noqa: PTH115  (as above)
+        except OSError:  # that of the listing itself
+            continue
+    return found
+
+
+_seen: ContextVar[list[str] | None] = ContextVar("_seen", default=None)
+
+
+@contextmanager
+def watched() -> Generator[list[str]]:
+    """Gather by what the code within reaches beyond the program, in this thread."""
+    _install()
+    touched: list[str] = []
+    token = _seen.set(touched)
+    try:
+        yield touched
+    finally:
+        _seen.reset(token)
+
+
+@cache
+def _install() -> None:
+    """Have Python tell of what is touched; once, as an audit hook cannot be taken out again."""
+    sys.addaudithook(_note)
+
+
+def _note(event: str, arguments: tuple[object, ...]) -> None:
+    touched = _seen.get()
+    if touched is None:
+        return
+    if event in TOUCHING:
+        touched.append(event)
+    elif event == "open" and str(arguments[0]).startswith("/dev/"):
+        touched.append(f"open {arguments[0]}")

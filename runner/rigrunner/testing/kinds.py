@@ -1,0 +1,64 @@
+"""Which checks there are for which kind of plugin, and how a plugin is chosen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import PluginError
+from rigrunner.registry import load_registry, with_drop_ins
+from rigrunner.testing import fits, outlier_rules, settings
+from rigrunner.testing.device import CHECKS as DEVICE_CHECKS
+from rigrunner.testing.device import DeviceSubject
+from rigrunner.testing.subject import Subject
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.registry import Registry
+    from rigrunner.testing.check import AnyCheck
+
+OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
+    "device": DEVICE_CHECKS,
+    "fit": fits.CHECKS,
+    "outlier_rule": outlier_rules.CHECKS,
+}
+
+
+def checks(kind: str) -> tuple[AnyCheck, ...]:
+    """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order."""
+    return (*settings.CHECKS, *OF_KIND.get(kind, ()))
+
+
+def subject(
+    kind: str,
+    name: str,
+    given: Mapping[str, Any] | None = None,
+    *,
+    registry: Registry | None = None,
+    drop_in: Path | None = None,
+    folder: Path | None = None,
+) -> Subject:
+    """Return a plugin, ready to be checked with the settings that are given as in YAML.
+
+    Left out, they are those that its record gives for trying it. `drop_in` is a lab's folder of
+    plugins, `folder` that to which paths in the settings refer. Raises PluginError where there is
+    no such plugin, or the settings are not valid.
+    """
+    known = load_registry() if registry is None else registry
+    if drop_in is not None:
+        known = with_drop_ins(known, drop_in)
+    plugin = known.find(kind, name)
+    told = dict(plugin.record.trial if given is None else given)
+    _need_valid(known, kind, name, told)
+    if kind == "device":
+        return DeviceSubject(plugin, known, told, folder=folder or Path())
+    return Subject(plugin, known, told)
+
+
+def _need_valid(registry: Registry, kind: str, name: str, told: Mapping[str, Any]) -> None:
+    try:
+        registry.validated(kind, name, told)
+    except PluginError as error:
+        hint = "give settings with which it can be tried, here or as `trial` of its record"
+        raise PluginError(error.message, hint=hint) from error

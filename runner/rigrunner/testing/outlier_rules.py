@@ -1,0 +1,146 @@
+"""Checks on rules for gross errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import OutlierRuleRecord
+from rigrunner.testing.check import AnyCheck, applies, check, demand
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import OutlierRule, Rejection
+    from rigrunner.api.data import Array
+    from rigrunner.testing.subject import Subject
+
+CYCLES = 30
+PLANTED, GROSS = 20, 7.0
+SAMPLES = 200
+
+
+@check(mend="reject nothing where the scatter is zero, or of the size of rounding")
+def nothing_of_constant_values(subject: Subject) -> None:
+    """Of values that are all the same, but for rounding, it rejects nothing."""
+    for constant in (0.0, 2.0, 0.1, -1e9):
+        values = np.full(CYCLES, constant)
+        _keeps(subject, values, f"{CYCLES} times {constant:g}")
+        if constant:
+            values[3] = np.nextafter(constant, np.inf)
+            _keeps(subject, values, f"{CYCLES} times {constant:g}, one of them rounded up")
+
+
+def _keeps(subject: Subject, values: Array, what: str) -> None:
+    found = _rule(subject)(values)
+    demand(not found, f"of {what} it rejects {_indices(found)}")
+
+
+@check(mend="scale the statistic by the scatter of the other values, and compare it with a limit")
+def finds_a_gross_error(subject: Subject) -> None:
+    """It finds one gross error, 100 standard deviations away, and says by which numbers."""
+    record = subject.record_as(OutlierRuleRecord)
+    applies(record.rejects, "its record says that it rejects nothing")
+    values = _normal(1)
+    values[PLANTED] = GROSS
+    found = _rule(subject)(values)
+    demand(PLANTED in _indices(found), f"it rejects {_indices(found)}, and {PLANTED} is the one")
+    for each in found:
+        demand(each.value == values[each.index], f"value {each.value} is not that of {each.index}")
+        demand(each.rule == subject.name, f"the rule is called '{each.rule}' in what it rejects")
+        beyond = each.statistic > each.critical
+        demand(beyond, f"statistic {each.statistic} is not beyond {each.critical}")
+
+
+@check(mend="correct the rule, or the example that the record states")
+def published_rejections_hold(subject: Subject) -> None:
+    """The examples that the record states, such as a standard's, give what is stated."""
+    examples = subject.record_as(OutlierRuleRecord).examples
+    applies(examples, "its record states no examples")
+    for example in examples:
+        rule: OutlierRule = subject.registry.make(subject.kind, subject.name, example.settings)
+        found = _indices(rule(np.array(example.values)))
+        demand(
+            found == sorted(example.rejected),
+            f"{example.source}: it rejects {found}, stated is {sorted(example.rejected)}",
+        )
+
+
+@check(mend="let nothing depend on the order of the values")
+def order_of_values_does_not_matter(subject: Subject) -> None:
+    """In another order the same values are rejected."""
+    rule = _rule(subject)
+    for seed in range(20):
+        values = np.random.default_rng(seed).standard_t(2, CYCLES)
+        order = np.random.default_rng(seed + 100).permutation(CYCLES)
+        found, moved = _indices(rule(values)), rule(values[order])
+        again = sorted(int(order[each.index]) for each in moved)
+        demand(again == found, f"it rejects {found}, and in another order {again}")
+
+
+@check(mend="use no absolute tolerances")
+def shift_and_scale_do_not_matter(subject: Subject) -> None:
+    """Shifted, scaled or mirrored, the same values are rejected."""
+    rule = _rule(subject)
+    for seed in range(20):
+        values = np.random.default_rng(seed).standard_t(2, CYCLES)
+        found = _indices(rule(values))
+        for shift, scale in ((50.0, 1.0), (0.0, 1e-3), (-3.0, -40.0)):
+            again = _indices(rule(shift + scale * values))
+            what = f"times {scale:g} plus {shift:g}"
+            demand(again == found, f"it rejects {found}, and {what} {again}")
+
+
+@check(mend="stop rejecting in time, or state `leaves_at_least` of the record as it is")
+def leaves_as_many_as_it_says(subject: Subject) -> None:
+    """It never leaves fewer values than its record says, nor names one twice."""
+    least = subject.record_as(OutlierRuleRecord).leaves_at_least
+    rule = _rule(subject)
+    for seed in range(SAMPLES):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(0, CYCLES))
+        try:
+            found = _indices(rule(rng.standard_cauchy(n)))
+        except DataError:  # it says that there are too few
+            continue
+        demand(len(set(found)) == len(found), f"of {n} values it rejects one twice: {found}")
+        left = n - len(found)
+        demand(
+            left >= min(n, least),
+            f"of {n} values it leaves {left}, and its record says at least {least}",
+        )
+
+
+@check(mend="copy what you change")
+def leaves_the_values_alone(subject: Subject) -> None:
+    """The values are the same afterwards."""
+    values = np.append(_normal(1), GROSS)
+    before = values.copy()
+    _rule(subject)(values)
+    demand(np.array_equal(values, before), "it changes the values that it is given")
+
+
+def _rule(subject: Subject) -> OutlierRule:
+    rule: OutlierRule = subject.make()
+    return rule
+
+
+def _indices(found: Sequence[Rejection]) -> list[int]:
+    return sorted(each.index for each in found)
+
+
+def _normal(seed: int) -> Array:
+    return np.random.default_rng(seed).normal(2.0, 0.05, CYCLES)
+
+
+CHECKS: tuple[AnyCheck, ...] = (
+    nothing_of_constant_values,
+    finds_a_gross_error,
+    published_rejections_hold,
+    order_of_values_does_not_matter,
+    shift_and_scale_do_not_matter,
+    leaves_as_many_as_it_says,
+    leaves_the_values_alone,
+)

@@ -1,0 +1,50 @@
+"""Every plugin that ships goes through the conformance kit, each check a test of its own."""
+
+from __future__ import annotations
+
+import pytest
+
+from rigrunner.api.errors import PluginError
+from rigrunner.registry import load_registry
+from rigrunner.testing import checks, conform, subject
+
+REGISTRY = load_registry()
+
+
+def _can_be_tried(plugin):
+    try:
+        REGISTRY.validated(plugin.kind, plugin.record.name, plugin.record.trial)
+    except PluginError:
+        return False
+    return True
+
+
+CASES = [
+    (plugin.kind, plugin.record.name, check)
+    for plugin in filter(_can_be_tried, REGISTRY.plugins)
+    for check in checks(plugin.kind)
+]
+NOT_ALONE = [
+    (plugin.kind, plugin.record.name) for plugin in REGISTRY.plugins if not _can_be_tried(plugin)
+]
+"""These need files or an instrument; tests of their own take the kit to them."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "check"), CASES, ids=[f"{kind}-{name}-{check}" for kind, name, check in CASES]
+)
+def test_it_conforms(kind, name, check, tmp_path):
+    why_not = conform(subject(kind, name, registry=REGISTRY, folder=tmp_path), check)
+    if why_not:
+        pytest.skip(why_not)
+
+
+@pytest.mark.parametrize(("kind", "name"), NOT_ALONE)
+def test_what_cannot_be_tried_alone_says_what_it_needs(kind, name):
+    with pytest.raises(PluginError, match="give settings with which it can be tried"):
+        subject(kind, name, registry=REGISTRY)
+
+
+def test_most_can_be_tried_alone():
+    assert len(NOT_ALONE) <= len(REGISTRY.plugins) / 3
+    assert {kind for kind, _ in NOT_ALONE} <= {"device"}
