@@ -25,6 +25,7 @@ from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTeste
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
+from rigrunner_plugins.devices.text.records import TEXT_DEVICES
 from rigrunner_plugins.fits.records import rigrunner_fits
 from rigrunner_plugins.importers.records import rigrunner_importers
 from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
@@ -136,6 +137,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             factory=_modbus,
             wired=True,
         ),
+        *TEXT_DEVICES,
     ]
 
 

@@ -21,7 +21,9 @@ from rigrunner.registry import load_registry
 REGISTRY = load_registry()
 ALL = REGISTRY.names("device")
 WRAPPERS = ["composite", "fault"]
-DEVICES = [each for each in ALL if each in WRAPPERS or REGISTRY.is_simulated(each, {})]
+DEVICES = [
+    each for each in ALL if each in WRAPPERS or REGISTRY.find("device", each).record.simulated
+]
 TESTERS = [*WRAPPERS, "replay", "swing_tester_ode", "swing_tester_sim"]
 SI_SYMBOLS = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
 

@@ -5,7 +5,7 @@ A subclass of these settings adds where the quantity is found: a command, a regi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
@@ -15,6 +15,10 @@ from rigrunner.api.settings import AnyQuantity, Difference, Duration, Settings, 
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from rigrunner.api.data import Array
+
+_Number = TypeVar("_Number", float, "Array")
 
 
 def _known_unit(symbol: str) -> str:
@@ -49,8 +53,8 @@ class DeclaredQuantity(Settings):
         """The symbol of the coherent SI unit."""
         return si_symbol(unit(self.unit).dimension)
 
-    def to_si(self, number: float) -> float:
-        """Return the quantity in SI for a number of the instrument."""
+    def to_si(self, number: _Number) -> _Number:
+        """Return the quantity in SI for a number of the instrument, or for an array of them."""
         known = unit(self.unit)
         return (number * self.scale + self.offset) * known.factor + known.offset
 

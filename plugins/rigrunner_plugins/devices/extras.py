@@ -1,0 +1,12 @@
+"""Optional packages: what is told where one is missing."""
+
+from __future__ import annotations
+
+from rigrunner.api.errors import MissingPackageError
+
+
+def missing(package: str, extra: str) -> MissingPackageError:
+    """Return the error for a package that is not installed, saying which extra brings it."""
+    return MissingPackageError(
+        f"the package '{package}' is not installed", hint=f"pip install 'rigrunner[{extra}]'"
+    )

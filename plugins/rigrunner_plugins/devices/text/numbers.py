@@ -1,0 +1,106 @@
+"""The number in a text that an instrument sent: where it stands, in which unit, and overloads."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.settings import Settings
+from rigrunner_plugins.devices.text.patterns import Regex
+
+OVERLOAD = 9.89e37
+"""SCPI says 9.9E37 for infinity and 9.91E37 for 'not a number' (SCPI-99, vol. 1, 7.2.1.4 and
+7.2.1.5); a little less, since a 32-bit number rounds it."""
+_DECIMAL = re.compile(
+    r"([+-]?)\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(.*)", re.DOTALL
+)
+_HEXADECIMAL = re.compile(r"()(?:0[xX]|#[hH])?([0-9A-Fa-f]+)(.*)", re.DOTALL)
+"""As IEEE 488.2-1992, 8.7.6, writes it, #H1F, or as programmers do, 0x1F."""
+_LONGEST = 60
+
+
+class NumberInText(Settings):
+    """Where the number stands in what the instrument sends; by itself it is all of it."""
+
+    pattern: Regex = ""
+    """A regular expression whose one group is the number."""
+    field: Annotated[int, Field(ge=1)] | None = None
+    """Which field of a list it is, counted from 1."""
+    separator: Annotated[str, Field(min_length=1)] = ","
+    """What stands between the fields; a blank stands for any number of blanks."""
+    number: Literal["decimal", "hexadecimal"] = "decimal"
+    """How it is written."""
+    unit_in_answer: str = ""
+    """The unit that is written behind it, which is checked; left out, nothing may follow."""
+
+    @model_validator(mode="after")
+    def _says_one_place(self) -> Self:
+        if self.pattern and self.field is not None:
+            raise ValueError("pattern and field are two places; allowed is one of them")
+        if self.pattern and re.compile(self.pattern).groups != 1:
+            raise ValueError(
+                f"pattern '{self.pattern}' needs one group, in round brackets, around the number"
+            )
+        return self
+
+    def number_in(self, text: str, what: str) -> float:
+        """Return the number; raise DeviceRejectedError, which tells `what` the text is."""
+        place = self._place(text.strip(), what)
+        shape = _DECIMAL if self.number == "decimal" else _HEXADECIMAL
+        match = shape.fullmatch(place)
+        if match is None:
+            raise DeviceRejectedError(
+                f"{what} is {shown(text)}: '{place}' is no {self.number} number",
+                hint="`pattern` or `field` says where the number stands",
+            )
+        sign, digits, rest = match.groups()
+        self._check_unit(rest.strip(), what, text)
+        if self.number == "hexadecimal":
+            return float(int(digits, 16))
+        return finite(float(sign + digits), what)
+
+    def _place(self, text: str, what: str) -> str:
+        if self.pattern:
+            match = re.search(self.pattern, text)
+            if match is None or match[1] is None:
+                raise DeviceRejectedError(
+                    f"{what} is {shown(text)}, which does not fit the pattern '{self.pattern}'"
+                )
+            return match[1].strip()
+        if self.field is None:
+            return text
+        fields = text.split(None if self.separator.isspace() else self.separator)
+        if self.field > len(fields):
+            raise DeviceRejectedError(
+                f"{what} is {shown(text)}: it has {len(fields)} fields, no {self.field}"
+            )
+        return fields[self.field - 1].strip()
+
+    def _check_unit(self, rest: str, what: str, text: str) -> None:
+        if rest == self.unit_in_answer:
+            return
+        wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
+        raise DeviceRejectedError(
+            f"{what} is {shown(text)}: behind the number stands '{rest}', expected is {wanted}",
+            hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
+            " together with `unit`",
+        )
+
+
+def finite(number: float, what: str) -> float:
+    """Return a number that is one; raise DeviceRejectedError for what stands for an overload."""
+    if not abs(number) < OVERLOAD:
+        raise DeviceRejectedError(
+            f"{what} is {number:g}: the instrument says overload or 'not a number'",
+            hint="choose a larger range, or look at the wiring",
+        )
+    return number
+
+
+def shown(text: str) -> str:
+    """Return an answer as a message may show it: on one line, and not endless."""
+    cut = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+    return repr(cut)

@@ -1,0 +1,32 @@
+"""The devices that talk in text. Nothing here loads numpy or a library of instruments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner_plugins.devices.visa.settings import VisaSettings
+from rigrunner_plugins.devices.visa.trial import TRIAL as VISA_TRIAL
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import Device, DeviceContext
+
+
+def _visa(settings: VisaSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.visa import device, streaming  # noqa: PLC0415  (numpy)
+
+    if settings.stream is None:
+        return device.Visa(settings, context)
+    return streaming.StreamingVisa(settings, settings.stream, context)
+
+
+TEXT_DEVICES = (
+    DeviceRecord(
+        name="visa",
+        help="Instrument that talks SCPI or other ASCII, over a socket, serial line, GPIB, USB",
+        settings=VisaSettings,
+        factory=_visa,
+        wired=True,
+        trial=VISA_TRIAL,
+    ),
+)

@@ -1,0 +1,24 @@
+"""The settings of a serial line."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rigrunner.api.settings import Settings
+
+
+class SerialLine(Settings):
+    """How characters are sent over a serial line; both ends have to agree."""
+
+    baud: Annotated[int, Field(ge=50, le=4_000_000)] = 9600
+    """Bits per second."""
+    data_bits: Literal[5, 6, 7, 8] = 8
+    """Of a character."""
+    parity: Literal["none", "even", "odd", "mark", "space"] = "none"
+    """How the parity bit is made."""
+    stop_bits: Literal[1, 2] = 1
+    """How many of them."""
+    flow_control: Literal["none", "xon_xoff", "rts_cts"] = "none"
+    """How one end tells the other to wait."""

@@ -1,0 +1,34 @@
+"""What ends a message: a name such as CRLF, or the control characters themselves."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator
+
+NAMES = {
+    "LF": "\n",
+    "CR": "\r",
+    "CRLF": "\r\n",
+    "LFCR": "\n\r",
+    "NUL": "\0",
+    "ETX": "\x03",
+    "none": "",
+}
+
+
+def _characters(text: str) -> str:
+    if text in NAMES:
+        return NAMES[text]
+    if text and all(character < " " for character in text):
+        return text
+    raise ValueError(f"got '{text}', allowed are: {', '.join(NAMES)}")
+
+
+Termination = Annotated[str, AfterValidator(_characters)]
+
+
+def termination_name(characters: str) -> str:
+    """Return the name of a termination, as a station has it."""
+    known = {value: name for name, value in NAMES.items()}
+    return known.get(characters, repr(characters))

@@ -1,0 +1,187 @@
+"""An instrument behind VISA: readable, settable, and recording if its station says how."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.text.commands import with_value
+from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.patterns import fits
+from rigrunner_plugins.devices.visa.link import VisaLink
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import DeviceContext
+    from rigrunner_plugins.devices.text.patterns import Check
+    from rigrunner_plugins.devices.visa.settings import VisaChannel, VisaDrive, VisaSettings
+
+_MOST_ERRORS = 20
+"""How many errors are taken out of the queue; SCPI instruments keep 2 to 20 or so."""
+
+
+class Visa(Driver):
+    """An instrument that is asked and told in text."""
+
+    def __init__(self, settings: VisaSettings, context: DeviceContext) -> None:
+        super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        self._settings = settings
+        self._link = VisaLink(settings, context.folder, context.clock)
+
+    def open(self, timeout_s: float) -> Identity:
+        """Open the connection, identify, send what is to be sent, and verify what has to be so."""
+        self.exchange(f"open {self._settings.resource}", lambda: self._link.open(timeout_s))
+        identity = self._identify()
+        self._errors_told()  # of somebody before us
+        for command in self._settings.on_connect:
+            self.send(command)
+        for check in self._settings.verify:
+            self.check(check, "the instrument is not set as the station says")
+        return identity
+
+    def shut(self) -> None:
+        """Give the connection back."""
+        self._link.close()
+
+    def get(self, channel: str) -> float:
+        """Ask for the present value of a channel."""
+        asked = self._settings.channels[channel]
+        return self._number(asked.query, asked)
+
+    def put(self, drive: str, value: float) -> None:
+        """Send a drive its new set-point."""
+        told = self._settings.drives[drive]
+        self.send(with_value(told.command, told.from_si(value)))
+
+    def actual(self, drive: str) -> float:
+        """Ask where a drive stands."""
+        asked = self._settings.drives[drive]
+        return self._number(asked.read_back, asked)
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Bring all drives to their safe values and then send the safe commands."""
+        try:
+            read_back = super().make_safe()
+        except DeviceError as error:
+            try:
+                self._send_safe_commands()
+            except DeviceError as second:
+                error.add_note(str(second))
+            raise
+        self._send_safe_commands()
+        return read_back
+
+    def send(self, command: str) -> None:
+        """Send a command; raise DeviceRejectedError for what the instrument then tells of it."""
+        if self._settings.acknowledge:
+            self._send_and_hear(command)
+        else:
+            self.exchange(f"send {command}", lambda: self._link.send(command))
+        if errors := self._errors_told():
+            raise DeviceRejectedError(
+                f"the instrument does not take '{command}': {'; '.join(errors)}"
+            )
+
+    def _send_and_hear(self, command: str) -> None:
+        answer = self.ask(command)
+        if not fits(self._settings.acknowledge, answer):
+            raise DeviceRejectedError(
+                f"the instrument does not take '{command}': it answers {shown(answer)}",
+                hint=f"good is what fits '{self._settings.acknowledge}'",
+            )
+
+    def ask(self, query: str) -> str:
+        """Return the answer to a query."""
+        try:
+            return self.exchange(f"query {query}", lambda: self._link.ask(query))
+        except DeviceTimeoutError as error:
+            self._explain(error)
+            raise
+
+    def check(self, check: Check, problem: str) -> None:
+        """Raise DeviceRejectedError if the answer to a query is not the good one."""
+        answer = self.ask(check.query)
+        if not fits(check.good, answer):
+            raise DeviceRejectedError(
+                f"{problem}: it answers '{check.query}' with {shown(answer)}",
+                hint=f"good is what fits '{check.good}'",
+            )
+
+    def _number(self, query: str, asked: VisaChannel | VisaDrive) -> float:
+        answer = self.ask(query)
+        try:
+            return asked.to_si(asked.number_in(answer, f"the answer to '{query}'"))
+        except DeviceError:
+            self._link.drop()  # it may be the answer to something else
+            raise
+
+    def _identify(self) -> Identity:
+        wanted, resource = self._settings.identification, self._settings.resource
+        simulated = self._settings.simulated
+        if wanted is None:
+            return Identity("not asked", resource, "", simulated=simulated)
+        answer = self.ask(wanted.query)
+        if not fits(wanted.expect, answer):
+            raise DeviceNotFoundError(
+                f"at {resource} answers {shown(answer)} to '{wanted.query}',"
+                f" which does not fit '{wanted.expect}'",
+                hint="is it the right instrument? in `expect`, .* stands for anything",
+            )
+        return identity_of(answer, simulated=simulated)
+
+    def _errors_told(self) -> list[str]:
+        """Return what is in the error queue, which is empty after that."""
+        queue, errors = self._settings.error_queue, list[str]()
+        if queue is None:
+            return errors
+        ask = partial(self._link.ask, queue.query)
+        while len(errors) < _MOST_ERRORS:
+            answer = self.exchange(f"query {queue.query}", ask)
+            if fits(queue.good, answer):
+                break
+            errors.append(answer.strip())
+        return errors
+
+    def _explain(self, error: DeviceError) -> None:
+        """Add what the instrument itself says of a query that it did not answer."""
+        try:
+            told = self._errors_told()
+        except DeviceError:
+            return  # it answers nothing at all
+        if told:
+            error.message += f"; the instrument says: {'; '.join(told)}"
+
+    def _send_safe_commands(self) -> None:
+        for command in self._settings.safe_commands:
+            try:
+                self.send(command)
+            except DeviceLostError:
+                if self._timeout_s is None:
+                    raise
+                self.close()
+                self.connect(self._timeout_s)
+                self.send(command)
+
+
+def identity_of(answer: str, *, simulated: bool = False) -> Identity:
+    """Return maker, model, serial and firmware, as the answer to *IDN? has them.
+
+    IEEE 488.2-1992, 10.14.3, wants four fields with commas between them, and 0 for what the
+    instrument does not know; an answer of another shape is the model.
+    """
+    fields = [field.strip() for field in answer.strip().split(",", 3)]
+    if len(fields) < 4:  # noqa: PLR2004  (the fields of *IDN?)
+        return Identity("not told", answer.strip(), "", simulated=simulated)
+    maker, model, serial, firmware = ("" if field == "0" else field for field in fields)
+    return Identity(maker, model, serial, firmware, simulated=simulated)

@@ -1,0 +1,214 @@
+"""One conversation over VISA, which is begun anew after an answer went missing."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.termination import termination_name
+from rigrunner_plugins.devices.visa.blocks import data_length, digits_of_length, whole_block
+from rigrunner_plugins.devices.visa.opening import close_resource, is_gone, open_resource
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock
+    from rigrunner_plugins.devices.visa.settings import VisaSettings
+
+_NOBODY_S = 1.0
+"""How much longer than an answer's time a conversation of another thread is waited for."""
+
+_UNREAD_MS = 1
+_UNREAD_BYTES = 100
+
+
+class VisaLink:
+    """Sends texts to an instrument and returns its answers.
+
+    After an answer that did not come in time, a late one would be taken for that of the next
+    query. So the connection is then given back, and opened anew before the next message.
+    """
+
+    def __init__(self, settings: VisaSettings, folder: Path, clock: Clock) -> None:
+        self._settings = settings
+        self._folder = folder
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._resource: Any = None
+        self._was_open = False
+        self._open_s = settings.timeout
+
+    def open(self, timeout_s: float) -> None:
+        """Open the connection; raise DeviceNotFoundError where nobody is."""
+        with self._alone():
+            self._open_s = timeout_s
+            self._open()
+            self._was_open = True
+
+    def close(self) -> None:
+        """Give the connection back, in any state."""
+        self._was_open = False
+        self._drop()
+
+    def drop(self) -> None:
+        """Give up a conversation that is out of step; the next message begins a new one."""
+        with self._alone():
+            self._drop()
+
+    def send(self, command: str) -> None:
+        """Send a command that is not answered."""
+        with self._talk(f"'{command}' could not be sent", self._settings.timeout) as resource:
+            self._write(resource, command)
+
+    def ask(self, query: str, timeout_s: float | None = None) -> str:
+        """Send a query and return the answer without its termination."""
+        limit_s = timeout_s or self._settings.timeout
+        with self._talk(f"no answer to '{query}'", limit_s) as resource:
+            self._write(resource, query)
+            return self._without_termination(bytes(resource.read_raw()), query)
+
+    def ask_block(self, query: str, timeout_s: float) -> bytes:
+        """Send a query and return the bytes of the block that answers it (IEEE 488.2, 8.7.9)."""
+        with self._talk(f"no block in answer to '{query}'", timeout_s) as resource:
+            self._write(resource, query)
+            if self._settings.has_messages:
+                resource.read_termination = None
+                return whole_block(bytes(resource.read_raw()), query)
+            return self._read_block(resource, query)
+
+    def _read_block(self, resource: Any, query: str) -> bytes:
+        resource.read_termination = None
+        try:
+            start = resource.read_bytes(2)
+            digits = resource.read_bytes(digits_of_length(start, query))
+            data: bytes = resource.read_bytes(data_length(digits, query))
+            end = resource.read_bytes(len(self._settings.termination))
+        finally:
+            resource.read_termination = self._settings.termination
+        if end != self._settings.termination.encode():
+            raise DeviceRejectedError(
+                f"behind the block that answers '{query}' comes {end!r},"
+                f" the station says {termination_name(self._settings.termination)}",
+                hint="is `termination` right?",
+            )
+        return data
+
+    def _write(self, resource: Any, text: str) -> None:
+        if left := self._unread(resource):
+            raise DeviceRejectedError(
+                f"before '{text}' was sent, the instrument had sent {shown(left)} unasked",
+                hint="does it answer commands, as `acknowledge` can say? is `termination` right?",
+            )
+        ending = self._settings.write_termination
+        if ending is None:
+            ending = self._settings.termination
+        self._clock.sleep(self._settings.pause)
+        resource.write_raw((text + ending).encode())
+
+    def _unread(self, resource: Any) -> str:
+        """Return what has come unasked, or late: it would be taken for the next answer."""
+        if self._settings.has_messages:
+            return ""
+        from pyvisa.errors import VisaIOError  # noqa: PLC0415  (slow, and optional)
+
+        unread, patience = b"", resource.timeout
+        resource.timeout = _UNREAD_MS
+        with suppress(VisaIOError):
+            while len(unread) < _UNREAD_BYTES:
+                unread += resource.read_bytes(1)
+        resource.timeout = patience
+        return _decoded(unread)
+
+    def _without_termination(self, raw: bytes, query: str) -> str:
+        text, ending = _decoded(raw), self._settings.termination
+        named = termination_name(ending)
+        if not text.endswith(ending):
+            raise DeviceRejectedError(
+                f"the answer to '{query}' is {shown(text)}, which does not end with {named}",
+                hint="is `termination` right?",
+            )
+        if text[:1] in {"\r", "\n"} and text.strip():
+            raise DeviceRejectedError(
+                f"the answer to '{query}' is {shown(text)}: it begins with the end of another one",
+                hint=f"`termination` is {named}; does the instrument send more than that?",
+            )
+        return text.removesuffix(ending)
+
+    @contextmanager
+    def _talk(self, problem: str, timeout_s: float) -> Iterator[Any]:
+        """Yield the open resource; whatever goes wrong ends the conversation."""
+        with self._alone():
+            if not self._was_open:
+                raise DeviceLostError("not connected")
+            if self._resource is None:
+                self._open()
+            try:
+                self._resource.timeout = timeout_s * 1000
+                with self._errors(problem, timeout_s):
+                    yield self._resource
+            except BaseException:
+                self._drop()
+                raise
+
+    @contextmanager
+    def _errors(self, problem: str, timeout_s: float) -> Iterator[None]:
+        from pyvisa.constants import StatusCode  # noqa: PLC0415  (slow, and optional)
+        from pyvisa.errors import Error, VisaIOError  # noqa: PLC0415
+
+        try:
+            yield
+        except VisaIOError as error:
+            if error.error_code != StatusCode.error_timeout:
+                raise DeviceLostError(f"{problem}: {error.description}") from error
+            if is_gone(self._resource):
+                raise DeviceLostError(f"{problem}: the other end has hung up") from error
+            named = termination_name(self._settings.termination)
+            raise DeviceTimeoutError(
+                f"{problem} within {timeout_s:g} s",
+                hint=f"is the instrument on, does it know this message, and does it end its own"
+                f" with {named}, as `termination` says?",
+            ) from error
+        except Error as error:
+            raise DeviceLostError(f"{problem}: {error}") from error
+        except OSError as error:  # of sockets; also pyserial's SerialException
+            raise DeviceLostError(f"{problem}: {error.strerror or error}") from error
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Let one thread talk at a time; one that makes safe may come while another one waits."""
+        if not self._lock.acquire(timeout=self._settings.timeout + self._open_s + _NOBODY_S):
+            raise DeviceTimeoutError("an earlier exchange with the instrument still hangs")
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    def _open(self) -> None:
+        self._drop()
+        try:
+            self._resource = open_resource(self._settings, self._folder, self._open_s)
+        except DeviceNotFoundError as error:
+            if self._was_open:
+                raise DeviceLostError(error.message, hint=error.hint) from error
+            raise
+
+    def _drop(self) -> None:
+        resource, self._resource = self._resource, None
+        if resource is not None:
+            close_resource(resource)
+
+
+def _decoded(raw: bytes) -> str:
+    try:
+        return raw.decode()
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")

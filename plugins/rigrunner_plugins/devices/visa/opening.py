@@ -1,0 +1,107 @@
+"""Opening a resource of PyVISA, and what its back ends do not tell by themselves."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DeviceNotFoundError
+from rigrunner_plugins.devices.extras import missing
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner_plugins.devices.text.serial_line import SerialLine
+    from rigrunner_plugins.devices.visa.settings import VisaSettings
+
+
+def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any:
+    """Return the open resource; raise DeviceNotFoundError, or MissingPackageError.
+
+    `folder` is that of the station, in which a simulation's file lies.
+    """
+    manager, name = _manager(settings.backend, folder), settings.resource
+    try:
+        resource = manager.open_resource(name, open_timeout=int(timeout_s * 1000))
+    except Exception as error:  # pyvisa-py raises nothing more special for many of its failures
+        raise _not_opened(name, error) from error
+    try:
+        _set_up(resource, settings)
+    except Exception as error:
+        close_resource(resource)
+        raise _not_opened(name, error) from error
+    if is_gone(resource):
+        close_resource(resource)
+        raise DeviceNotFoundError(f"nobody answers at {name}", hint=_hint(name, ""))
+    return resource
+
+
+def close_resource(resource: Any) -> None:
+    """Give a resource back, whatever state it is in."""
+    with suppress(Exception):
+        resource.close()
+
+
+def is_gone(resource: Any) -> bool:
+    """Say whether a socket of pyvisa-py is connected to nobody, of which it tells nothing itself.
+
+    It takes a refused connection for an open one, and one that was closed for a slow one.
+    """
+    sessions = getattr(resource.visalib, "sessions", {})
+    interface = getattr(sessions.get(resource.session), "interface", None)
+    peer = getattr(interface, "getpeername", None)
+    if peer is None:
+        return False
+    try:
+        peer()
+    except OSError:
+        return True
+    return False
+
+
+def _manager(backend: str, folder: Path) -> Any:
+    """Return the resource manager, which all share and nobody closes."""
+    try:
+        import pyvisa  # noqa: PLC0415  (slow, and optional)
+    except ImportError as error:
+        raise missing("pyvisa", "visa") from error
+    library = str(folder / backend) if backend.endswith(".yaml@sim") else backend
+    try:
+        return pyvisa.ResourceManager(library)
+    except Exception as error:  # of any kind, from whatever library that is
+        raise DeviceNotFoundError(
+            f"the backend '{backend}' cannot be loaded: {error}",
+            hint="@py needs pyvisa-py, @sim pyvisa-sim, @ivi a vendor's VISA library",
+        ) from error
+
+
+def _set_up(resource: Any, settings: VisaSettings) -> None:
+    resource.timeout = settings.timeout * 1000
+    if settings.termination:
+        resource.read_termination = settings.termination
+    if settings.resource.upper().startswith("ASRL"):
+        _set_up_serial_line(resource, settings.serial)
+
+
+def _set_up_serial_line(resource: Any, line: SerialLine) -> None:
+    from pyvisa import constants  # noqa: PLC0415  (slow, and optional)
+
+    stop_bits = {1: constants.StopBits.one, 2: constants.StopBits.two}
+    resource.baud_rate = line.baud
+    resource.data_bits = line.data_bits
+    resource.parity = constants.Parity[line.parity]
+    resource.stop_bits = stop_bits[line.stop_bits]
+    resource.flow_control = constants.ControlFlow[line.flow_control]
+
+
+def _not_opened(name: str, error: Exception) -> DeviceNotFoundError:
+    text = str(error) or type(error).__name__
+    return DeviceNotFoundError(f"{name} cannot be opened: {text}", hint=_hint(name, text))
+
+
+def _hint(name: str, told: str) -> str:
+    if "denied" in told.lower():
+        return "you may not use that port; on Linux become a member of its group, often 'dialout'"
+    if name.upper().startswith("TCPIP"):
+        return "is the instrument on, the address right, and its network port enabled?"
+    return "is the instrument on and plugged in? the command `list` of `pyvisa-shell` shows what is"

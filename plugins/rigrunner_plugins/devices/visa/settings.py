@@ -1,0 +1,174 @@
+"""Settings of an instrument behind VISA: all that is to be known of it; loads without pyvisa."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from rigrunner.api.settings import (
+    Duration,
+    Frequency,
+    ListOf,
+    PositiveDuration,
+    Settings,
+    SimulableSettings,
+    YesNo,
+)
+from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
+from rigrunner_plugins.devices.text.commands import SettingCommand
+from rigrunner_plugins.devices.text.numbers import NumberInText
+from rigrunner_plugins.devices.text.patterns import Check, Command, Identification, Regex
+from rigrunner_plugins.devices.text.serial_line import SerialLine
+from rigrunner_plugins.devices.text.termination import Termination
+
+LONGEST_BLOCK_S = 0.5
+"""A stop is looked at between blocks."""
+
+ResourceName = Annotated[
+    str,
+    StringConstraints(
+        pattern=r"^(?i:(TCPIP|ASRL|GPIB|USB|PXI|VXI|PRLGX-)\S*::(INSTR|SOCKET|RAW))$"
+    ),
+]
+Backend = Annotated[str, StringConstraints(pattern=r"^(@py|@ivi|([^@]*\.yaml)?@sim)$")]
+"""No other: whoever writes a station must not choose which package or library is loaded."""
+
+
+def check_simulation(backend: str, *, simulated: bool) -> None:
+    """Raise ValueError unless the settings say the same: nothing simulated is a measurement."""
+    if backend.endswith("@sim") != simulated:
+        problem = "is a simulation: say 'simulated: yes'"
+        if simulated:
+            problem = "talks to an instrument: simulated needs @sim"
+        raise ValueError(f"backend {backend} {problem}")
+
+
+class VisaChannel(DeclaredChannel, NumberInText):
+    """A channel that is asked for."""
+
+    query: Command
+    """What the instrument is asked for the present value."""
+
+
+class VisaDrive(DeclaredDrive, NumberInText):
+    """A drive that is set by a command."""
+
+    command: SettingCommand
+    """What sets it: 'SOUR:FREQ {value}', or with a format, 'SOUR:FREQ {value:.3f}'."""
+    read_back: Command
+    """What the instrument is asked for where the drive stands."""
+
+
+class ErrorQueue(Settings):
+    """How the instrument tells its errors, which is asked after every command."""
+
+    query: Command = "SYST:ERR?"
+    """What it is asked for the next error."""
+    good: Regex = r"[+-]?0(,.*)?"
+    """The regular expression that the whole answer fits if there is none."""
+
+
+class Stream(Settings):
+    """How the instrument records channels on one clock and hands them over in blocks."""
+
+    rate: Annotated[Frequency, Field(gt=0)]
+    """Samples per second and channel, which the instrument has been set to."""
+    channels: Annotated[ListOf[QuantityName], Field(min_length=1)]
+    """The channels of each sample, in the order in which they are sent."""
+    start: Command
+    """The command that starts the acquisition."""
+    stop: Command
+    """The command that ends it; also sent after an error."""
+    fetch: Command
+    """The query for the next samples; {samples} stands for how many."""
+    format: Literal["float32", "float64", "int16", "int32", "ascii"]
+    """Of the samples: a block of IEEE 488.2, or a list with commas."""
+    byte_order: Literal["little", "big"] | None = None
+    """Of the samples in a block: the lowest byte first, or the highest."""
+    samples: Annotated[int, Field(ge=1)] = 1000
+    """How many to fetch at a time."""
+    overrun: Check | None = None
+    """What is asked after each block: whether the instrument lost samples."""
+    paced: YesNo = True
+    """Whether samples cannot come faster than `rate`, as from a buffer that was full before."""
+
+    @model_validator(mode="after")
+    def _can_be_read(self) -> Self:
+        if self.format != "ascii" and self.byte_order is None:
+            raise ValueError(f"format {self.format} needs byte_order: little or big")
+        if self.samples > self.rate * LONGEST_BLOCK_S:
+            raise ValueError(
+                f"{self.samples} samples take {self.samples / self.rate:g} s; allowed are"
+                f" {LONGEST_BLOCK_S:g} s, since a stop is looked at between blocks"
+            )
+        if len(set(self.channels)) < len(self.channels):
+            raise ValueError("a channel is listed twice")
+        return self
+
+
+class VisaSettings(SimulableSettings):
+    """An instrument that is asked and told in text, over a socket, a serial line, GPIB or USB."""
+
+    resource: ResourceName
+    """Its VISA name, such as TCPIP::192.168.0.7::5025::SOCKET, ASRL/dev/ttyUSB0::INSTR,
+    GPIB0::12::INSTR or USB0::0x1AB1::0x0588::DS1K00005888::INSTR."""
+    backend: Backend = "@py"
+    """@py is pyvisa-py, @ivi the library of a vendor, FILE.yaml@sim a simulation of pyvisa-sim."""
+    termination: Termination
+    """What ends the instrument's messages: LF, CR, CRLF, ...; none where the bus marks the end."""
+    write_termination: Termination | None = None
+    """What ends ours; left out, the same."""
+    timeout: PositiveDuration = 2.0
+    """How long an answer is waited for."""
+    pause: Annotated[Duration, Field(ge=0)] = 0.0
+    """How long the instrument is left alone before each message."""
+    serial: SerialLine = SerialLine()
+    """Of a serial line (ASRL) alone."""
+    identification: Identification | None = None
+    """Who has to answer; left out, nobody is asked."""
+    on_connect: ListOf[Command] = ()
+    """Commands that are sent after connecting."""
+    verify: ListOf[Check] = ()
+    """What has to be so after that: units, ranges, sample rates that the station relies on."""
+    acknowledge: Regex = ""
+    """The regular expression that its answer to every command fits; left out, it gives none."""
+    error_queue: ErrorQueue | None = None
+    """How it tells errors; left out, it is not asked."""
+    channels: dict[QuantityName, VisaChannel] = Field(default_factory=dict)
+    """What can be read."""
+    drives: dict[QuantityName, VisaDrive] = Field(default_factory=dict)
+    """What can be set, in the order of making safe."""
+    safe_commands: ListOf[Command] = ()
+    """Commands that are sent once all drives are safe."""
+    stream: Stream | None = None
+    """How it records; left out, it cannot."""
+
+    @property
+    def has_messages(self) -> bool:
+        """Whether the bus itself marks where a message ends: GPIB, USB, VXI-11, HiSLIP."""
+        name = self.resource.upper()
+        return name.endswith("::INSTR") and not name.startswith("ASRL")
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> Self:
+        check_simulation(self.backend, simulated=self.simulated)
+        if not self.termination and not self.has_messages:
+            raise ValueError(
+                f"termination is none, but on {self.resource} nothing else ends a message"
+            )
+        if self.serial != SerialLine() and not self.resource.upper().startswith("ASRL"):
+            raise ValueError(f"serial is said, but {self.resource} is no serial line (ASRL)")
+        unknown = [
+            name
+            for name in (self.stream.channels if self.stream else ())
+            if name not in self.channels
+        ]
+        if unknown:
+            raise ValueError(
+                f"stream names '{unknown[0]}', which is not among channels:"
+                f" {', '.join(self.channels) or 'none'}"
+            )
+        if not self.channels and not self.drives:
+            raise ValueError("it has neither channels nor drives")
+        return self

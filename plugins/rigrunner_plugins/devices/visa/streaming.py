@@ -1,0 +1,120 @@
+"""Recordings of an instrument behind VISA: blocks of samples that share one clock."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rigrunner.api.data import Block
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner_plugins.devices.channels import check_channels
+from rigrunner_plugins.devices.text.commands import says_samples, with_samples
+from rigrunner_plugins.devices.visa.device import Visa
+from rigrunner_plugins.devices.visa.samples import samples_in
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner_plugins.devices.visa.settings import Stream, VisaSettings
+
+_EARLY_S = 0.05
+"""By how much a block may come before its time: the start command takes a while to return."""
+_EARLY = 0.01
+"""The same, of the time since the start: two clocks need not run alike."""
+
+
+class StreamingVisa(Visa):
+    """An instrument that records several channels on its own clock."""
+
+    def __init__(self, settings: VisaSettings, stream: Stream, context: DeviceContext) -> None:
+        super().__init__(settings, context)
+        self._stream = stream
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        return self._stream.rate
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield gapless blocks until the duration has passed or the token is set."""
+        self._need_connection()
+        check_channels(channels, [self._channels[name] for name in self._stream.channels])
+        return self._blocks(tuple(channels), round(duration_s * self._stream.rate), stop)
+
+    def _blocks(self, channels: Sequence[str], samples: int, stop: StopToken) -> Iterator[Block]:
+        stream, first = self._stream, 0
+        with self._acquisition():
+            started_s = self.clock.monotonic_s()
+            while first < samples and not stop.is_set():
+                values = self._fetch(min(stream.samples, samples - first), first, started_s)
+                if stream.overrun is not None:
+                    self.check(stream.overrun, "samples were lost")
+                values = values[: samples - first]
+                columns = dict(zip(stream.channels, values.T, strict=True))
+                yield Block(
+                    stream.rate,
+                    first,
+                    self.clock.monotonic_s(),
+                    {name: self._settings.channels[name].to_si(columns[name]) for name in channels},
+                )
+                first += len(values)
+
+    @contextmanager
+    def _acquisition(self) -> Iterator[None]:
+        """Start, and stop in any case: also where the start or a block failed."""
+        try:
+            self.send(self._stream.start)
+            yield
+        except BaseException as error:
+            try:
+                self.send(self._stream.stop)
+            except DeviceError as second:
+                error.add_note(f"stopping the acquisition failed too: {second}")
+            raise
+        self.send(self._stream.stop)
+
+    def _fetch(self, wanted: int, first: int, started_s: float) -> Array:
+        """Return the next samples, of shape (n, channels), n >= 1."""
+        query = with_samples(self._stream.fetch, wanted)
+        limit_s = self._settings.timeout + wanted / self._stream.rate
+
+        def perform() -> bytes:
+            data = self._data(query, limit_s)
+            self._check_pace(first + len(samples_in(data, self._stream, query)), started_s)
+            return data
+
+        try:
+            data = self.exchange(f"fetch {query}", perform)
+        except DeviceTimeoutError as error:
+            self._explain(error)
+            raise
+        values = samples_in(data, self._stream, query)
+        if len(values) == 0:
+            raise DeviceLostError(f"'{query}' gives no more samples after {first}")
+        if len(values) > wanted and says_samples(self._stream.fetch):
+            raise DeviceRejectedError(f"'{query}' gives {len(values)} samples instead of {wanted}")
+        return values
+
+    def _data(self, query: str, limit_s: float) -> bytes:
+        if self._stream.format == "ascii":
+            return self._link.ask(query, limit_s).encode()
+        return self._link.ask_block(query, limit_s)
+
+    def _check_pace(self, samples: int, started_s: float) -> None:
+        """Raise DeviceRejectedError for samples that come before they can have been taken."""
+        elapsed_s, needed_s = self.clock.monotonic_s() - started_s, samples / self._stream.rate
+        if self._stream.paced and elapsed_s < needed_s * (1 - _EARLY) - _EARLY_S:
+            raise DeviceRejectedError(
+                f"{samples} samples came after {elapsed_s:.3g} s; at {self._stream.rate:g} Hz"
+                f" they take {needed_s:.3g} s",
+                hint="is the instrument set to another sample rate than the station says?",
+            )

@@ -1,0 +1,23 @@
+"""Instruments as a station would make them, by the door of the registry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rigrunner.api.devices import DeviceContext
+from rigrunner.clock import WallClock
+from rigrunner.registry import load_registry
+
+REGISTRY = load_registry()
+
+
+def instrument(plugin, settings, clock=None, folder=Path(), **context):
+    """Return the device that a station with these settings has."""
+    given = DeviceContext("bench", clock or WallClock(), folder, **context)
+    return REGISTRY.make_device(plugin, settings, given)
+
+
+def merged(settings, **changes):
+    """Return settings with some of them changed, or left out where the change is None."""
+    both = {**settings, **changes}
+    return {name: value for name, value in both.items() if value is not None}

@@ -1,0 +1,388 @@
+"""Instruments behind VISA: what is sent, what is understood, and what is told when it fails."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from helpers_instruments import REGISTRY, instrument, merged
+from helpers_peers import HANG_UP, SILENCE, Lines, SerialPeer, SocketPeer, peer
+from rigrunner.api.devices import Approaching, Device, Identity, Readable, Streaming
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    PluginError,
+)
+
+SOURCE = {
+    "termination": "LF",
+    "timeout": "300 ms",
+    "identification": {"expect": "ACME,.*"},
+    "error_queue": {},
+    "on_connect": ["*CLS"],
+    "channels": {"torque": {"query": "MEAS:TORQ?", "unit": "mN·m", "unit_in_answer": "mNm"}},
+    "drives": {
+        "speed": {
+            "command": "SOUR:SPE {value:.1f}",
+            "read_back": "SOUR:SPE?",
+            "unit": "rpm",
+            "min": "0 rpm",
+            "max": "1200 rpm",
+            "safe": "0 rpm",
+        }
+    },
+    "safe_commands": ["OUTP OFF"],
+}
+
+
+class Instrument:
+    """Understands the messages of SOURCE; `answers` replaces some of its answers."""
+
+    def __init__(self):
+        self.speed = "600.0"
+        self.errors = []
+        self.answers = {}
+        self.ending = "\n"
+        self.delay_s = 0.0
+
+    def __call__(self, line):
+        time.sleep(self.delay_s)
+        if line in self.answers:
+            answer = self.answers[line]
+            return answer if isinstance(answer, bytes) else f"{answer}{self.ending}".encode()
+        if line.startswith("SOUR:SPE "):
+            self.speed = line.split()[1]
+            return SILENCE
+        known = {
+            "*IDN?": "ACME,T-10,0,1.2",
+            "MEAS:TORQ?": "1500.0 mNm",
+            "SOUR:SPE?": self.speed,
+            "SYST:ERR?": self.errors.pop(0) if self.errors else '0,"No error"',
+        }
+        return f"{known[line]}{self.ending}".encode() if line in known else SILENCE
+
+
+@pytest.fixture
+def acme():
+    return Instrument()
+
+
+@pytest.fixture
+def talk(acme):
+    return Lines(acme)
+
+
+@pytest.fixture
+def bench(talk):
+    with peer(SocketPeer, talk) as made:
+        yield made
+
+
+@pytest.fixture
+def device(bench):
+    made = instrument("visa", merged(SOURCE, resource=bench.resource))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def connected(device):
+    device.connect(2.0)
+    return device
+
+
+def test_it_is_readable_and_settable_and_streams_only_if_told_how(device):
+    assert all(isinstance(device, ability) for ability in (Device, Readable, Approaching))
+    assert not isinstance(device, Streaming)
+
+
+def test_it_says_who_answers(device, talk):
+    assert device.connect(2.0) == Identity("ACME", "T-10", "", "1.2")
+    assert talk.heard == ["*IDN?", "SYST:ERR?", "*CLS", "SYST:ERR?"]
+
+
+def test_a_channel_is_asked_and_understood_with_its_unit(connected):
+    assert connected.read(["torque"]) == {"torque": pytest.approx(1.5)}
+
+
+def test_a_drive_is_told_in_its_own_unit_and_read_back(connected, talk):
+    connected.set("speed", 10.0)  # Hz: 600 rpm
+    assert talk.heard[-3:] == ["SOUR:SPE 600.0", "SYST:ERR?", "SOUR:SPE?"]
+    assert connected.read_back("speed") == 10.0
+
+
+def test_making_safe_sends_the_safe_commands_last(connected, acme, talk):
+    connected.set("speed", 10.0)
+    assert connected.make_safe() == {"speed": 0.0}
+    assert acme.speed == "0.0"
+    assert talk.heard[-2:] == ["OUTP OFF", "SYST:ERR?"]
+
+
+def test_an_error_of_the_instrument_names_the_command_that_it_is_about(connected, acme):
+    acme.errors = ['-222,"Data out of range"', '-350,"Queue overflow"']
+    with pytest.raises(DeviceRejectedError) as caught:
+        connected.set("speed", 10.0)
+    assert str(caught.value) == (
+        "the instrument does not take 'SOUR:SPE 600.0':"
+        ' -222,"Data out of range"; -350,"Queue overflow"'
+    )
+
+
+def test_errors_from_before_are_nobodys_fault(device, acme):
+    acme.errors = ['-113,"Undefined header"']
+    device.connect(2.0)
+
+
+class TestWhoAnswers:
+    def test_another_instrument_is_refused_before_anything_is_sent(self, device, acme, talk):
+        acme.answers["*IDN?"] = "OTHER,PSU,1,2"
+        with pytest.raises(DeviceNotFoundError, match=r"'OTHER,PSU,1,2'.*does not fit 'ACME,\.\*'"):
+            device.connect(2.0)
+        assert talk.heard == ["*IDN?"]
+
+    def test_nobody_at_the_address(self, device, bench):
+        bench.close()
+        with pytest.raises(DeviceNotFoundError, match=r"nobody answers at TCPIP::127\.0\.0\.1"):
+            device.connect(2.0)
+
+    def test_a_port_that_does_not_exist(self):
+        device = instrument("visa", merged(SOURCE, resource="ASRL/dev/ttyNONE9::INSTR"))
+        with pytest.raises(DeviceNotFoundError, match="could not open port /dev/ttyNONE9"):
+            device.connect(1.0)
+
+    def test_an_instrument_that_is_set_otherwise_is_refused(self, bench, acme):
+        acme.answers["UNIT?"] = "INLB"
+        verify = [{"query": "UNIT?", "good": "NM"}]
+        device = instrument("visa", merged(SOURCE, resource=bench.resource, verify=verify))
+        with pytest.raises(DeviceRejectedError, match=r"not set as the station says.*'INLB'"):
+            device.connect(2.0)
+
+    def test_what_has_no_four_fields_is_the_model(self, device, acme):
+        acme.answers["*IDN?"] = "ACME, LSG 1234"
+        assert device.connect(2.0).model == "ACME, LSG 1234"
+
+
+class TestAnswersThatAreWrong:
+    @pytest.mark.parametrize(
+        ("answer", "told"),
+        [
+            (
+                "12.0 Nm",
+                r"behind the number stands 'Nm', expected is 'mNm'.*change `unit_in_answer`",
+            ),
+            ("1,5 mNm", r"behind the number stands ',5 mNm'"),
+            ("OVER", "'OVER' is no decimal number"),
+            ("", "'' is no decimal number"),
+            ("+9.90000000E+37 mNm", "9.9e.37: the instrument says overload"),
+            ("9.91E37 mNm", "overload or 'not a number'"),
+            ("nan mNm", "'nan mNm' is no decimal number"),
+        ],
+    )
+    def test_they_are_refused_and_shown(self, connected, acme, answer, told):
+        acme.answers["MEAS:TORQ?"] = answer
+        with pytest.raises(DeviceRejectedError, match=told) as caught:
+            connected.read(["torque"])
+        assert "the answer to 'MEAS:TORQ?'" in str(caught.value)
+
+    def test_no_answer(self, connected, acme):
+        acme.answers["MEAS:TORQ?"] = SILENCE
+        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'MEAS:TORQ\?' within 0.3 s"):
+            connected.read(["torque"])
+
+    def test_no_answer_because_the_query_is_unknown_to_the_instrument(self, connected, acme):
+        acme.answers["MEAS:TORQ?"] = SILENCE
+        acme.errors = ['-113,"Undefined header"']
+        with pytest.raises(
+            DeviceTimeoutError, match='the instrument says: -113,"Undefined header"'
+        ):
+            connected.read(["torque"])
+
+    def test_a_late_answer_is_not_taken_for_that_of_the_next_query(self, connected, acme):
+        acme.delay_s = 0.4
+        with pytest.raises(DeviceTimeoutError):
+            connected.read(["torque"])
+        acme.delay_s = 0.0
+        time.sleep(0.2)  # until the late one is there
+        assert connected.read_back("speed") == 10.0
+
+    def test_what_comes_unasked_is_not_taken_for_an_answer(self, connected, acme):
+        acme.answers["MEAS:TORQ?"] = b"1500.0 mNm\n77.7\n"
+        connected.read(["torque"])
+        time.sleep(0.05)
+        with pytest.raises(DeviceRejectedError, match=r"had sent '77\.7.n' unasked.*`acknowledge`"):
+            connected.read_back("speed")
+        assert connected.read_back("speed") == 10.0
+
+    @pytest.mark.parametrize(
+        ("ending", "told"),
+        [
+            ("\r", "LF, as `termination` says"),
+            ("\n\r", r"had sent '.r' unasked.*is `termination` right"),
+        ],
+    )
+    def test_the_wrong_termination(self, device, acme, ending, told):
+        acme.ending = ending
+        with pytest.raises((DeviceTimeoutError, DeviceRejectedError), match=told):
+            device.connect(2.0)
+
+    def test_the_wrong_termination_of_two_characters(self, bench):
+        settings = merged(
+            SOURCE, resource=bench.resource, termination="CRLF", write_termination="LF"
+        )
+        with pytest.raises(DeviceRejectedError, match=r"'.*,1.2.n', which does not end with CRLF"):
+            instrument("visa", settings).connect(2.0)
+
+
+class TestConnectionsThatBreak:
+    def test_one_that_is_cut_is_lost_and_told_so(self, connected, acme):
+        acme.answers["MEAS:TORQ?"] = HANG_UP
+        with pytest.raises((DeviceLostError, DeviceTimeoutError), match="MEAS:TORQ"):
+            connected.read(["torque"])
+
+    def test_while_it_is_gone_everything_is_lost(self, connected, bench):
+        bench.close()
+        with pytest.raises((DeviceLostError, DeviceTimeoutError)):
+            connected.read(["torque"])
+        with pytest.raises(DeviceLostError, match=r"nobody answers|cannot be opened"):
+            connected.read(["torque"])
+
+    def test_making_safe_connects_again(self, connected, bench, acme):
+        connected.set("speed", 10.0)
+        bench.hang_up()
+        assert connected.make_safe() == {"speed": 0.0}
+        assert acme.speed == "0.0"
+
+    def test_safety_without_an_instrument_is_no_safety(self, connected, bench):
+        connected.set("speed", 10.0)
+        bench.close()
+        with pytest.raises((DeviceLostError, DeviceNotFoundError, DeviceTimeoutError)):
+            connected.make_safe()
+
+    def test_closing_twice_is_fine(self, connected):
+        connected.close()
+        connected.close()
+        with pytest.raises(DeviceLostError, match="not connected"):
+            connected.read(["torque"])
+
+
+class TestASerialLine:
+    SERIAL = merged(SOURCE, termination="CRLF", serial={"baud": 115200})
+
+    def test_it_reads_and_sets(self, acme):
+        acme.ending = "\r\n"
+        with peer(SerialPeer, Lines(acme, b"\r\n")) as far:
+            device = instrument("visa", merged(self.SERIAL, resource=far.resource))
+            assert device.connect(2.0).model == "T-10"
+            device.set("speed", 20.0)
+            assert device.read(["torque"]) == {"torque": 1.5}
+            device.close()
+
+    def test_one_that_is_unplugged_is_lost(self, acme):
+        acme.ending = "\r\n"
+        with peer(SerialPeer, Lines(acme, b"\r\n")) as far:
+            device = instrument("visa", merged(self.SERIAL, resource=far.resource))
+            device.connect(2.0)
+            far.unplug()
+            with pytest.raises(DeviceLostError, match=r"could not be|no answer|Input/output"):
+                device.read(["torque"])
+            with pytest.raises(DeviceLostError, match="cannot be opened"):
+                device.read(["torque"])
+            device.close()
+
+
+class TestAcknowledgedCommands:
+    SETTINGS = merged(SOURCE, acknowledge="OK", error_queue=None, on_connect=None)
+
+    def test_the_answer_to_a_command_is_taken(self, bench, acme):
+        acme.answers |= {"SOUR:SPE 600.0": "OK"}
+        acme.speed = "600.0"
+        device = instrument("visa", merged(self.SETTINGS, resource=bench.resource))
+        device.connect(2.0)
+        device.set("speed", 10.0)
+        assert device.read(["torque"]) == {"torque": 1.5}
+        device.close()
+
+    def test_another_one_is_a_refusal(self, bench, acme):
+        acme.answers |= {"SOUR:SPE 600.0": "ERR 7"}
+        device = instrument("visa", merged(self.SETTINGS, resource=bench.resource))
+        device.connect(2.0)
+        with pytest.raises(DeviceRejectedError, match=r"'SOUR:SPE 600.0': it answers 'ERR 7'"):
+            device.set("speed", 10.0)
+        device.close()
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"resource": "COM3"}, "resource"),
+        ({"resource": "192.168.0.7:5025"}, "resource"),
+        ({"termination": "CLRF"}, "got 'CLRF', allowed are: LF, CR, CRLF"),
+        ({"termination": None}, "termination: Field required"),
+        ({"termination": "none"}, "nothing else ends a message"),
+        ({"backend": "@evil"}, "backend"),
+        ({"backend": "/opt/evil.so@ivi"}, "backend"),
+        ({"backend": "@sim"}, "backend @sim is a simulation: say 'simulated: yes'"),
+        ({"simulated": "yes"}, "backend @py talks to an instrument: simulated needs @sim"),
+        ({"serial": {"baud": 9600, "parity": "even"}}, "is no serial line"),
+        ({"identification": {"expect": "(ACME"}}, "is no regular expression"),
+        ({"channels": {}, "drives": {}}, "neither channels nor drives"),
+        ({"channels": {"torque": {"query": "T?", "unit": "N·m", "pattern": "T=.*"}}}, "one group"),
+        ({"channels": {"t": {"query": "T?", "unit": "K", "pattern": "(.*)", "field": 2}}}, "two"),
+    ],
+)
+def test_wrong_settings_are_told(changes, told):
+    settings = {"resource": "TCPIP::127.0.0.1::5025::SOCKET", **SOURCE}
+    with pytest.raises(PluginError, match=told):
+        instrument("visa", merged(settings, **changes))
+
+
+@pytest.mark.parametrize(
+    "command", ["SOUR:SPE", "S {value} {value}", "S {value.real}", "S {speed}"]
+)
+def test_a_command_has_the_set_point_once(command):
+    drive = {**SOURCE["drives"]["speed"], "command": command}
+    settings = merged(SOURCE, resource="GPIB0::5::INSTR", drives={"speed": drive})
+    with pytest.raises(PluginError, match="has to hold the set-point once"):
+        instrument("visa", settings)
+
+
+def test_without_pyvisa_it_says_how_to_get_it(device, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyvisa", None)
+    with pytest.raises(PluginError, match=r"'pyvisa' is not installed.*rigrunner\[visa\]"):
+        device.connect(1.0)
+
+
+def test_the_line_of_a_serial_port_is_set_up_as_said():
+    line = {
+        "baud": 4800,
+        "data_bits": 7,
+        "parity": "odd",
+        "stop_bits": 2,
+        "flow_control": "rts_cts",
+    }
+    trial = REGISTRY.find("device", "visa").record.trial
+    device = instrument("visa", merged(trial, serial=line))
+    device.connect(1.0)
+    resource = device._link._resource
+    assert (resource.baud_rate, resource.data_bits, resource.parity.name) == (4800, 7, "odd")
+    assert (resource.stop_bits.name, resource.flow_control.name) == ("two", "rts_cts")
+    device.close()
+
+
+class TestTheTrial:
+    """What the plugin's record says of itself: a simulation of pyvisa-sim."""
+
+    @pytest.fixture
+    def device(self):
+        made = instrument("visa", REGISTRY.find("device", "visa").record.trial)
+        yield made
+        made.close()
+
+    def test_it_works_without_an_instrument(self, device):
+        assert device.connect(1.0) == Identity("not told", "LSG Serial #1234", "", simulated=True)
+        device.set("level", 2.5)
+        assert device.read(["level"]) == {"level": 2.5}
+        assert device.make_safe() == {"level": 0.0}

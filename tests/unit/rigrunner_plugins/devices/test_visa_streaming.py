@@ -1,0 +1,301 @@
+"""Recordings behind VISA: gapless blocks on one clock, and an acquisition that always ends."""
+
+from __future__ import annotations
+
+import struct
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from helpers_instruments import instrument, merged
+from helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
+from rigrunner.api.devices import Streaming
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    PluginError,
+)
+from rigrunner.rig import Rig
+
+RATE_HZ = 10_000
+STREAM = {
+    "rate": "10 kHz",
+    "channels": ["angle", "torque"],
+    "start": "INIT",
+    "stop": "ABOR",
+    "fetch": "TRAC:DATA? {samples}",
+    "format": "float32",
+    "byte_order": "little",
+    "samples": 1000,
+    "overrun": {"query": "TRAC:OVER?", "good": "0"},
+}
+SETTINGS = {
+    "termination": "LF",
+    "timeout": "300 ms",
+    "channels": {
+        "angle": {"query": "MEAS:ANGL?", "unit": "deg"},
+        "torque": {"query": "MEAS:TORQ?", "unit": "N·m", "scale": 2.0},
+    },
+}
+QUARTER = 0.25
+
+
+class Stop:
+    def __init__(self, after=10**9):
+        self.looks = after
+
+    def is_set(self):
+        self.looks -= 1
+        return self.looks < 0
+
+
+class Digitizer:
+    """Angle is the number of the sample in 1/100 deg, torque its negative, once that was taken."""
+
+    def __init__(self):
+        self.code, self.rate = "<f4", RATE_HZ
+        self.next = 0
+        self.started = None
+        self.over = "0"
+        self.spoil = lambda block: block
+
+    def block(self, count):
+        numbers = np.arange(self.next, self.next + count)
+        self.next += count
+        time.sleep(max(0.0, self.started + self.next / self.rate - time.monotonic()))
+        return np.stack([numbers / 100, -numbers], axis=1)
+
+    def __call__(self, line):
+        if line == "INIT":
+            self.next, self.started = 0, time.monotonic()
+        elif line.startswith("TRAC:DATA?"):
+            values = self.block(int(line.split()[1]) if " " in line else 700)
+            return self.spoil(self.sent(values))
+        elif line == "TRAC:OVER?":
+            return f"{self.over}\n".encode()
+        return SILENCE
+
+    def sent(self, values):
+        if self.code == "ascii":
+            return (",".join(f"{each:.6E}" for each in values.ravel()) + "\n").encode()
+        data = values.astype(self.code).tobytes()
+        length = str(len(data)).encode()
+        return b"#%d%s%s\n" % (len(length), length, data)
+
+
+@pytest.fixture
+def digitizer():
+    return Digitizer()
+
+
+@pytest.fixture
+def talk(digitizer):
+    return Lines(digitizer)
+
+
+@pytest.fixture
+def bench(talk):
+    with peer(SocketPeer, talk) as made:
+        yield made
+
+
+@pytest.fixture
+def make(bench):
+    made = []
+
+    def connected(**stream):
+        stream = merged(STREAM, **stream)
+        device = instrument("visa", merged(SETTINGS, resource=bench.resource, stream=stream))
+        made.append(device)
+        device.connect(2.0)
+        return device
+
+    yield connected
+    for device in made:
+        device.close()
+
+
+def joined(blocks, channel):
+    return np.concatenate([block.channels[channel] for block in blocks])
+
+
+def test_angle_and_torque_come_sample_by_sample_from_one_clock(make, talk):
+    device = make()
+    assert isinstance(device, Streaming)
+    began = time.monotonic()
+    blocks = list(device.stream(["torque", "angle"], QUARTER, Stop()))
+    took_s = time.monotonic() - began
+    assert [block.first_sample for block in blocks] == [0, 1000, 2000]
+    assert [block.samples for block in blocks] == [1000, 1000, 500]
+    assert {block.rate_hz for block in blocks} == {RATE_HZ}
+    numbers = np.arange(2500)
+    assert joined(blocks, "angle") == pytest.approx(np.deg2rad(numbers / 100), rel=1e-6)
+    assert joined(blocks, "torque") == pytest.approx(-2.0 * numbers)
+    assert all(a.monotonic_s <= b.monotonic_s for a, b in pairwise(blocks))
+    assert QUARTER <= took_s < 2 * QUARTER
+    assert talk.heard[0] == "INIT"
+    assert talk.last("ABOR") == "ABOR"
+    assert talk.heard[-3:-1] == ["TRAC:DATA? 500", "TRAC:OVER?"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "code"),
+    [
+        ({"format": "float64", "byte_order": "big"}, ">f8"),
+        ({"format": "int16", "byte_order": "big"}, ">i2"),
+        ({"format": "int32", "byte_order": "little"}, "<i4"),
+        ({"format": "ascii", "byte_order": None}, "ascii"),
+    ],
+)
+def test_samples_in_other_formats(make, digitizer, settings, code):
+    digitizer.code = code
+    (block,) = make(**settings).stream(["torque"], 0.1, Stop())
+    assert block.channels["torque"] == pytest.approx(-2.0 * np.arange(1000))
+
+
+def test_an_instrument_that_gives_what_it_has(make):
+    device = make(fetch="TRAC:DATA?")
+    blocks = list(device.stream(["torque"], 0.1, Stop()))
+    assert [block.samples for block in blocks] == [700, 300]
+
+
+def test_two_recordings_one_after_the_other_both_begin_at_their_beginning(make):
+    device = make()
+    for _ in range(2):
+        (block,) = device.stream(["torque"], 0.05, Stop())
+        assert block.first_sample == 0
+        assert block.channels["torque"][0] == 0.0
+
+
+class TestTheAcquisitionEnds:
+    def test_when_the_run_is_asked_to_stop(self, make, talk):
+        assert len(list(make().stream(["angle"], 5.0, Stop(after=2)))) == 2
+        assert talk.last("ABOR") == "ABOR"
+
+    def test_when_nobody_wants_more_blocks(self, make, talk):
+        device = make()
+        blocks = device.stream(["angle"], 5.0, Stop())
+        next(blocks)
+        blocks.close()
+        assert talk.last("ABOR") == "ABOR"
+
+    def test_after_an_error(self, make, digitizer, talk):
+        digitizer.over = "1"
+        with pytest.raises(DeviceRejectedError, match=r"samples were lost.*'TRAC:OVER\?' with '1'"):
+            list(make().stream(["angle"], 1.0, Stop()))
+        assert talk.last("ABOR") == "ABOR"
+
+    def test_after_silence(self, make, digitizer, talk):
+        digitizer.spoil = lambda _block: SILENCE
+        with pytest.raises(DeviceTimeoutError, match=r"no block in answer to 'TRAC:DATA\? 1000'"):
+            list(make().stream(["angle"], 1.0, Stop()))
+        assert talk.last("ABOR") == "ABOR"
+
+    def test_after_the_connection_broke(self, make, digitizer, talk):
+        blocks = []
+
+        def breaks(block):
+            return block if len(blocks) < 2 else HANG_UP
+
+        digitizer.spoil = breaks
+        with pytest.raises((DeviceLostError, DeviceTimeoutError)):
+            blocks.extend(make().stream(["angle"], 1.0, blocks_seen(blocks)))
+        assert talk.last("ABOR") == "ABOR"
+
+    def test_and_where_it_cannot_be_ended_both_errors_are_told(self, make, digitizer, bench):
+        def gone(_block):
+            bench.close()
+            return HANG_UP
+
+        digitizer.spoil = gone
+        with pytest.raises(DeviceError) as caught:
+            list(make().stream(["angle"], 1.0, Stop()))
+        assert "stopping the acquisition failed too" in " ".join(caught.value.__notes__)
+
+
+def blocks_seen(blocks):
+    """A stop token that is never set, and counts how often it was looked at."""
+
+    class Counts:
+        def is_set(self):
+            blocks.append(None)
+            return False
+
+    return Counts()
+
+
+NAN_AND_ONE = struct.pack("<2f", np.nan, 1)
+OVERLOAD = struct.pack("<2f", 1, 9.9e37)
+
+
+@pytest.mark.parametrize(
+    ("block", "told"),
+    [
+        (b"1.0,2.0\n", "begins with b'1.', a block begins with # and a digit"),
+        (b"#0abcdefgh\n", "of indefinite length, whose end cannot be told"),
+        (b"#2x1\n", "says b'x1' where its length should be"),
+        (b"#18abcdefgh\r\n", r"comes b'\\r', the station says LF"),
+        (b"#15abcde\n", "has 5 bytes, which is no multiple of the 4 of float32"),
+        (b"#14abcd\n", "gives 1 numbers, which is no multiple of 2 channels: angle"),
+        (b"#10\n", "gives no more samples after 0"),
+        (b"#18" + OVERLOAD + b"\n", "torque is 9.9e.37 in sample 0"),
+        (b"#18" + NAN_AND_ONE + b"\n", "angle is nan in sample 0"),
+    ],
+)
+def test_blocks_that_are_wrong_are_told(make, digitizer, block, told):
+    digitizer.spoil = lambda _block: block
+    with pytest.raises(DeviceError, match=told):
+        list(make().stream(["angle"], 0.1, Stop()))
+
+
+def test_more_samples_than_asked_for_are_refused(make, digitizer):
+    digitizer.spoil = lambda _block: digitizer.sent(digitizer.block(1001))
+    with pytest.raises(DeviceRejectedError, match="gives 1001 samples instead of 1000"):
+        list(make().stream(["angle"], 1.0, Stop()))
+
+
+class TestTheSampleRate:
+    def test_samples_that_come_too_fast_are_not_at_the_rate_that_the_station_says(
+        self, make, digitizer
+    ):
+        digitizer.rate = 2 * RATE_HZ
+        with pytest.raises(DeviceRejectedError, match=r"they take .* another sample rate"):
+            list(make().stream(["angle"], 1.0, Stop()))
+
+    def test_a_buffer_that_was_full_before_may_be_read_at_once(self, make, digitizer):
+        digitizer.rate = 1e9
+        assert len(list(make(paced="no").stream(["angle"], 1.0, Stop()))) == 10
+
+
+def test_a_stream_in_a_rig(make):
+    device = make()
+    rig = Rig({"bench": device}, device.clock)
+    rig.connect()
+    blocks = list(rig.stream("bench", ["angle", "torque"], QUARTER, Stop()))
+    assert sum(block.samples for block in blocks) == 2500
+    rig.close()
+
+
+def test_what_is_not_streamed_is_refused_at_once(make):
+    with pytest.raises(DeviceRejectedError, match=r"'speed'.*angle, torque"):
+        make().stream(["speed"], 1.0, Stop())
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"byte_order": None}, "float32 needs byte_order: little or big"),
+        ({"samples": 10_000}, "10000 samples take 1 s; allowed are 0.5 s"),
+        ({"channels": ["angle", "speed"]}, "stream names 'speed', which is not among channels"),
+        ({"channels": ["angle", "angle"]}, "a channel is listed twice"),
+        ({"stop": None}, "stop: Field required"),
+    ],
+)
+def test_wrong_settings_are_told(changes, told):
+    stream = merged(STREAM, **changes)
+    with pytest.raises(PluginError, match=told):
+        instrument("visa", merged(SETTINGS, resource="GPIB0::5::INSTR", stream=stream))
