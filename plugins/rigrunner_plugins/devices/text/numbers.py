@@ -18,7 +18,7 @@ _DECIMAL = re.compile(
     r"([+-]?)\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(.*)", re.DOTALL
 )
 _HEXADECIMAL = re.compile(r"()(?:0[xX]|#[hH])?([0-9A-Fa-f]+)(.*)", re.DOTALL)
-"""As IEEE 488.2-1992, 8.7.6, writes it, #H1F, or as programmers do, 0x1F."""
+"""As IEEE 488.2-1992, 8.7.5, writes it, #H1F, or as programmers do, 0x1F."""
 _LONGEST = 60
 
 
@@ -33,6 +33,8 @@ class NumberInText(Settings):
     """What stands between the fields; a blank stands for any number of blanks."""
     number: Literal["decimal", "hexadecimal"] = "decimal"
     """How it is written."""
+    overload: Annotated[float, Field(gt=0, strict=False)] = OVERLOAD
+    """From which number on, of either sign, the instrument says overload; SCPI says 9.9E37."""
     unit_in_answer: str = ""
     """The unit that is written behind it, which is checked; left out, nothing may follow."""
 
@@ -53,14 +55,14 @@ class NumberInText(Settings):
         match = shape.fullmatch(place)
         if match is None:
             raise DeviceRejectedError(
-                f"{what} is {shown(text)}: '{place}' is no {self.number} number",
+                f"{what} is {shown(text)}: {shown(place)} is no {self.number} number",
                 hint="`pattern` or `field` says where the number stands",
             )
         sign, digits, rest = match.groups()
         self._check_unit(rest.strip(), what, text)
         if self.number == "hexadecimal":
             return float(int(digits, 16))
-        return finite(float(sign + digits), what)
+        return self._in_range(float(sign + digits), what)
 
     def _place(self, text: str, what: str) -> str:
         if self.pattern:
@@ -79,25 +81,24 @@ class NumberInText(Settings):
             )
         return fields[self.field - 1].strip()
 
+    def _in_range(self, number: float, what: str) -> float:
+        if not abs(number) < self.overload:
+            raise DeviceRejectedError(
+                f"{what} is {number:g}: the instrument says overload or 'not a number'",
+                hint="choose a larger range, or look at the wiring",
+            )
+        return number
+
     def _check_unit(self, rest: str, what: str, text: str) -> None:
         if rest == self.unit_in_answer:
             return
         wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
         raise DeviceRejectedError(
-            f"{what} is {shown(text)}: behind the number stands '{rest}', expected is {wanted}",
+            f"{what} is {shown(text)}: behind the number stands {shown(rest)},"
+            f" expected is {wanted}",
             hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
             " together with `unit`",
         )
-
-
-def finite(number: float, what: str) -> float:
-    """Return a number that is one; raise DeviceRejectedError for what stands for an overload."""
-    if not abs(number) < OVERLOAD:
-        raise DeviceRejectedError(
-            f"{what} is {number:g}: the instrument says overload or 'not a number'",
-            hint="choose a larger range, or look at the wiring",
-        )
-    return number
 
 
 def shown(text: str) -> str:

@@ -1,0 +1,148 @@
+"""A run on an instrument behind VISA that fails: a clear message, and a rig that is safe."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_devices import Listener, run
+from helpers_instruments import instrument, merged
+from helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
+from helpers_tester_peer import TESTER, ScpiTester
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.api.events import Outcome
+from rigrunner.rig import Rig
+
+
+class Trouble:
+    """Gives another answer to the nth message that begins so, and keeps to it for `times`."""
+
+    def __init__(self, begins, nth, answer, times=1):
+        self.begins, self.after, self.answer, self.left = begins, nth, answer, times
+
+    def __call__(self, line):
+        if not line.startswith(self.begins):
+            return None
+        self.after -= 1
+        if self.after >= 0 or self.left == 0:
+            return None
+        self.left -= 1
+        return self.answer(line) if callable(self.answer) else self.answer
+
+
+@pytest.fixture
+def tester():
+    return ScpiTester()
+
+
+@pytest.fixture
+def bench(tester):
+    with peer(SocketPeer, Lines(tester)) as made:
+        yield made
+
+
+@pytest.fixture
+def device(bench):
+    made = instrument("visa", merged(TESTER, resource=bench.resource))
+    yield made
+    made.close()
+
+
+def alarms(listener):
+    return " ".join(str(event) for event in listener.events if type(event).__name__ == "Alarm")
+
+
+def test_without_trouble_the_run_completes(device, tester):
+    summary = run(device)
+    assert summary.outcome is Outcome.COMPLETED, summary.error
+    assert summary.safe
+    assert tester.safe
+
+
+@pytest.mark.parametrize(
+    ("trouble", "kind", "told"),
+    [
+        pytest.param(
+            Trouble("FETC?", 3, SILENCE),
+            DeviceTimeoutError,
+            r"tester: no block in answer to 'FETC\? \d+' within 0\.\d+ s",
+            id="silent while streaming",
+        ),
+        pytest.param(
+            Trouble("FETC?", 3, HANG_UP),
+            (DeviceLostError, DeviceTimeoutError),
+            r"tester: no block in answer to 'FETC",
+            id="unplugged while streaming",
+        ),
+        pytest.param(
+            Trouble("SOUR:FREQ?", 1, HANG_UP),
+            (DeviceLostError, DeviceTimeoutError),
+            r"tester: no answer to 'SOUR:FREQ\?'",
+            id="unplugged while setting",
+        ),
+        pytest.param(
+            Trouble("SYST:ERR?", 4, b'-222,"Data out of range"\n'),
+            DeviceRejectedError,
+            r"tester: the instrument does not take '.*': -222,\"Data out of range\"",
+            id="an error in the queue",
+        ),
+        pytest.param(
+            Trouble("MEAS:LOAD?", 0, b"12.0 kN\n"),
+            DeviceRejectedError,
+            r"behind the number stands 'kN', expected is nothing more",
+            id="another unit",
+        ),
+        pytest.param(
+            Trouble("MEAS:LOAD?", 0, b"1000\r"),
+            DeviceTimeoutError,
+            r"no answer to 'MEAS:LOAD\?' within 0.2 s.*with LF, as `termination` says",
+            id="another termination",
+        ),
+        pytest.param(
+            Trouble("MEAS:LOAD?", 0, b"+9.9E37\n"),
+            DeviceRejectedError,
+            r"9.9e\+37: the instrument says overload",
+            id="overload",
+        ),
+    ],
+)
+def test_a_failure_ends_the_run_with_a_clear_message_and_a_safe_rig(
+    device, tester, trouble, kind, told
+):
+    tester.trouble = trouble
+    summary = run(device)
+    assert summary.outcome is Outcome.ERROR
+    assert isinstance(summary.error, kind)
+    with pytest.raises(type(summary.error), match=told):
+        raise summary.error
+    assert summary.safe
+    assert tester.safe
+
+
+def test_where_the_instrument_stays_away_the_run_says_that_the_rig_is_not_safe(device, bench):
+    def gone(_line):
+        bench.close()
+        return HANG_UP
+
+    bench._talk.answer.trouble = Trouble("FETC?", 3, gone)
+    listener = Listener()
+    summary = run(device, critical=[listener])
+    assert summary.outcome is Outcome.ERROR
+    assert not summary.safe
+    assert "make safe failed" in alarms(listener)
+
+
+def test_another_instrument_is_not_touched(device, tester, bench):
+    tester.trouble = Trouble("*IDN?", 0, b"OTHER,PSU,1,1\n", times=99)
+    before = dict(tester.drives)
+    with (
+        pytest.raises(DeviceNotFoundError, match="'OTHER,PSU,1,1'"),
+        Rig({"tester": device}, device.clock),
+    ):
+        pass
+    assert tester.drives == before
+    assert bench._talk.heard == ["*IDN?"] * len(bench._talk.heard)
