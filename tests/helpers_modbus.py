@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
+import select
 import socket
 import threading
 import tty
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from pymodbus.server import ModbusSerialServer
+
 from rigrunner.api.devices import DeviceContext
 from rigrunner.clock import WallClock
 from rigrunner.registry import load_registry
+from rigrunner_plugins.loopback.modbus_server import sim_device
 
 HANG_UP = object()
 """In place of an answer: the peer closes the connection."""
@@ -146,3 +151,95 @@ def device(settings, clock=None, role="motor"):
     """Return the device as a station would have it."""
     context = DeviceContext(role, clock or WallClock(), Path())
     return load_registry().make_device("modbus", settings, context)
+
+
+@contextmanager
+def modbus_line(unit):
+    """Serve a unit with pymodbus' serial server over two pseudo-terminals; give the port."""
+    (ours, port), (theirs, far) = os.openpty(), os.openpty()
+    for terminal in (port, far):
+        tty.setraw(terminal)
+    ended = threading.Event()
+    wires = [
+        threading.Thread(target=_carry, args=each, daemon=True)
+        for each in ((ours, theirs, ended), (theirs, ours, ended))
+    ]
+    loop = asyncio.new_event_loop()
+    serving = threading.Thread(target=_serve_line, args=(loop, unit, far), daemon=True)
+    for thread in (*wires, serving):
+        thread.start()
+    try:
+        yield os.ttyname(port)
+    finally:
+        ended.set()
+        loop.call_soon_threadsafe(loop.stop)
+        for thread in (*wires, serving):
+            thread.join(5)
+        for handle in (ours, theirs, port, far):
+            os.close(handle)
+
+
+def _carry(source, sink, ended):
+    while not ended.is_set():
+        if select.select([source], [], [], 0.05)[0]:
+            os.write(sink, os.read(source, 4096))
+
+
+def _serve_line(loop, unit, far):
+    asyncio.set_event_loop(loop)
+
+    async def start():
+        server = ModbusSerialServer(sim_device(unit), port=os.ttyname(far), baudrate=115200)
+        await server.serve_forever(background=True)
+        return server
+
+    server = loop.run_until_complete(start())
+    loop.run_forever()
+    loop.run_until_complete(server.shutdown())
+    loop.close()
+
+
+class Cable:
+    """A TCP connection to a server on loopback that can be pulled, by ends or in the middle."""
+
+    def __init__(self, port):
+        self._far = port
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listener.getsockname()[1]
+        self._open = []
+        self._swallows = False
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def swallow(self):
+        """Let nothing through any more, and say nothing of it: as a pulled cable does."""
+        self._swallows = True
+
+    def drop(self):
+        """Close all connections, as a power cut does; new ones are let through."""
+        for end in self._open:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+        self._open.clear()
+
+    def close(self):
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        self.drop()
+
+    def _accept(self):
+        with suppress(OSError):
+            while True:
+                near, _ = self._listener.accept()
+                far = socket.create_connection(("127.0.0.1", self._far))
+                self._open += [near, far]
+                for source, sink in ((near, far), (far, near)):
+                    threading.Thread(target=self._forward, args=(source, sink), daemon=True).start()
+
+    def _forward(self, source, sink):
+        with suppress(OSError):
+            while got := source.recv(4096):
+                if not self._swallows:
+                    sink.sendall(got)
+            sink.shutdown(socket.SHUT_RDWR)

@@ -96,7 +96,7 @@ class ModbusServer:
     async def _run(self) -> None:
         self._loop, self._ended = asyncio.get_running_loop(), asyncio.Event()
         server = ModbusTcpServer(
-            [_sim_device(unit) for unit in self._units],
+            [sim_device(unit) for unit in self._units],
             address=("127.0.0.1", self.port),
             trace_pdu=_identifier(self._units),
         )
@@ -110,7 +110,9 @@ class ModbusServer:
         await server.shutdown()  # type: ignore[no-untyped-call]  # pymodbus gives no type
 
 
-def _sim_device(unit: Unit) -> SimDevice:
+def sim_device(unit: Unit) -> SimDevice:
+    """Return the unit as pymodbus serves it, over TCP or any other line."""
+
     async def act(  # noqa: PLR0917  (called so by pymodbus)
         function: int,
         start: int,  # noqa: ARG001  (all tables start at 0)

@@ -40,6 +40,7 @@ class ModbusDevice(Driver):
 
     def open(self, timeout_s: float) -> Identity:
         """Connect, ask who answers, and keep the watchdog content from then on."""
+        self.shut()
         self.exchange("connect", lambda: self._open_line(timeout_s))
         identity = identify(self._settings, self)
         if self._settings.watchdog is not None:
@@ -112,7 +113,11 @@ class ModbusDevice(Driver):
 
     def read_identification(self) -> list[str]:
         """Return maker, product and revision by Read Device Identification."""
-        found = self.exchange("read device identification", self._ask_identification)
+        try:
+            found = self.exchange("read device identification", self._ask_identification)
+        except DeviceRejectedError as error:
+            error.hint = "if it does not know function 43 / 14, leave `standard` out"
+            raise
         if not found[0] and not found[1]:
             raise DeviceNotFoundError(f"{self._settings.where} does not say who it is")
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
@@ -16,10 +17,12 @@ from rigrunner_plugins.devices.declared import (
 from rigrunner_plugins.devices.modbus.places import Number, Place, Table
 
 _WORD = 0xFFFF
+_HIGHEST_ON_A_LINE = 247
+"""The highest unit address of a serial line (Serial Line V1.02, clause 2.2)."""
 
 
 def _read_word(value: object) -> object:
-    if isinstance(value, str) and value.lower().startswith("0x"):
+    if isinstance(value, str) and re.fullmatch(r"0[xX][0-9a-fA-F]+", value):
         return int(value, 16)
     return value
 
@@ -195,7 +198,8 @@ def _step_si(number: ModbusDrive | ReadBack) -> float:
 
 def _need_writable(table: Table) -> None:
     if not table.writable:
-        raise ValueError(f"a {table} cannot be written, allowed is holding or coil")
+        what = "an input" if table is Table.INPUT else "a discrete input"
+        raise ValueError(f"{what} is only read, allowed is holding or coil")
 
 
 class ModbusSettings(Settings):
@@ -237,6 +241,3 @@ class ModbusSettings(Settings):
         if self.tcp is not None:
             return f"unit {self.unit_id} at {self.tcp.host}:{self.tcp.port}"
         return f"unit {self.unit_id} at {self.rtu.port if self.rtu else ''}"
-
-
-_HIGHEST_ON_A_LINE = 247

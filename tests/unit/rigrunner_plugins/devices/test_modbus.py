@@ -1,0 +1,186 @@
+"""Modbus instruments against pymodbus' own server, over TCP and over a serial line."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from helpers_modbus import FREQUENCY, device, modbus_line
+from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError
+from rigrunner_plugins.loopback.inverter import NOTHING_HEARD, OVERLOAD, Inverter
+from rigrunner_plugins.loopback.modbus_server import ModbusServer
+from rigrunner_plugins.loopback.plant import Plant
+from rigrunner_plugins.loopback.press import Press
+
+FLOAT = {"type": "float32", "word_order": "little", "unit": "N"}
+LOAD = {
+    **FLOAT,
+    "holding": 1,
+    "min": "0 N",
+    "max": "3 kN",
+    "safe": "0 N",
+    "rate": "20 kN/s",
+    "settle": "1 s",
+    "read_back": {"input": 0, **FLOAT},
+    "run": [{"holding": 0, "value": 1}],
+    "stop": [{"holding": 0, "value": 0}],
+}
+CHANNELS = {
+    "frequency": {"input": 1, "scale": 0.01, "unit": "Hz"},
+    "current": {"input": 2, "scale": 0.01, "unit": "A"},
+    "running": {"input": 0, "bit": 1, "unit": "1"},
+}
+
+
+@pytest.fixture
+def plant():
+    return Plant(frequency_rate_hz_per_s=200.0, load_rate_n_per_s=20_000.0)
+
+
+@pytest.fixture
+def inverter(plant):
+    return Inverter(plant)
+
+
+@pytest.fixture
+def server(plant, inverter):
+    with ModbusServer([inverter, Press(plant)]) as serving:
+        yield serving
+
+
+def settings(server, **more):
+    tcp = {"host": "127.0.0.1", "port": server.port}
+    given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
+    return {"tcp": tcp, "timeout": "500 ms", **given, **more}
+
+
+@contextmanager
+def connected(server, **more):
+    unit = device(settings(server, **more))
+    unit.connect(2.0)
+    try:
+        yield unit
+    finally:
+        unit.close()
+
+
+def test_an_inverter_is_driven_read_and_stopped(server, plant):
+    with connected(server) as motor:
+        motor.set("frequency", 10.0)
+        assert plant.frequency_hz == pytest.approx(10.0)
+        assert motor.read(["running", "current", "frequency"]) == {
+            "running": 1.0,
+            "current": pytest.approx(0.9),  # 0.4 A + 10 Hz * 0.05 A/Hz
+            "frequency": pytest.approx(10.0),
+        }
+        assert motor.make_safe() == {"frequency": 0.0}
+        assert motor.read(["running"]) == {"running": 0.0}
+    assert plant.frequency_hz == 0.0
+
+
+def test_a_press_is_another_unit_of_the_same_server(server, plant):
+    only = {"channels": {"load": {"input": 0, **FLOAT}}, "drives": {"load": LOAD}, "unit_id": 2}
+    with connected(server, **only) as press:
+        press.set("load", 1000.0)
+        assert press.read(["load"])["load"] == pytest.approx(1000.0, abs=30.0)
+        assert plant.load_n == pytest.approx(1000.0)
+        assert press.make_safe() == {"load": pytest.approx(0.0, abs=30.0)}
+
+
+def test_it_says_who_it_is_and_another_one_is_refused(server):
+    standard = {"standard": "yes", "expect": {"maker": "Rigrunner", "model": "SIM-VFD"}}
+    unit = device(settings(server, identification=standard))
+    identity = unit.connect(2.0)
+    unit.close()
+    assert (identity.maker, identity.model, identity.firmware) == ("Rigrunner", "SIM-VFD", "1.0")
+    other = device(settings(server, identification={**standard, "expect": {"model": "FC-51"}}))
+    with pytest.raises(DeviceNotFoundError, match="the model 'SIM-VFD', expected is 'FC-51'"):
+        other.connect(2.0)
+    assert threading.active_count() == 2  # this one and the server's
+
+
+def test_a_part_of_the_identity_may_stand_in_registers(server):
+    parts = {"serial": {"input": 3}, "model": {"input": 3, "text": 1}}
+    unit = device(settings(server, identification=parts))
+    assert unit.connect(2.0).serial == "0"
+    unit.close()
+
+
+def test_a_fault_is_told_when_the_motor_does_not_come(server, inverter):
+    fault = {"input": 3, "codes": {"7": "overload"}}
+    with connected(server, fault=fault) as motor:
+        motor.set("frequency", 5.0)
+        inverter.trip(OVERLOAD)
+        with pytest.raises(DeviceRejectedError, match=r"unit 1 at .* is in fault 7: overload"):
+            motor.set("frequency", 10.0)
+        assert motor.make_safe() == {"frequency": 0.0}
+
+
+def test_a_set_point_that_the_unit_refuses(server):
+    drive = {**FREQUENCY, "max": "60 Hz"}
+    with connected(server, drives={"frequency": drive}) as motor:
+        with pytest.raises(
+            DeviceRejectedError, match=r"write 6000 to holding 1.*illegal data value"
+        ):
+            motor.set("frequency", 60.0)
+        assert motor.make_safe() == {"frequency": 0.0}
+
+
+@pytest.mark.parametrize("write", [[0, 1], []])
+def test_the_watchdog_keeps_the_inverter_running(server, plant, inverter, write):
+    kept = {"holding": 2, "every": "50 ms", "write": write}
+    inverter.written(3, [2])  # it stops after 0.2 s without a word
+    with connected(server, watchdog=kept if write else None) as motor:
+        motor.set("frequency", 10.0)
+        time.sleep(0.5)
+        assert plant.frequency_hz == (10.0 if write else 0.0)
+        if not write:
+            assert inverter.inputs()[3] == NOTHING_HEARD
+
+
+def test_a_watchdog_that_fails_is_told_with_its_reason(server):
+    wrong = {"holding": 40, "every": "50 ms", "write": [1]}
+    with connected(server, watchdog=wrong) as motor:
+        time.sleep(0.2)
+        with pytest.raises(Exception, match=r"the watchdog failed: write 1 to holding 40.*address"):
+            motor.read(["frequency"])
+
+
+def test_threads_and_sockets_are_released(server):
+    kept = {"holding": 2, "every": "50 ms", "write": [0]}
+    before = threading.active_count()
+    for _ in range(3):
+        unit = device(settings(server, watchdog=kept))
+        unit.connect(2.0)
+        unit.connect(2.0)
+        unit.close()
+        unit.close()
+    assert threading.active_count() == before
+
+
+def test_a_read_of_neighbours_is_one_request(server):
+    with connected(server) as motor:
+        asked = []
+        line = motor._line
+        motor._opened.read = lambda *span: asked.append(span) or type(line).read(line, *span)
+        motor.read(["frequency", "current", "running"])
+    assert asked == [("input", 0, 3)]
+
+
+def test_over_a_serial_line():
+    plant = Plant(frequency_rate_hz_per_s=500.0)
+    with modbus_line(Inverter(plant)) as port:
+        rtu = {"port": port, "baud": 115200}
+        given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
+        motor = device({"rtu": rtu, "timeout": "500 ms", **given})
+        motor.connect(2.0)
+        motor.set("frequency", 20.0)
+        assert motor.read(["running", "frequency"]) == {
+            "running": 1.0,
+            "frequency": pytest.approx(20.0),
+        }
+        assert motor.make_safe() == {"frequency": 0.0}
+        motor.close()

@@ -1,0 +1,227 @@
+"""Failures of a Modbus instrument: a clear message, and a rig that is safe or said not to be."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from helpers_devices import Listener, plan_of, run
+from helpers_modbus import (
+    FREQUENCY,
+    HANG_UP,
+    SILENCE,
+    Cable,
+    device,
+    mbap,
+    rtu,
+    rtu_peer,
+    tcp_peer,
+)
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.api.events import MadeSafe, Outcome, StepStarted
+from rigrunner.clock import WallClock
+from rigrunner.plan.actions import SetDrive
+from rigrunner.rig import Patience, Rig
+from rigrunner_plugins.loopback.inverter import HEARTBEAT, NOTHING_HEARD, WATCHDOG, Inverter
+from rigrunner_plugins.loopback.modbus_server import ModbusServer
+from rigrunner_plugins.loopback.plant import Plant
+
+CHANNELS = {"torque": {"input": 0, "unit": "N·m"}}
+MAIN = (SetDrive("tester", "frequency", 10.0, "Hz"), SetDrive("tester", "frequency", 20.0, "Hz"))
+
+
+@pytest.fixture
+def plant():
+    return Plant(frequency_rate_hz_per_s=200.0)
+
+
+@pytest.fixture
+def real_inverter(plant):
+    return Inverter(plant)
+
+
+@pytest.fixture
+def server(real_inverter):
+    with ModbusServer([real_inverter]) as serving:
+        yield serving
+
+
+@pytest.fixture
+def cable(server):
+    laid = Cable(server.port)
+    yield laid
+    laid.close()
+
+
+def inverter(port, **more):
+    tcp = {"host": "127.0.0.1", "port": port}
+    drives = {"frequency": FREQUENCY}
+    return device({"tcp": tcp, "timeout": "200 ms", "retries": 0, "drives": drives, **more})
+
+
+def run_with(motor, break_it):
+    """Run two set-points, and break something as the second begins; return how it ended."""
+
+    def at(event):
+        if isinstance(event, StepStarted) and event.index == 1:
+            break_it()
+
+    listener = Listener(before=at)
+    summary = run(motor, plan_of((), MAIN, ()), critical=[listener], clock=WallClock())
+    motor.close()
+    return summary, listener.of(MadeSafe)
+
+
+def test_a_connection_that_drops_ends_the_run_and_is_opened_anew_to_stop_the_motor(plant, cable):
+    summary, _ = run_with(inverter(cable.port), cable.drop)
+    assert summary.outcome is Outcome.ERROR
+    assert isinstance(summary.error, DeviceLostError)
+    assert "tester: write 2000 to holding 1: unit 1 at 127.0.0.1" in str(summary.error)
+    assert "closed the connection or was unplugged" in str(summary.error)
+    assert summary.safe
+    assert plant.frequency_hz == 0.0
+
+
+def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so(
+    plant, cable, real_inverter
+):
+    real_inverter.written(WATCHDOG, [5])  # it stops after 0.5 s without a word
+    kept = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
+    summary, reports = run_with(inverter(cable.port, watchdog=kept), cable.swallow)
+    assert summary.outcome is Outcome.ERROR
+    assert "no answer from unit 1" in str(summary.error)
+    assert not summary.safe
+    assert "make safe failed" in reports[-1].problems[0]
+    time.sleep(0.5)
+    assert plant.frequency_hz == 0.0
+    assert real_inverter.inputs()[3] == NOTHING_HEARD
+
+
+def test_a_server_that_is_gone_leaves_a_rig_that_is_said_not_to_be_safe(server):
+    summary, reports = run_with(inverter(server.port), server.stop)
+    assert isinstance(summary.error, DeviceLostError)
+    assert not summary.safe
+    (problem,) = reports[-1].problems
+    assert "cannot be reached: Connection refused" in problem
+
+
+def test_a_set_point_that_is_refused_ends_the_run_with_a_stopped_motor(plant, server):
+    wrong = {**FREQUENCY, "run": [{"holding": 0, "value": 1}, {"holding": 77, "value": 1}]}
+    summary, _ = run_with(inverter(server.port, drives={"frequency": wrong}), lambda: None)
+    assert isinstance(summary.error, DeviceRejectedError)
+    assert "write 1 to holding 77" in str(summary.error)
+    assert "illegal data address" in str(summary.error)
+    assert "`reference: 40003`" in str(summary.error)
+    assert summary.safe
+    assert plant.frequency_hz == 0.0
+
+
+def test_nobody_there():
+    listener = Cable(1)
+    port = listener.port
+    listener.close()
+    with pytest.raises(DeviceNotFoundError, match=rf"127.0.0.1:{port} cannot be reached"):
+        inverter(port).connect(1.0)
+    with pytest.raises(DeviceNotFoundError, match=r"no-such-host.invalid:502 cannot be reached"):
+        device({"tcp": {"host": "no-such-host.invalid"}, "channels": CHANNELS}).connect(1.0)
+    with pytest.raises(DeviceNotFoundError, match="serial port /dev/ttyNONE cannot be opened"):
+        device({"rtu": {"port": "/dev/ttyNONE"}, "channels": CHANNELS}).connect(1.0)
+
+
+def test_another_instrument_than_expected_never_moves(plant, server):
+    expected = {"standard": "yes", "expect": {"model": "FC-51"}}
+    rig = Rig({"motor": inverter(server.port, identification=expected)}, WallClock(), Patience())
+    with pytest.raises(DeviceNotFoundError, match=r"motor: unit 1 .* has the model 'SIM-VFD'"):
+        rig.connect()
+    assert plant.frequency_hz == 0.0
+
+
+PROBE = "04 00 00 00 01"
+
+
+def connect_and_read(serving, retries=0):
+    with serving as (_, where):
+        given = {**where, "timeout": "150 ms", "retries": retries, "channels": CHANNELS}
+        unit = device(given)
+        try:
+            unit.connect(1.0)
+            return unit.read(["torque"])
+        finally:
+            unit.close()
+
+
+FINE = "04 02 00 07"
+
+
+@pytest.mark.parametrize(
+    ("answer", "error", "told"),
+    [
+        (SILENCE, DeviceTimeoutError, r"read input 0: no answer from unit 1 at .* within 0.15 s"),
+        (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
+        (b"HTTP/1.1 400 Bad Request\r\n", DeviceTimeoutError, r"no readable answer .* only: 48 54"),
+        (mbap(2, 1, "84 06"), DeviceRejectedError, r"device busy \(exception 6\)"),
+        (mbap(2, 1, "84 0B"), DeviceRejectedError, "gateway's target does not answer"),
+        (mbap(2, 1, "84 63"), DeviceRejectedError, r"does not know \(exception 99\)"),
+        (mbap(2, 1, "03 02 00 07"), DeviceRejectedError, "an answer to function 3"),
+        (mbap(2, 1, "04 04 00 07 00 08"), DeviceRejectedError, "something else: 2 registers"),
+        (mbap(2, 9, FINE), DeviceTimeoutError, "no readable answer"),  # another unit's
+        (mbap(1, 1, FINE), DeviceTimeoutError, "no readable answer"),  # of the request before
+        (mbap(2, 1, FINE)[:-1], DeviceTimeoutError, "no readable answer"),
+    ],
+    ids=[
+        "silence", "hung up", "another protocol", "busy", "gateway", "unknown exception",
+        "another function", "too many", "another unit", "a late one", "cut short",
+    ],
+)  # fmt: skip
+def test_an_answer_that_is_none_over_tcp(answer, error, told):
+    script = [(mbap(1, 1, PROBE), mbap(1, 1, FINE)), (mbap(2, 1, PROBE), answer)]
+    with pytest.raises(error, match=told):
+        connect_and_read(tcp_peer(script))
+
+
+@pytest.mark.parametrize(
+    ("answer", "error", "told"),
+    [
+        (SILENCE, DeviceTimeoutError, "baud, parity and stop_bits right"),
+        (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
+        (rtu(1, FINE)[:-1] + b"\0", DeviceTimeoutError, r"no readable answer .* only: 01 04 02"),
+        (rtu(9, FINE), DeviceTimeoutError, "no readable answer"),
+    ],
+    ids=["silence", "unplugged", "wrong checksum", "another unit"],
+)
+def test_an_answer_that_is_none_over_a_serial_line(answer, error, told):
+    script = [(rtu(1, PROBE), rtu(1, FINE)), (rtu(1, PROBE), answer)]
+    with pytest.raises(error, match=told):
+        connect_and_read(rtu_peer(script))
+
+
+def test_a_request_that_was_lost_is_repeated():
+    script = [
+        (rtu(1, PROBE), rtu(1, FINE)),
+        (rtu(1, PROBE), SILENCE),
+        (rtu(1, PROBE), rtu(1, "04 02 00 09")),
+    ]
+    assert connect_and_read(rtu_peer(script), retries=1) == {"torque": 9.0}
+
+
+def test_an_echo_of_another_value_is_no_confirmation():
+    probe = "03 00 01 00 01"
+    script = [
+        (mbap(1, 1, probe), mbap(1, 1, "03 02 00 00")),
+        (mbap(2, 1, "06 00 01 03 E8"), mbap(2, 1, "06 00 01 03 E9")),
+    ]
+    drive = {key: FREQUENCY[key] for key in ("holding", "scale", "unit", "min", "max", "safe")}
+    with tcp_peer(script) as (_, where):
+        unit = device({**where, "timeout": "150 ms", "drives": {"frequency": drive}})
+        unit.connect(1.0)
+        with pytest.raises(
+            DeviceRejectedError, match=r"write 1000 to holding 1: .* echo of \[1001"
+        ):
+            unit.begin("frequency", 10.0)
+        unit.close()

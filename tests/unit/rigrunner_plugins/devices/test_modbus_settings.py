@@ -1,0 +1,81 @@
+"""What a station may say of an instrument that talks Modbus."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from helpers_modbus import FREQUENCY, device
+from rigrunner.registry import load_registry
+from rigrunner_plugins.devices.modbus.settings import ModbusSettings
+
+TCP = {"tcp": {"host": "127.0.0.1"}}
+CHANNEL = {"frequency": {"input": 1, "unit": "Hz"}}
+
+
+def settings(**changes):
+    return {**TCP, "channels": CHANNEL, **changes}
+
+
+def drive(**changes):
+    return settings(drives={"frequency": {**FREQUENCY, **changes}})
+
+
+def test_the_defaults_are_those_of_the_standards():
+    made = ModbusSettings.model_validate({"rtu": {"port": "COM3"}, "channels": CHANNEL})
+    assert made.rtu is not None
+    assert (made.rtu.baud, made.rtu.parity, made.rtu.stop_bits) == (19200, "even", 1)
+    assert ModbusSettings.model_validate(settings()).tcp.port == 502
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"channels": CHANNEL}, "needed is either tcp or rtu"),
+        (settings(rtu={"port": "COM3"}), "needed is either tcp or rtu"),
+        (TCP, "neither channels nor drives"),
+        ({"rtu": {"port": "COM3"}, "unit_id": 248, "channels": CHANNEL}, "1 to 247"),
+        (settings(unit_id=0), "greater than or equal to 1"),
+        (settings(identification={"expect": {"model": "X"}}), "expect names model"),
+        (
+            settings(identification={"model": {"holding": 1, "text": 4, "type": "int16"}}),
+            "a text stands in registers",
+        ),
+        (settings(watchdog={"input": 1, "every": "1 s", "write": [1]}), "an input is only read"),
+        (drive(holding=None, input=1), "an input is only read"),
+        (drive(bit=3), "a single bit of a register cannot be a drive"),
+        (drive(type="float32", write="single"), "float32 takes 2 registers"),
+        (drive(max="700 Hz"), r"max is 700 Hz: 70000 does not fit into uint16: 0 to 65535"),
+        (drive(min="-1 Hz"), r"min is -1 Hz: -100 does not fit"),
+        (drive(scale=1.0), "steps of 1 Hz, too coarse for the tolerance of 0.05 Hz"),
+        (
+            drive(read_back={"input": 1, "unit": "Hz"}),
+            "steps of 1 Hz, too coarse for the tolerance of 0.05 Hz",
+        ),
+        (drive(read_back={"input": 1, "unit": "N"}), "read_back is in N, the drive in Hz"),
+        (drive(run=[{"input": 0, "value": 1}]), "an input is only read"),
+        (drive(run=[{"coil": 0, "value": 2}]), "allowed in a coil is 0 or 1"),
+        (drive(run=[{"holding": 0, "value": "0x10000"}]), "less than or equal to 65535"),
+        (drive(run=[{"holding": 0, "value": "0xG"}]), "valid integer"),
+    ],
+)
+def test_what_cannot_be_is_told(given, told):
+    with pytest.raises(ValidationError, match=told):
+        ModbusSettings.model_validate(given)
+
+
+def test_a_word_may_be_hexadecimal():
+    made = ModbusSettings.model_validate(drive(run=[{"holding": 0, "value": "0x047F"}]))
+    assert made.drives["frequency"].run[0].value == 0x047F
+
+
+def test_channels_and_drives_are_known_without_an_instrument():
+    unit = device(drive(unit="rpm", scale=1.0, tolerance="1 Hz"))
+    assert [info.unit for info in (*unit.channels, *unit.drives)] == ["Hz", "Hz"]
+    assert unit.drives[0].maximum == 35.0
+    assert unit.drives[0].sets_cycle_frequency
+
+
+def test_every_setting_is_explained():
+    schema = load_registry().settings_of("device", "modbus").model_json_schema()
+    assert schema["additionalProperties"] is False
