@@ -20,6 +20,8 @@ from rigrunner_plugins.compensations.settings import (
 from rigrunner_plugins.devices.composite.settings import CompositeSettings
 from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 from rigrunner_plugins.devices.modbus.settings import ModbusSettings
+from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
+from rigrunner_plugins.devices.modbus.trial import TRIAL as MODBUS_TRIAL
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
@@ -136,6 +138,8 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=ModbusSettings,
             factory=_modbus,
             wired=True,
+            trial=MODBUS_TRIAL,
+            absent=MODBUS_ABSENT,
         ),
         *TEXT_DEVICES,
     ]

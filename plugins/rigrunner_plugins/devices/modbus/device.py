@@ -9,12 +9,13 @@ from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
-    MissingPackageError,
 )
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.modbus.grouping import Span, spans
 from rigrunner_plugins.devices.modbus.identification import identify
 from rigrunner_plugins.devices.modbus.places import span
+from rigrunner_plugins.devices.modbus.settings import Tcp
 from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.line import Line
     from rigrunner_plugins.devices.modbus.places import Number, Place
     from rigrunner_plugins.devices.modbus.settings import ModbusSettings, Write
+    from rigrunner_plugins.loopback.modbus_server import ModbusServer
 
 _BASIC_OBJECTS = range(3)
 """Maker, product and revision (Application Protocol Specification V1.1b3, clause 6.21)."""
@@ -37,6 +39,7 @@ class ModbusDevice(Driver):
         self._settings = settings
         self._opened: Line | None = None
         self._heartbeat: Heartbeat | None = None
+        self._server: ModbusServer | None = None
 
     def open(self, timeout_s: float) -> Identity:
         """Connect, ask who answers, and keep the watchdog content from then on."""
@@ -55,6 +58,9 @@ class ModbusDevice(Driver):
         if self._opened is not None:
             self._opened.close()
             self._opened = None
+        if self._server is not None:
+            self._server.stop()
+            self._server = None
 
     def get(self, channel: str) -> float:
         """Return the present value of a channel."""
@@ -106,10 +112,13 @@ class ModbusDevice(Driver):
 
     def read_words(self, wanted: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""
-        return self.exchange(
-            f"read {wanted.table} {span(wanted.address, wanted.count)}",
-            lambda: self._line.read(wanted.table, wanted.address, wanted.count),
+        asked = f"read {wanted.table} {span(wanted.address, wanted.count)}"
+        words = self.exchange(
+            asked, lambda: self._line.read(wanted.table, wanted.address, wanted.count)
         )
+        if len(words) != wanted.count:  # of a played-back exchange
+            raise DeviceRejectedError(f"{asked}: {len(words)} came, needed are {wanted.count}")
+        return words
 
     def read_identification(self) -> list[str]:
         """Return maker, product and revision by Read Device Identification."""
@@ -118,7 +127,7 @@ class ModbusDevice(Driver):
         except DeviceRejectedError as error:
             error.hint = "if it does not know function 43 / 14, leave `standard` out"
             raise
-        if not found[0] and not found[1]:
+        if len(found) != len(_BASIC_OBJECTS) or not any(found):
             raise DeviceNotFoundError(f"{self._settings.where} does not say who it is")
         return found
 
@@ -132,13 +141,20 @@ class ModbusDevice(Driver):
         try:
             from rigrunner_plugins.devices.modbus.line import Line  # noqa: PLC0415  (pymodbus)
 
-            self._opened = Line(self._settings, self.clock)
+            self._opened = Line(self._served(), self.clock)
             self._opened.open(timeout_s)
         except ModuleNotFoundError as error:
-            raise MissingPackageError(
-                f"the device 'modbus' needs {error.name}, which is not installed",
-                hint="pip install 'rigrunner[modbus]'",
-            ) from error
+            raise missing(error.name or "pymodbus", "modbus") from error
+
+    def _served(self) -> ModbusSettings:
+        """Return the settings, with the address of the simulator if there is one."""
+        if self._settings.simulator is None:
+            return self._settings
+        from rigrunner_plugins.devices.modbus.simulator import serve  # noqa: PLC0415  (pymodbus)
+
+        self._server = serve(self._settings.simulator, self._settings.unit_id, self.clock)
+        tcp = Tcp(host="127.0.0.1", port=self._server.port)
+        return self._settings.model_copy(update={"tcp": tcp})
 
     def _ask_identification(self) -> list[str]:
         objects = self._line.identification()

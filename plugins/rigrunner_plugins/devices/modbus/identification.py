@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.places import Number
     from rigrunner_plugins.devices.modbus.settings import IdentityPart, ModbusSettings
 
+_NOT_TOLD = "not told"
+
 
 class Asks(Protocol):
     """Asks the unit."""
@@ -52,10 +54,11 @@ def identify(settings: ModbusSettings, unit: Asks) -> Identity:
                 hint="is it another instrument, or the station out of date?",
             )
     return Identity(
-        maker=texts["maker"],
+        maker=texts["maker"] or _NOT_TOLD,
         model=texts["model"] or f"Modbus {settings.where}",
-        serial=texts["serial"],
+        serial=texts["serial"] or _NOT_TOLD,
         firmware=texts["firmware"],
+        simulated=settings.simulated,
     )
 
 

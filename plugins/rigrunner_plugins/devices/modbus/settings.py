@@ -7,7 +7,14 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api.settings import Duration, ListOf, PositiveDuration, Settings, YesNo
+from rigrunner.api.settings import (
+    Duration,
+    ListOf,
+    PositiveDuration,
+    Settings,
+    SimulableSettings,
+    YesNo,
+)
 from rigrunner_plugins.devices.declared import (
     DeclaredChannel,
     DeclaredDrive,
@@ -44,6 +51,7 @@ class Tcp(Settings):
     host: str
     """Name or address."""
     port: Annotated[int, Field(ge=1, le=65535)] = 502
+    """Its TCP port."""
 
 
 class Rtu(Settings):
@@ -52,14 +60,18 @@ class Rtu(Settings):
     port: str
     """Such as /dev/ttyUSB0 or COM3."""
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 19200
+    """Bits per second."""
     parity: Literal["even", "odd", "none"] = "even"
+    """The check bit of each character."""
     stop_bits: Annotated[int, Field(ge=1, le=2)] = 1
+    """The standard wants 2 where the parity is none."""
 
 
 class Write(Place):
     """A word that is written into a register, or a 0 or 1 into a coil."""
 
     value: Word
+    """What is written: 1151 or 0x047F, in a coil 0 or 1."""
     wait: Annotated[Duration, Field(ge=0)] = 0.0
     """How long the instrument needs until the next one."""
 
@@ -202,13 +214,18 @@ def _need_writable(table: Table) -> None:
         raise ValueError(f"{what} is only read, allowed is holding or coil")
 
 
-class ModbusSettings(Settings):
+Simulator = Literal["inverter", "press"]
+
+
+class ModbusSettings(SimulableSettings):
     """An instrument that talks Modbus."""
 
     tcp: Tcp | None = None
     """Where it listens, if it talks Modbus TCP."""
     rtu: Rtu | None = None
     """The serial line, if it talks Modbus RTU."""
+    simulator: Simulator | None = None
+    """Which simulated instrument is served on loopback instead, with `simulated: yes`."""
     unit_id: Annotated[int, Field(ge=1, le=255)] = 1
     """Its address on the line or behind the gateway; of a TCP instrument often 1 or 255."""
     timeout: PositiveDuration = 1.0
@@ -227,8 +244,14 @@ class ModbusSettings(Settings):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
-        if (self.tcp is None) == (self.rtu is None):
-            raise ValueError("needed is either tcp or rtu")
+        given = [key for key in ("tcp", "rtu", "simulator") if getattr(self, key) is not None]
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            raise ValueError(f"needed is one of tcp, rtu and simulator, got {got}")
+        if self.simulated != (self.simulator is not None):
+            raise ValueError(
+                "simulator and 'simulated: yes' go together: got one without the other"
+            )
         if not self.channels and not self.drives:
             raise ValueError("there are neither channels nor drives, needed is at least one")
         if self.rtu is not None and self.unit_id > _HIGHEST_ON_A_LINE:
@@ -240,4 +263,5 @@ class ModbusSettings(Settings):
         """The unit in words, such as 'unit 1 at 192.168.1.20:502'."""
         if self.tcp is not None:
             return f"unit {self.unit_id} at {self.tcp.host}:{self.tcp.port}"
-        return f"unit {self.unit_id} at {self.rtu.port if self.rtu else ''}"
+        place = self.simulator if self.rtu is None else self.rtu.port
+        return f"unit {self.unit_id} at {place}"

@@ -1,0 +1,23 @@
+"""A simulated instrument, served by a Modbus server of its own on loopback."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner_plugins.loopback.inverter import Inverter
+from rigrunner_plugins.loopback.modbus_server import ModbusServer
+from rigrunner_plugins.loopback.plant import Plant
+from rigrunner_plugins.loopback.press import Press
+
+if TYPE_CHECKING:
+    from rigrunner.api.devices import Clock
+    from rigrunner_plugins.devices.modbus.settings import Simulator
+
+
+def serve(simulator: Simulator, unit_id: int, clock: Clock) -> ModbusServer:
+    """Return a server that listens; its plant moves in the time of the clock."""
+    plant = Plant(now_s=clock.monotonic_s)
+    unit = Inverter(plant, unit_id) if simulator == "inverter" else Press(plant, unit_id)
+    server = ModbusServer([unit])
+    server.start()
+    return server
