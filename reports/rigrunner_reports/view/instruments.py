@@ -20,6 +20,7 @@ Facts = tuple[tuple[str, str], ...]
 NO_CALIBRATION = {
     "simulated": "none: the instrument is simulated",
     "recorded": "none at this run: the values were recorded before it",
+    "trial": "none: the set-up is a trial",
 }
 
 

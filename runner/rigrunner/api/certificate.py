@@ -318,7 +318,7 @@ class InstrumentEntry(Part):
     """In which surroundings the calibration holds, by quantity."""
     overdue: bool = False
     """At the start of the run."""
-    calibration: Literal["calibrated", "simulated", "recorded"] = "calibrated"
+    calibration: Literal["calibrated", "simulated", "recorded", "trial"] = "calibrated"
     """Why there is nothing to calibrate, where the register says so."""
 
 
@@ -382,7 +382,7 @@ class Evidence(Part):
 class Restriction(Part):
     """Why the document is no certificate, but a specimen."""
 
-    code: Literal["draft_procedure", "simulated", "requested"]
+    code: Literal["draft_procedure", "simulated", "trial", "requested"]
     detail: str = ""
 
 

@@ -78,9 +78,10 @@ class Instrument(Settings):
     """When it was calibrated."""
     due: IsoDate | None = None
     """When it is to be calibrated again; it may be used on that day."""
-    calibration: Literal["simulated", "recorded"] | None = None
-    """Why there is nothing to calibrate: the device is `simulated`, or its values were `recorded`
-    before, and are only read from a file. Left out: the instrument is calibrated."""
+    calibration: Literal["simulated", "recorded", "trial"] | None = None
+    """Why there is nothing to calibrate: the device is `simulated`, its values were `recorded`
+    before and are only read from a file, or the set-up is a `trial`: of what that measures nothing
+    can be certified. Left out: the instrument is calibrated."""
     range_: Annotated[CalibratedRange | None, Field(alias="range")] = None
     """Between which values the calibration holds."""
     points: ListOf[CalibrationPoint] = ()

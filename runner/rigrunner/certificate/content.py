@@ -125,17 +125,20 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(
             code="draft_procedure", detail=f"{words}: {approval.note or approval.state}"
         )
-    simulated = source.simulated or _has_simulated_instrument(source)
+    station, entered = source.stored.header.station_id, _entered_as(source)
+    simulated = source.simulated or "simulated" in entered
     if simulated:
-        yield Restriction(code="simulated", detail=source.stored.header.station_id)
-    if requested and not drafts and not simulated:
+        yield Restriction(code="simulated", detail=station)
+    if "trial" in entered:
+        yield Restriction(code="trial", detail=station)
+    if requested and not drafts and not simulated and "trial" not in entered:
         yield Restriction(code="requested")
 
 
-def _has_simulated_instrument(source: Source) -> bool:
-    """Say whether the register of either run has one."""
+def _entered_as(source: Source) -> set[str]:
+    """Return what the registers of both runs say of calibrations, such as 'simulated'."""
     entries = instruments_of(source.result.run, source.result.no_load_run)
-    return any(each.calibration == "simulated" for each in entries)
+    return {each.calibration for each in entries}
 
 
 def _runs(source: Source) -> tuple[StoredRun, ...]:

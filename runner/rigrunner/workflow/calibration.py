@@ -47,7 +47,8 @@ def calibration_findings(planned: Planned) -> tuple[Finding, ...]:
     """Return what keeps the instruments of a planned run from being used, on the clock's day.
 
     Looked at is every channel whose value enters the result. On a simulated device nothing has to
-    be registered, but what is entered is held to.
+    be registered, but what is entered is held to. An instrument of a trial needs no calibration:
+    what it measures cannot be certified.
     """
     return tuple(_Register(planned).findings())
 
@@ -80,6 +81,8 @@ class _Register:
 
     def _missing(self, each: Instrument) -> Iterator[Finding]:
         simulated = self._is_simulated(each.channel)
+        if each.calibration == "trial":
+            return
         if each.calibration is not None and not simulated:
             plugin, _ = self._source(each.channel)
             message = f"{_named(each)} is entered as {each.calibration}, but '{plugin}' is a device"
@@ -94,7 +97,7 @@ class _Register:
 
     def _out_of_range(self, each: Instrument) -> Iterator[Finding]:
         bounds = each.calibrated_range
-        simulated = self._is_simulated(each.channel)
+        simulated = self._is_simulated(each.channel) or each.calibration == "trial"
         if simulated and not (each.range_ or each.points):
             return
         if bounds is None:

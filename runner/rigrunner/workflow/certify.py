@@ -38,6 +38,7 @@ RUN_FILE = "run.h5"
 _WHY = {
     "draft_procedure": "its procedure was not approved",
     "simulated": "its data are simulated",
+    "trial": "its instruments are those of a trial",
 }
 
 

@@ -139,6 +139,17 @@ def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
     assert found.detail.endswith("changed after approval")
 
 
+@pytest.mark.parametrize("requested", [True, False])
+def test_of_a_trial_nothing_is_certified(source, requested):
+    one = approved(source)
+    trial = {
+        n: i.model_copy(update={"calibration": "trial"})
+        for n, i in one.result.run.instruments.items()
+    }
+    one = replace(one, result=replace(one.result, run=replace(one.result.run, instruments=trial)))
+    assert [each.code for each in restrictions_of(one, requested=requested)] == ["trial"]
+
+
 def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
     events = (
         Intervention(**AT, action="override", by="O. Ver", reason="urgent", subject="overdue TQ-1"),

@@ -97,6 +97,12 @@ def test_what_a_calibration_lacks(tmp_path, case):
     assert "or start with --override" in finding.problem.hint
 
 
+def test_an_instrument_of_a_trial_needs_no_calibration(tmp_path):
+    certificate = "    certificate: D-K-2\n    due: 2026-06-01\n"
+    trial = bench(tmp_path, (certificate, "    calibration: trial\n"))
+    assert calibration_findings(planned(tmp_path, trial)) == ()
+
+
 def test_nothing_has_to_be_entered_for_a_simulated_device(tmp_path):
     gone = bench(tmp_path, ("plugin: bench_tester", "plugin: swing_tester_sim"))
     text = gone.read_text(encoding="utf-8")
