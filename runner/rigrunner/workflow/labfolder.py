@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import UsageError
 from rigrunner.registry import with_drop_ins
 from rigrunner.workflow.demo import PROCEDURES
 from rigrunner.workflow.locate import find_procedure
+from rigrunner.workflow.new_files import write_new_files
 from rigrunner.workflow.schema import language_schema
 
 if TYPE_CHECKING:
@@ -36,17 +36,7 @@ def make_lab(folder: Path, registry: Registry) -> list[str]:
     is written, and if one cannot be written.
     """
     texts = _texts(registry)
-    there = [name for name in texts if (folder / name).exists()]
-    if there:
-        raise UsageError(
-            f"{folder} has a {there[0]} already{_others(there)}",
-            hint="nothing was written, as nothing is ever overwritten; name a new folder",
-        )
-    try:
-        for name, text in texts.items():
-            _write_new(folder / name, text)
-    except OSError as error:
-        raise UsageError(f"{error.filename or folder}: {error.strerror or error}") from error
+    write_new_files(folder, texts)
     return [name for name in texts if name.startswith("procedures/") and name.endswith(".yaml")]
 
 
@@ -70,13 +60,3 @@ def _is_content(path: Path) -> bool:
 def _name(path: Path) -> str:
     name = path.relative_to(TEMPLATE).as_posix()
     return _UNDER_ANOTHER_NAME.get(name, name)
-
-
-def _write_new(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("x", encoding="utf-8", newline="\n") as file:
-        file.write(text)
-
-
-def _others(names: list[str]) -> str:
-    return f", and {len(names) - 1} more of the files to write" if len(names) > 1 else ""

@@ -1,7 +1,8 @@
 """A thermometer for the room: an example of a device of your own, in one file.
 
 It is simulated: the temperature swings by 1 K around a mean in the course of a day. Put your
-instrument's talk into `connect` and `read`, and take out `simulated`.
+instrument's talk into `open` and `get`, and take out `simulated`. `rigrunner new device NAME
+--drop-in` makes another such file, of an instrument that also has a drive.
 """
 
 from __future__ import annotations
@@ -9,13 +10,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.devices import ChannelInfo, Identity
+from rigrunner.api.driver import Driver
 from rigrunner.api.hooks import DeviceRecord, hookimpl
 from rigrunner.api.settings import Settings, Temperature
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rigrunner.api.devices import DeviceContext
 
 api_version = 1
@@ -29,32 +29,24 @@ class RoomThermometerSettings(Settings):
     """Around which the temperature swings."""
 
 
-class RoomThermometer:
+class RoomThermometer(Driver):
     """Values are in the SI unit of their kind: kelvin, newton, metre, second."""
 
-    channels: Sequence[ChannelInfo] = (ChannelInfo("temperature", "K", "Room temperature"),)
-    drives: Sequence[DriveInfo] = ()
+    channels = (ChannelInfo("temperature", "K", "Room temperature"),)
     non_blocking = True
 
     def __init__(self, settings: RoomThermometerSettings, context: DeviceContext) -> None:
+        super().__init__(context)
         self._mean_k = settings.mean
-        self._clock = context.clock
 
-    def connect(self, timeout_s: float) -> Identity:
+    def open(self, timeout_s: float) -> Identity:
         """Say who answers; raise DeviceNotFoundError where nobody does."""
         return Identity("Rigrunner", "room thermometer", "SIM-TH-01", simulated=True)
 
-    def read(self, channels: Sequence[str]) -> dict[str, float]:
+    def get(self, channel: str) -> float:
         """Return the temperature; raise DeviceTimeoutError or DeviceLostError."""
-        phase = 2 * math.pi * (self._clock.utc().timestamp() % DAY_S) / DAY_S
-        return dict.fromkeys(channels, self._mean_k - math.cos(phase))
-
-    def make_safe(self) -> dict[str, float]:
-        """Do nothing: a thermometer drives nothing."""
-        return {}
-
-    def close(self) -> None:
-        """There is no connection to give back."""
+        phase = 2 * math.pi * (self.clock.utc().timestamp() % DAY_S) / DAY_S
+        return self._mean_k - math.cos(phase)
 
 
 @hookimpl

@@ -1,0 +1,51 @@
+"""`rigrunner new`: a plugin of one's own that works at once."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import click
+
+from rigrunner.cli.output import message, result
+
+WORDS = ("device", "fit", "compensation", "outlier-rule", "importer", "report")
+PLUGINS = "plugins"
+"""The lab's own folder, as `rigrunner init` makes it."""
+
+
+@click.command(name="new")
+@click.argument("kind", type=click.Choice(WORDS))
+@click.argument("name")
+@click.option("--drop-in", is_flag=True, help="Make one file of a lab's folder, not a package.")
+@click.option(
+    "--folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Where to make it; left out, 'rigrunner-NAME', or 'plugins' with --drop-in.",
+)
+def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None:
+    """Make a plugin of your own, which works at once.
+
+    A package that can be installed, with its tests and a README, or with --drop-in one file. NAME
+    is what procedures and stations call it. Nothing that is there is overwritten.
+    """
+    from rigrunner.registry import load_registry, with_drop_ins
+    from rigrunner.workflow.new_plugin import NewPlugin, make_drop_in, make_package
+
+    plugin, registry = NewPlugin(kind, name), load_registry()
+    if drop_in:
+        where = folder or Path(PLUGINS)
+        known = with_drop_ins(registry, where) if where.is_dir() else registry
+        made = make_drop_in(plugin, where, known)
+        message(f"Made {where / made[0]}. A station says 'plugins: {where.name}'. To try it:")
+        result(f"rigrunner check-plugin {name} --drop-in {shlex.quote(str(where))}")
+        return
+    where = folder or Path(plugin.project)
+    made = make_package(plugin, where, registry)
+    message(f"Made {where} with {', '.join(made)}. To try it:")
+    result(f"cd {shlex.quote(str(where))}")
+    result("pip install -e '.[test]'")
+    result("pytest && mypy && ruff check")
+    result(f"rigrunner check-plugin {name}")
+    if kind == "device":
+        result("rigrunner run example/procedure.yaml --station example/station.yaml --unattended")

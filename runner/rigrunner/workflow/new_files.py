@@ -1,0 +1,40 @@
+"""Writes a set of new files, all or none, and never over what is there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write texts by name into a folder, which is made where it is not there.
+
+    Raises UsageError if a file of such a name exists, before any is written, and if one cannot be
+    written.
+    """
+    there = [name for name in texts if (folder / name).exists()]
+    if there:
+        raise UsageError(
+            f"{folder} has a {there[0]} already{_others(there)}",
+            hint="nothing was written, as nothing is ever overwritten; name a new folder",
+        )
+    try:
+        for name, text in texts.items():
+            _write_new(folder / name, text)
+    except OSError as error:
+        raise UsageError(f"{error.filename or folder}: {error.strerror or error}") from error
+
+
+def _write_new(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("x", encoding="utf-8", newline="\n") as file:
+        file.write(text)
+
+
+def _others(names: list[str]) -> str:
+    return f", and {len(names) - 1} more of the files to write" if len(names) > 1 else ""
