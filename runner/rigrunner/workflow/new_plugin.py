@@ -142,7 +142,7 @@ def _check(plugin: NewPlugin, registry: Registry) -> None:
     if len(name) > _LONGEST:
         raise UsageError(f"'{name}' has {len(name)} characters, allowed are {_LONGEST}")
     if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in _YAML_WORDS:
-        words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower())
+        words = re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower())
         usable = "_".join(words)
         near = f"such as '{usable}'" if _NAME.fullmatch(usable) and usable != name else ""
         raise UsageError(

@@ -1,0 +1,150 @@
+"""Plugins of other people: against our wheel they install, type-check, pass their tests and run.
+
+The environment has our wheel and theirs, and borrows all other packages from the one that tests.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from helpers_docs import ROOT
+from rigrunner.workflow.new_plugin import KINDS, NewPlugin
+
+STRANGER = Path(__file__).parent / "stranger"
+PLUGINS = {word: NewPlugin(word, f"authors_{word.replace('-', '_')}") for word in KINDS}
+AT_HAND = find_spec("hatchling") is not None
+QUIETLY = ["-q", "--no-deps", *(["--no-build-isolation"] if AT_HAND else [])]
+"""What builds them is not installed anew for each, where the environment that tests has it."""
+WITHOUT = {"PYTHONPATH", "MYPYPATH", "PYTEST_ADDOPTS", "COLUMNS"}
+
+
+@dataclass(frozen=True)
+class Author:
+    """A folder with a package of each kind, and an environment in which all are installed."""
+
+    folder: Path
+    bin: Path
+
+    def run(self, *words, cwd=None):
+        """Run a program of the environment; return what it did."""
+        kept = {name: value for name, value in os.environ.items() if name not in WITHOUT}
+        path = f"{self.bin}{os.pathsep}{os.environ['PATH']}"
+        return subprocess.run(
+            [self.bin / words[0], *words[1:]],
+            cwd=cwd or self.folder,
+            env=kept | {"PATH": path},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def package(self, word):
+        """Return the folder of a package."""
+        return self.folder / PLUGINS[word].project
+
+
+def succeeded(done):
+    assert done.returncode == 0, f"{done.args}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def pip(*words):
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", "--disable-pip-version-check", *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    succeeded(done)
+
+
+@pytest.fixture(scope="module")
+def author(tmp_path_factory) -> Author:
+    folder = tmp_path_factory.mktemp("author")
+    environment = folder / "env"
+    venv.create(environment, symlinks=True)
+    site = Path(sysconfig.get_path("purelib", "venv", {"base": str(environment)}))
+    (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    made = Author(folder, Path(sysconfig.get_path("scripts", "venv", {"base": str(environment)})))
+    pip("wheel", *QUIETLY, "-w", folder, ROOT)
+    (wheel,) = folder.glob("rigrunner-*.whl")
+    python = made.bin / "python"
+    pip("--python", python, "install", *QUIETLY, wheel)
+    for word, plugin in PLUGINS.items():
+        succeeded(made.run("rigrunner", "new", word, plugin.name))
+    projects = [made.package(word) for word in PLUGINS]
+    pip("--python", python, "install", *QUIETLY, *projects)
+    return made
+
+
+def test_the_environment_has_the_wheel_and_not_the_sources(author):
+    code = "import rigrunner, rigrunner_plugins; print(rigrunner.__file__)"
+    shown = succeeded(author.run("python", "-c", code))
+    assert shown.startswith(str(author.folder / "env"))
+
+
+@pytest.mark.parametrize("word", KINDS)
+def test_a_new_package_passes_its_own_tests(author, word):
+    done = author.run("python", "-m", "pytest", "-q", "-rs", cwd=author.package(word))
+    assert " passed" in succeeded(done)
+
+
+def test_all_of_them_and_a_strangers_pass_strict_type_checks(author):
+    shutil.copytree(STRANGER, author.folder / "stranger", dirs_exist_ok=True)
+    parts = [author.package(word) / part for word in PLUGINS for part in ("src", "tests")]
+    done = author.run("python", "-m", "mypy", "--strict", *parts, "stranger")
+    assert "no issues found" in succeeded(done)
+
+
+def test_what_breaks_the_contract_is_seen_by_the_type_checker(author):
+    """The wheel carries its types: without py.typed everything would pass."""
+    wrong = (
+        "from rigrunner.api.driver import Driver\n"
+        "class Press(Driver):\n"
+        "    def get(self, channel: str) -> str:\n"
+        "        return 'much'\n"
+    )
+    (author.folder / "wrong.py").write_text(wrong)
+    done = author.run("python", "-m", "mypy", "--strict", "wrong.py")
+    assert done.returncode == 1
+    assert "wrong.py:3" in done.stdout
+    assert "incompatible with return type" in done.stdout
+
+
+def test_all_of_them_are_listed_with_their_version(author):
+    listed = json.loads(succeeded(author.run("rigrunner", "plugins", "--json")))
+    found = {each["name"]: (each["kind"], each["version"]) for each in listed}
+    for word, plugin in PLUGINS.items():
+        assert found[plugin.name] == (KINDS[word], "0.1.0")
+
+
+def test_a_run_uses_the_new_device(author):
+    words = ["example/procedure.yaml", "--station", "example/station.yaml", "--unattended"]
+    succeeded(author.run("rigrunner", "run", *words, cwd=author.package("device")))
+    shown = succeeded(author.run("rigrunner", "runs", "--json", cwd=author.package("device")))
+    (run,) = json.loads(shown)
+    assert run["outcome"] == "completed"
+
+
+def test_a_strangers_plugin_is_taken_by_the_wheel(author):
+    code = (
+        "from importlib.metadata import EntryPoint\n"
+        "from rigrunner.registry import load_registry\n"
+        "found = load_registry([EntryPoint('stranger', 'stranger', 'rigrunner')])\n"
+        "print(sorted({each.kind for each in found.plugins}), found.disabled)\n"
+    )
+    shutil.copytree(STRANGER, author.folder / "stranger", dirs_exist_ok=True)
+    shown = succeeded(author.run("python", "-c", code))
+    kinds = sorted([*KINDS.values(), "certificate_format", "event_sink"])
+    assert shown.strip() == f"{kinds} ()"
