@@ -1,0 +1,85 @@
+"""What the panel answers when it cannot do what it was asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel
+
+from rigrunner.api.errors import (
+    DataError,
+    DeviceError,
+    InvalidFileError,
+    RigrunnerError,
+    UsageError,
+)
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import Problem
+
+_CODES: dict[type[RigrunnerError], str] = {
+    InvalidFileError: "invalid",
+    DeviceError: "device",
+    DataError: "data",
+    UsageError: "usage",
+}
+
+
+class ProblemView(BaseModel):
+    """One thing that is wrong in a file."""
+
+    message: str
+    where: str
+    field: str
+    hint: str
+
+
+class ErrorView(BaseModel):
+    """The body of every answer that is an error."""
+
+    code: str
+    message: str
+    hint: str = ""
+    problems: tuple[ProblemView, ...] = ()
+
+
+class PanelError(Exception):
+    """An answer with that status."""
+
+    def __init__(
+        self,
+        status: int,
+        code: str,
+        message: str,
+        hint: str = "",
+        problems: tuple[Problem, ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.status = status
+        self.view = ErrorView(
+            code=code, message=message, hint=hint, problems=tuple(map(_problem, problems))
+        )
+
+
+def of_ours(error: RigrunnerError) -> PanelError:
+    """Return the answer for an error of the program below."""
+    if isinstance(error, InvalidFileError):
+        return PanelError(422, "invalid", error.message, error.hint, error.problems)
+    code = next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
+    where = f"{error.location}: " if error.location else ""
+    return PanelError(422, code, f"{where}{error.message}", error.hint)
+
+
+def wrong_state(message: str, hint: str = "") -> PanelError:
+    """Return the answer for what cannot be done now."""
+    return PanelError(409, "wrong_state", message, hint)
+
+
+def not_found(message: str, hint: str = "") -> PanelError:
+    """Return the answer for what is not there."""
+    return PanelError(404, "not_found", message, hint)
+
+
+def _problem(problem: Problem) -> ProblemView:
+    where = "" if problem.location is None else str(problem.location)
+    return ProblemView(message=problem.message, where=where, field=problem.field, hint=problem.hint)

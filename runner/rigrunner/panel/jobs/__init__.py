@@ -1,0 +1,1 @@
+"""What the process that has the rig does."""

@@ -1,0 +1,127 @@
+"""What the devices say: who they are, whether they read zero, and whether interlocks are good."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Readable
+from rigrunner.api.errors import RigrunnerError
+from rigrunner.panel.view.sections import PreflightItem
+from rigrunner.plan.actions import Zero
+from rigrunner.rig import Patience, Rig
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.devices import Identity
+    from rigrunner.plan.actions import Interlock
+    from rigrunner.workflow.prepare import Planned
+
+_LOOK_S = 0.5
+"""How long a zero is looked at, at most: the run itself takes its time."""
+
+
+def rig_items(planned: Planned) -> Iterator[PreflightItem]:
+    """Connect each device on its own, look, make it safe and close it."""
+    safety = planned.station.model.safety
+    patience = Patience(safety.patience.connect, safety.patience.answer)
+    with ExitStack() as held:
+        rigs: dict[str, Rig] = {}
+        for role, device in planned.devices.items():
+            rig = Rig({role: device}, planned.clock, patience)
+            try:
+                identity = rig.connect()[role]
+            except RigrunnerError as error:
+                yield _unconnected(role, error)
+                continue
+            held.callback(rig.close)
+            held.callback(rig.make_safe)
+            rigs[role] = rig
+            yield _connected(role, identity)
+        yield from _interlocks(planned, rigs)
+        yield from _zeros(planned, rigs)
+
+
+def _connected(role: str, identity: Identity) -> PreflightItem:
+    who = " ".join(
+        each
+        for each in (identity.maker, identity.model, identity.serial, identity.firmware)
+        if each
+    )
+    simulated = " (simulated)" if identity.simulated else ""
+    return PreflightItem(kind="device", name=role, state="ok", text=f"{who}{simulated}")
+
+
+def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:
+    mend = error.hint or "look at its power, its cable and its settings in the station"
+    return PreflightItem(kind="device", name=role, state="fail", text=error.message, mend=mend)
+
+
+def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+    for each in planned.plan.interlocks:
+        role, channel = split_member(each.member)
+        if role in rigs and isinstance(planned.devices[role], Readable):
+            yield _interlock(each, rigs[role], role, channel)
+
+
+def _interlock(interlock: Interlock, rig: Rig, role: str, channel: str) -> PreflightItem:
+    override = f"interlock {interlock.name}" if interlock.overridable else ""
+    known = {"kind": "interlock", "name": interlock.name}
+    try:
+        value = rig.read(role, (channel,))[interlock.member]
+    except RigrunnerError as error:
+        text = f"{interlock.member} cannot be read: {error.message}"
+        return PreflightItem(**known, state="fail", text=text, mend=error.hint, override=override)
+    shown = interlock.shown
+    reads = f"{interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
+    if interlock.minimum <= value <= interlock.maximum:
+        return PreflightItem(**known, state="ok", text=reads)
+    text = f"{reads}, {interlock.condition}"
+    mend = f"clear it: otherwise the run will {interlock.does.replace('_', ' ')} at once"
+    return PreflightItem(**known, state="fail", text=text, mend=mend, override=override)
+
+
+def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+    zeros = {
+        f"{step.action.role}.{step.action.channel}": step.action
+        for step in planned.plan.steps
+        if isinstance(step.action, Zero)
+    }
+    for name, zero in zeros.items():
+        if zero.role in rigs:
+            yield _zero(name, zero, rigs[zero.role])
+
+
+def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
+    try:
+        mean = _mean(zero, rig)
+    except RigrunnerError as error:
+        mend = error.hint or "look at the device"
+        return PreflightItem(kind="zero", name=name, state="fail", text=error.message, mend=mend)
+    text = f"reads {mean:.4g} {zero.unit} at rest, allowed is {zero.within:g} {zero.unit}"
+    if abs(mean) <= zero.within:
+        return PreflightItem(kind="zero", name=name, state="ok", text=text)
+    mend = "is the rig at rest and unloaded? if so, adjust the instrument's zero"
+    override = f"zero {name}"
+    return PreflightItem(
+        kind="zero", name=name, state="fail", text=text, mend=mend, override=override
+    )
+
+
+def _mean(zero: Zero, rig: Rig) -> float:
+    duration_s = min(zero.duration_s, _LOOK_S)
+    blocks = rig.stream(zero.role, (zero.channel,), duration_s, _never)
+    values = [float(each) for block in blocks for each in block.channels[zero.channel]]
+    if not values:
+        raise RigrunnerError("no sample came")
+    return sum(values) / len(values)
+
+
+class _Never:
+    def is_set(self) -> bool:
+        return False
+
+
+_never = _Never()

@@ -1,0 +1,97 @@
+"""The latest whole swings of a recording that goes on, on the crank phase, for the screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float32]
+
+PHASES = 256
+LONGEST_S = 30.0
+"""A swing that takes longer is not shown: this bounds what is kept."""
+HYSTERESIS = 0.3
+"""Of the half range: noise around zero is no swing. `rigrunner.signal.cycles` has it too."""
+AGREE = 0.3
+"""Of the set period: what takes so much more or less is no swing of this rig."""
+_KEPT_SWINGS = 1.25
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """One swing: arrays of shape (PHASES,), phase 0 where the angle rises through its middle."""
+
+    frequency_hz: float
+    end_s: float
+    """When it ended, in seconds of the recording."""
+    raw_nm: Floats
+    angle_rad: Floats | None
+
+
+class SwingCutter:
+    """Keeps the last samples of one recording and cuts whole swings from them.
+
+    With an angle its rise through the middle begins a swing. Without one the set frequency tells
+    how long a swing is, and where it begins means nothing.
+    """
+
+    def __init__(self, rate_hz: float, frequency_hz: float) -> None:
+        self._rate_hz = rate_hz
+        self._period = rate_hz / frequency_hz
+        self._torque = np.empty(0, np.float32)
+        self._angle = np.empty(0, np.float32)
+        self._first = 0
+        self._shown = 0.0
+
+    def take(self, torque_nm: Floats, angle_rad: Floats | None) -> list[Swing]:
+        """Take consecutive samples of shape (n,); return the swings that they complete."""
+        self._torque = np.concatenate((self._torque, torque_nm))
+        if angle_rad is not None:
+            self._angle = np.concatenate((self._angle, angle_rad))
+        starts = self._starts()
+        swings = [self._swing(a, b) for a, b in pairwise(starts) if self._is_new(a, b)]
+        if len(starts):
+            self._shown = max(self._shown, self._first + float(starts[-1]))
+        self._forget()
+        return swings
+
+    def _starts(self) -> NDArray[np.float64]:
+        if len(self._angle):
+            return _rises(self._angle)
+        return np.arange(self._shown - self._first, len(self._torque), self._period)
+
+    def _is_new(self, start: float, end: float) -> bool:
+        is_swing = abs(end - start - self._period) <= AGREE * self._period
+        return is_swing and self._first + end > self._shown + AGREE * self._period
+
+    def _swing(self, start: float, end: float) -> Swing:
+        places = start + (end - start) * np.arange(PHASES) / PHASES
+        angle = _at(places, self._angle) if len(self._angle) else None
+        end_s = (self._first + end) / self._rate_hz
+        return Swing(self._rate_hz / (end - start), end_s, _at(places, self._torque), angle)
+
+    def _forget(self) -> None:
+        """Keep a whole swing: its range tells where the middle is."""
+        keep = min(int(_KEPT_SWINGS * self._period), int(LONGEST_S * self._rate_hz))
+        since = int(self._shown - self._first) if not len(self._angle) else len(self._torque)
+        drop = max(min(since, len(self._torque) - keep), 0)
+        self._torque, self._angle = self._torque[drop:], self._angle[drop:]
+        self._first += drop
+
+
+def _at(places: NDArray[np.float64], values: Floats) -> Floats:
+    return np.interp(places, np.arange(len(values)), values).astype(np.float32)
+
+
+def _rises(angle: Floats) -> NDArray[np.float64]:
+    """Return where the angle rises through the middle of its range, as fractional samples."""
+    low, high = float(angle.min()), float(angle.max())
+    centred = angle - (low + high) / 2
+    outside = np.flatnonzero(np.abs(centred) > HYSTERESIS * (high - low) / 2)
+    rising = np.flatnonzero(np.diff(np.sign(centred[outside])) > 0)
+    before, after = outside[rising], outside[rising + 1]
+    share = -centred[before] / (centred[after] - centred[before])
+    return np.asarray(before + share * (after - before), np.float64)

@@ -1,0 +1,73 @@
+"""Has the recordings so far analysed again and again, as fast as that goes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import RunStarted, StepEnded
+from rigrunner.panel.live.asked import Analyse, Analysed
+from rigrunner.panel.process.launch import Process
+from rigrunner.panel.process.messages import Curve, Ended, Failed, Happened
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from rigrunner.panel.view.story import Story
+
+ANALYST = "rigrunner.panel.live.analyst"
+LEAST_PAUSE_S = 0.5
+
+
+class Watcher:
+    """Asks the analyst's process whenever there is something new, and never twice at once."""
+
+    def __init__(self, runs: Path, station: Path) -> None:
+        self._runs = runs
+        self._station = station
+        self._process = Process(ANALYST)
+        self._news = threading.Event()
+        self._closed = threading.Event()
+        self._folder: Path | None = None
+
+    def start(self, story: Story, lock: AbstractContextManager[object]) -> None:
+        """Begin to work in a thread; the lock is held while the story is told."""
+        work = threading.Thread(target=self._work, args=(story, lock), name="analyst", daemon=True)
+        work.start()
+
+    def notice(self, message: object) -> None:
+        """Take note of what may make another analysis worth it."""
+        match message:
+            case Happened(event=RunStarted(run_id=name)):
+                self._folder = self._runs / name
+            case Curve() | Happened(event=StepEnded(recording=str())):
+                self._news.set()
+            case Ended() | Failed():
+                self.close()
+
+    def close(self) -> None:
+        """Ask nothing more."""
+        self._closed.set()
+        self._news.set()
+
+    def _work(self, story: Story, lock: AbstractContextManager[object]) -> None:
+        while self._news.wait() and not self._closed.is_set():
+            self._news.clear()
+            if self._folder is not None:
+                self._ask(self._folder, story, lock)
+            self._closed.wait(LEAST_PAUSE_S)
+        self._process.close()
+
+    def _ask(self, folder: Path, story: Story, lock: AbstractContextManager[object]) -> None:
+        no_load = self._runs / story.no_load if story.no_load else None
+        asked = Analyse(folder, self._station, no_load, story.recording)
+        found = self._process.ask(asked)
+        if not isinstance(found, Analysed):
+            self._closed.set()
+            return
+        with lock:
+            story.analysed(found)
+        if found.view is not None and found.view.taken_s > LEAST_PAUSE_S:
+            time.sleep(found.view.taken_s)  # half of a core is enough for the screen

@@ -1,0 +1,226 @@
+"""What the panel tells the process that has the rig, and what it is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rigrunner.api.errors import Problem
+    from rigrunner.api.events import Event
+    from rigrunner.engine import Decision, Interference, Paused
+    from rigrunner.panel.view.manual import ManualPoint, ManualView
+    from rigrunner.panel.view.sections import Finished, LiveView, PlanView, PreflightItem
+    from rigrunner.procedure.answers import Expected
+
+Kind = Literal["preflight", "run", "manual"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """What a process is started for."""
+
+    kind: Kind
+    procedure: Path
+    station: Path
+    runs: Path
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    operator: str = ""
+    no_load: str | None = None
+    realtime: bool = True
+    overridden: tuple[str, ...] = ()
+    items: tuple[PreflightItem, ...] = ()
+    """What the preflight found that is overridden."""
+    by: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class GiveAnswer:
+    """An answer to the prompt of that number, accepted already."""
+
+    prompt: int
+    text: str
+    by: str
+
+
+@dataclass(frozen=True)
+class AskPause:
+    """The run is to pause; with a decision that follows at once, where it is one."""
+
+    by: str
+    then: Decision | None = None
+
+
+@dataclass(frozen=True)
+class Decide:
+    """How a paused run goes on."""
+
+    decision: Decision
+
+
+@dataclass(frozen=True)
+class Abort:
+    """The run is to end: teardown, and the rig is made safe."""
+
+    by: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The rig is to be made safe at once."""
+
+    by: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class PutOnRecord:
+    """Something that a person did beside the run."""
+
+    what: Interference
+
+
+@dataclass(frozen=True)
+class SetManually:
+    """A drive gets a set-point, in its SI unit."""
+
+    drive: str
+    value: float
+    by: str
+
+
+@dataclass(frozen=True)
+class RecordManually:
+    """A point is recorded, so many cycles long."""
+
+    cycles: int
+    by: str
+
+
+@dataclass(frozen=True)
+class CloseManual:
+    """The manual session ends."""
+
+    by: str
+
+
+@dataclass(frozen=True)
+class Planned:
+    """The files are read, and nothing of the rig is touched yet."""
+
+    plan: PlanView
+    no_load: str
+    title: str
+
+
+@dataclass(frozen=True)
+class Happened:
+    """An event of the run; samples come as a Curve."""
+
+    event: Event
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A block of samples for the screen: channels by 'role.name', float32 of shape (n,)."""
+
+    recording: str
+    rate_hz: float
+    first_sample: int
+    monotonic_s: float
+    channels: Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A person is asked something, and the run waits."""
+
+    number: int
+    step: str
+    kind: Literal["confirm", "ask"]
+    text: str
+    picture: str
+    expected: Expected
+
+
+@dataclass(frozen=True)
+class Answered:
+    """The run no longer waits for that answer."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class PausedNow:
+    """The run is paused and waits for a decision."""
+
+    paused: Paused
+
+
+@dataclass(frozen=True)
+class WentOn:
+    """It was decided."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A part of the preflight."""
+
+    item: PreflightItem
+
+
+@dataclass(frozen=True)
+class Analysing:
+    """How far a part of the analysis is."""
+
+    what: str
+    done: int
+    of: int
+
+
+@dataclass(frozen=True)
+class ManualNow:
+    """What the manual session shows."""
+
+    view: ManualView
+
+
+@dataclass(frozen=True)
+class ManualFound:
+    """A point of the manual session was analysed."""
+
+    point: ManualPoint
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A wish of the manual page that was not fulfilled."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Ended:
+    """The process has done its job."""
+
+    finished: Finished | None = None
+    live: LiveView | None = None
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The job could not be begun, or a bug ended it."""
+
+    message: str
+    hint: str = ""
+    code: str = "bug"
+    problems: tuple[Problem, ...] = ()
+    trace: str = ""

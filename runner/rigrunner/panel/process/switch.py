@@ -1,0 +1,89 @@
+"""How a run is aborted or stopped from the panel, whatever it is doing just now."""
+
+from __future__ import annotations
+
+import _thread
+import signal
+import threading
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import Event, RunEnded
+from rigrunner.engine import StopNow
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+
+class Switch:
+    """A stop token for the run in the main thread, set from the thread that hears the panel.
+
+    Abort sets the token: the run ends at the next block, with its teardown. Stop also interrupts
+    the main thread, as Ctrl-C does in a terminal: no device and no answer is waited for. Once the
+    run has ended the rig is safe, and what follows is not interrupted.
+    """
+
+    def __init__(self) -> None:
+        self._event = threading.Event()
+        self._reason: AbortedError | None = None
+        self._stop: StopNow | None = None
+        self._armed = self._is_safe = False
+        self._lock = threading.Lock()
+
+    def install(self) -> None:
+        """Let this switch alone interrupt the process; call in the main thread."""
+        signal.signal(signal.SIGINT, self._interrupted)
+        signal.signal(signal.SIGTERM, self._terminated)
+
+    def __call__(self, event: Event) -> None:
+        """Take note of the end of the run; an event sink."""
+        if isinstance(event, RunEnded):
+            with self._lock:
+                self._is_safe = True
+
+    def is_set(self) -> bool:
+        """Return True once the run is to end."""
+        return self._event.is_set()
+
+    def reason(self) -> AbortedError:
+        """Return what ended it."""
+        return self._reason or AbortedError("stopped on request")
+
+    def abort(self, by: str, reason: str) -> None:
+        """Let the run end in order."""
+        told = f"aborted at the panel{f': {reason}' if reason else ''}"
+        self._reason = self._reason or AbortedError(told, by=by)
+        self._event.set()
+
+    def stop(self, by: str, reason: str) -> None:
+        """Let the rig be made safe at once; a second time changes nothing."""
+        told = f"stopped at the panel{f': {reason}' if reason else ''}"
+        with self._lock:
+            if self._stop is not None:
+                return
+            self._stop = StopNow(told, by)
+            self._reason = self._reason or AbortedError(told, by=by)
+            self._event.set()
+            if self._is_safe:
+                return
+            self._armed = True
+        _interrupt_main_thread()
+
+    def _interrupted(self, _number: int, _frame: FrameType | None) -> None:
+        """Take the interrupt; one that the panel did not send is none, as that of a terminal."""
+        armed, self._armed = self._armed, False
+        if armed and self._stop is not None:
+            raise self._stop
+
+    def _terminated(self, _number: int, _frame: FrameType | None) -> None:
+        self.abort("signal", "SIGTERM")
+
+
+def _interrupt_main_thread() -> None:
+    """Break off also what waits outside of Python, where the system can."""
+    if hasattr(signal, "pthread_kill"):
+        main = threading.main_thread().ident
+        assert main is not None  # noqa: S101  (it runs)
+        signal.pthread_kill(main, signal.SIGINT)
+    else:
+        _thread.interrupt_main()

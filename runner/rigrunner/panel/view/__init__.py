@@ -1,0 +1,1 @@
+"""The state that every screen shows, and how events change it."""

@@ -1,0 +1,92 @@
+"""The result of an analysis, for the screen: the numbers that the report has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointView, Value
+from rigrunner.signal.coverage import expanded
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import CompensatedPoint, PeakPoint
+    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api.results import Result
+    from rigrunner.workflow.finish import FinishedRun
+
+
+def live_view(result: Result, *, final: bool, taken_s: float = 0.0) -> LiveView:
+    """Return the result of the recordings so far, or of all."""
+    primary = result.compensations.get(result.primary)
+    found = primary.points if primary else ()
+    points = [_point(each, found, index) for index, each in enumerate(result.loaded)]
+    checks = (*result.checks, *(primary.checks if primary else ()))
+    return LiveView(
+        recordings=len(result.loaded),
+        final=final,
+        method=result.primary,
+        problem=(primary.not_applicable if primary else "") or "",
+        taken_s=taken_s,
+        verdict="" if result.decision is None else str(result.decision.verdict),
+        headline=_value(result.headline),
+        raw_headline=_value(result.raw_headline),
+        points=tuple(points),
+        checks=tuple(
+            CheckView(name=each.name, ok=each.ok, text=each.text, advice=each.advice)
+            for each in checks
+        ),
+    )
+
+
+def correction(result: Result) -> tuple[str, Array] | None:
+    """Return what is taken from the latest recording's swing, over the crank phase, shape (N,).
+
+    None where its method has no swings.
+    """
+    primary = result.compensations.get(result.primary)
+    if primary is None or not primary.points or len(primary.points) != len(result.loaded):
+        return None
+    trace = primary.points[-1].trace
+    if trace is None:
+        return None
+    return result.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
+
+
+def finished_view(finished: FinishedRun) -> Finished:
+    """Return how a run ended."""
+    result, error = finished.result, finished.error
+    return Finished(
+        run=finished.folder.name,
+        folder=str(finished.folder),
+        outcome=finished.outcome,
+        reason=finished.reason,
+        verdict="" if result is None or result.decision is None else str(result.decision.verdict),
+        headline=None if result is None else _value(result.headline),
+        measurand="" if result is None else result.measurand,
+        error="" if error is None else str(error),
+        hint=getattr(error, "hint", ""),
+        sealed=finished.sealed,
+        passed_over=finished.passed_over,
+    )
+
+
+def _point(point: PeakPoint, found: tuple[CompensatedPoint, ...], index: int) -> PointView:
+    known = {
+        "recording": point.recording,
+        "set_frequency_hz": point.set_frequency_hz,
+        "frequency_hz": point.frequency_hz.value,
+        "load_n": point.load_n,
+        "cycles": point.cycles,
+    }
+    if index >= len(found):
+        return PointView(**known, raw_nm=float(point.peak_nm[point.peak_kept].mean()))
+    each = found[index]
+    torque = {"torque_nm": each.torque.value, "U_nm": expanded(each.torque)}
+    return PointView(**known, raw_nm=each.raw_nm, rig_nm=each.rig_nm, **torque)
+
+
+def _value(estimate: Estimate | None) -> Value | None:
+    if estimate is None:
+        return None
+    return Value(value_nm=estimate.value, U_nm=expanded(estimate))

@@ -1,0 +1,261 @@
+"""How what the run tells changes the state: the panel's whole knowledge of a run is made here."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import (
+    Event,
+    Intervention,
+    RunEnded,
+    RunStarted,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.panel.live.curves import Curves
+from rigrunner.panel.process import messages as told
+from rigrunner.panel.view.journal import JournalView
+from rigrunner.panel.view.reading import readings_after
+from rigrunner.panel.view.sections import (
+    AnalysingView,
+    Finished,
+    JobView,
+    PauseView,
+    Preflight,
+    PreflightItem,
+    Progress,
+    PromptView,
+)
+from rigrunner.panel.view.track import Track
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.panel.live.asked import Analysed
+    from rigrunner.panel.view.board import Board
+    from rigrunner.panel.view.sections import Phase
+
+
+class Story:
+    """One job, from its start to its end, told to the board. Called by one thread at a time."""
+
+    def __init__(self, board: Board, job: JobView, picture: Callable[[str], str]) -> None:
+        self.job = job
+        self.curves = Curves()
+        self.no_load = ""
+        self.recording = ""
+        self.prompt: told.Asked | None = None
+        self.paused = False
+        self.is_over = False
+        self._board = board
+        self._picture = picture
+        self._journal = JournalView()
+        self._track: Track | None = None
+        self._started_s = 0.0
+        self._has_begun = self._has_ended = False
+        cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
+        cleared |= dict.fromkeys(("finished", "manual"))
+        board.put(job=job, asked="", alarms=(), log=(), **cleared)
+        if job.kind == "preflight":
+            self._preflight(())
+        self._tell_phase()
+
+    def asked(self, what: str) -> None:
+        """Take note of what a person asked for."""
+        self._board.put(asked=what)
+        self._tell_phase()
+
+    def take(self, message: object) -> None:  # noqa: C901  (a line for each kind)
+        """Take a message of the process that does the job."""
+        match message:
+            case told.Curve():
+                self._take_curve(message)
+            case told.Happened(event=event):
+                self._take_event(event)
+            case told.Planned(plan=plan, no_load=no_load, title=title):
+                self._track = Track(plan)
+                self.no_load = no_load
+                self.job = self.job.model_copy(update={"title": title, "no_load": no_load})
+                self._board.put(plan=plan, job=self.job, progress=self._progress())
+            case told.Asked():
+                self.prompt = message
+                self._board.put(prompt=self._prompt(message))
+            case told.Answered():
+                self.prompt = None
+                self._board.put(prompt=None)
+            case told.PausedNow(paused=paused):
+                self.paused = True
+                view = PauseView(
+                    step=paused.step,
+                    point=paused.point,
+                    reason=paused.reason,
+                    moving=paused.moving,
+                    choices=tuple(str(each) for each in paused.choices),
+                )
+                self._board.put(pause=view, asked="")
+            case told.WentOn():
+                self.paused = False
+                self._board.put(pause=None, asked="")
+            case told.Checked(item=item):
+                self._preflight((*self._items(), item))
+            case told.Analysing(what=what, done=done, of=of):
+                self._board.put(analysing=AnalysingView(what=what, done=done, of=of))
+            case told.Ended(finished=finished, live=live):
+                self._end(finished)
+                if live is not None:
+                    self._board.put(live=live)
+            case told.Failed():
+                self._fail(message)
+        self._tell_phase()
+
+    def tick(self) -> None:
+        """Let time pass on the screen where the rig tells nothing."""
+        if self._track is not None and self.job.realtime and not self._has_ended:
+            self._board.put(progress=self._progress())
+
+    def analysed(self, found: Analysed) -> None:
+        """Show the analysis so far, unless the run's own is there already."""
+        if self.is_over or found.view is None:
+            return
+        self._board.put(live=found.view)
+        if found.correction_nm is not None:
+            self.curves.correct(found.recording, found.correction_nm)
+
+    def lost(self, code: int | None) -> None:
+        """Take note that the process is gone without a word of its end."""
+        if not self.is_over:
+            how = f"with code {code}" if code is not None else "without a word"
+            hint = "'rigrunner resume' or 'recover' takes up what it left; look at the rig first"
+            self.take(told.Failed(f"the process of the run ended {how}", hint))
+
+    def _take_curve(self, curve: told.Curve) -> None:
+        samples = len(next(iter(curve.channels.values()), ()))
+        start_s = curve.monotonic_s - self._started_s - samples / curve.rate_hz
+        self.curves.take(curve, max(start_s, 0.0))
+        readings = self._board.get("readings")
+        if self.curves.frequency_hz is not None:
+            known = {"frequency_hz": self.curves.frequency_hz}
+            self._board.put(readings=readings.model_copy(update=known))
+        if self._track is not None:
+            self._track.recorded((curve.first_sample + samples) / curve.rate_hz)
+            self._board.put(progress=self._progress())
+
+    def _take_event(self, event: Event) -> None:
+        match event:
+            case RunStarted():
+                self._has_begun, self._started_s = True, event.monotonic_s
+                known = {"run": event.run_id, "started_utc": event.utc}
+                self.job = self.job.model_copy(update=known)
+                self._board.put(job=self.job)
+            case RunEnded():
+                self._has_ended = True
+                self._board.put(prompt=None, pause=None)
+            case StepStarted():
+                self._begin(event)
+            case StepEnded():
+                self._finish(event)
+            case Intervention(action="skip") if self._track is not None:
+                self._track.skip()
+            case Intervention(action="abort") if not self._board.get("asked"):
+                self._board.put(asked="abort")
+        self._journal.take(event)
+        alarms, log = self._journal.alarms, self._journal.log
+        self._board.put(alarms=alarms, log=log, progress=self._progress())
+
+    def _begin(self, event: StepStarted) -> None:
+        self.recording = event.recording
+        if self._track is not None:
+            self._track.begin(event.index, event.recording)
+            if event.recording:
+                self.curves.begin(event.recording, self._track.frequency_hz(event.index))
+
+    def _finish(self, event: StepEnded) -> None:
+        self.recording = ""
+        if self._track is not None:
+            self._track.end(event.index, ok=event.ok)
+        if event.values:
+            self._board.put(readings=readings_after(self._board.get("readings"), event))
+
+    def _progress(self) -> Progress | None:
+        if self._track is None:
+            return None
+        return self._track.view(time.monotonic() if self.job.realtime else None)
+
+    def _prompt(self, asked: told.Asked) -> PromptView:
+        return PromptView(
+            id=asked.number,
+            step=asked.step,
+            text=asked.text,
+            kind=asked.kind,
+            choices=asked.expected.choices,
+            expected=asked.expected.words,
+            unit=asked.expected.unit,
+            picture=self._picture(asked.picture) if asked.picture else "",
+        )
+
+    def _items(self) -> tuple[PreflightItem, ...]:
+        preflight = self._board.get("preflight")
+        return preflight.items if preflight is not None else ()
+
+    def _preflight(self, items: tuple[PreflightItem, ...], *, done: bool = False) -> None:
+        view = Preflight(
+            procedure=self.job.procedure,
+            station=self.job.station,
+            done=done,
+            may_start=done and all(each.state != "fail" for each in items),
+            checked_utc=self.job.started_utc,
+            items=items,
+        )
+        self._board.put(preflight=view)
+
+    def _end(self, finished: Finished | None) -> None:
+        self.is_over = True
+        self._board.put(analysing=None, asked="", prompt=None, pause=None)
+        if self.job.kind == "preflight":
+            self._preflight(self._items(), done=True)
+        else:
+            self._board.put(finished=finished)
+
+    def _fail(self, failed: told.Failed) -> None:
+        finished = Finished(
+            run=self.job.run,
+            folder="",
+            outcome="error",
+            reason=failed.message,
+            verdict="",
+            error=failed.trace or failed.message,
+            hint=failed.hint,
+            problems=tuple(str(each) for each in failed.problems),
+        )
+        if self.job.kind == "preflight":
+            self._preflight((*self._items(), _failure(failed)))
+        self._end(finished)
+
+    def _tell_phase(self) -> None:
+        self._board.put(phase=self._phase())
+
+    def _phase(self) -> Phase:  # noqa: PLR0911  (the table of phases, gravest first)
+        if self.is_over:
+            return "idle" if self.job.kind == "preflight" else "finished"
+        if self.job.kind == "preflight":
+            return "checking"
+        if self._has_ended:
+            return "analysing"
+        asked = self._board.get("asked")
+        if asked in ("abort", "stop"):
+            return "ending"
+        if self.paused:
+            return "paused"
+        if self.prompt is not None:
+            return "asking"
+        if asked in ("pause", "repeat", "skip"):
+            return "pausing"
+        if not self._has_begun:
+            return "starting"
+        return "manual" if self.job.kind == "manual" else "running"
+
+
+def _failure(failed: told.Failed) -> PreflightItem:
+    text = "; ".join(str(each) for each in failed.problems) or failed.message
+    return PreflightItem(kind="procedure", name="files", state="fail", text=text, mend=failed.hint)

@@ -1,0 +1,1 @@
+"""The HTTP side: who may ask, what is asked, and what is answered."""
