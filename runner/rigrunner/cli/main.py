@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SUMMARIES = {
     "demo": "Run both procedures on the simulated rig and write the report.",
     "run": "Run a procedure on a station.",
+    "panel": "Open the operator's screen in a browser.",
     "resume": "Go on with a run that was broken off.",
     "recover": "Close a run that was broken off as it is.",
     "approve": "Approve a procedure as it stands, or show who did.",

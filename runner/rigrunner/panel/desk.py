@@ -15,7 +15,6 @@ from rigrunner.panel.view.story import Story
 from rigrunner.procedure.answers import AnswerError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from rigrunner.engine import Interference
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.panel.process.messages import Job
     from rigrunner.panel.view.board import Board
     from rigrunner.panel.view.sections import JobView
+    from rigrunner.panel.view.story import Links
 
 RIG_PROCESS = "rigrunner.panel.process.main"
 
@@ -45,16 +45,23 @@ class Desk:
             return self._story is not None and not self._story.is_over
 
     @property
+    def name(self) -> str:
+        """What goes on, in words."""
+        with self._lock:
+            job = self._story.job if self._story is not None else None
+        return "nothing" if job is None else job.run or f"the {job.kind} of {job.procedure}"
+
+    @property
     def curves(self) -> Curves | None:
         """The live curves of the present or last job."""
         with self._lock:
             return None if self._story is None else self._story.curves
 
-    def start(self, job: Job, view: JobView, picture: Callable[[str], str]) -> None:
+    def start(self, job: Job, view: JobView, links: Links) -> None:
         """Start a job; raise PanelError while another one goes on."""
         with self._lock:
             self._refuse_second()
-            story = Story(self.board, view, picture)
+            story = Story(self.board, view, links)
             process = Process(RIG_PROCESS)
             watcher = Watcher(self.runs, job.station) if job.kind != "preflight" else None
             self._story, self._process, self._watcher = story, process, watcher

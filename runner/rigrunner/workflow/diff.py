@@ -48,11 +48,22 @@ def compare(before: str, after: str, runs: Path) -> Comparison:
     if first and second:
         return _of_procedures(first, second)
     if not first and not second:
-        return _of_runs(_run(before, runs), _run(after, runs))
+        return compare_runs(_run(before, runs), _run(after, runs))
     procedure, other = (before, after) if first else (after, before)
     _run(other, runs)
     message = f"'{procedure}' is a procedure, and '{other}' is a run"
     raise UsageError(message, hint="name two procedures, or two runs")
+
+
+def compare_runs(before: Path, after: Path) -> Comparison:
+    """Compare two stored runs; raise DataError for one that cannot be read."""
+    first, second = read(before), read(after)
+    return Comparison(
+        _named(first.header),
+        _named(second.header),
+        tuple(run_changes(first, second)),
+        "no difference that matters",
+    )
 
 
 def _procedure(word: str) -> Path | None:
@@ -95,16 +106,6 @@ def _texts(loaded: LoadedProcedure) -> ProcedureTexts:
 def _described(loaded: LoadedProcedure) -> str:
     model, state = loaded.model, approval_state(loaded)
     return f"{loaded.document.name}: {model.id}, revision {model.revision}; {state.sentence()}"
-
-
-def _of_runs(before: Path, after: Path) -> Comparison:
-    first, second = read(before), read(after)
-    return Comparison(
-        _named(first.header),
-        _named(second.header),
-        tuple(run_changes(first, second)),
-        "no difference that matters",
-    )
 
 
 def _named(header: RunHeader) -> str:

@@ -58,7 +58,7 @@ def execute(
     people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
     return carry_out(
         planned,
-        lambda identified: _new_folder(planned, runs, inputs, people, identified, no_load),
+        lambda identified: new_folder(planned, runs, inputs, people, identified, no_load),
         no_load=no_load,
         answers=answers,
         stop=stop,
@@ -89,7 +89,7 @@ def carry_out(
     errors: list[BaseException] = []
     with ExitStack() as held:
         with rig_lock(planned):
-            rig = _rig_of(planned)
+            rig = rig_of(planned)
             identified = rig.connect()
             try:
                 writer = held.enter_context(opened(identified))
@@ -131,14 +131,15 @@ def _log(folder: Path) -> Iterator[list[RunLog]]:
         yield [log]
 
 
-def _rig_of(planned: Planned) -> Rig:
+def rig_of(planned: Planned) -> Rig:
+    """Return the rig of a planned run with the station's rules; nothing is connected."""
     safety = planned.station.model.safety
     rules = DriveRules(safety.drives, safety.combinations)
     return Rig(planned.devices, planned.clock, patience_of(planned.station), safety.order, rules)
 
 
 @contextmanager
-def _new_folder(  # noqa: PLR0917  (what a header is made of)
+def new_folder(  # noqa: PLR0917  (what a header is made of)
     planned: Planned,
     runs: Path,
     inputs: Mapping[str, str],

@@ -46,10 +46,11 @@ class ListedRun:
 
 def list_runs(runs: Path) -> list[ListedRun]:
     """Return all runs of a folder, oldest first; one that cannot be read is listed with why."""
-    return [_listed(runs, name) for name in run_names(runs)]
+    return [listed_run(runs, name) for name in run_names(runs)]
 
 
-def _listed(runs: Path, name: str) -> ListedRun:
+def listed_run(runs: Path, name: str) -> ListedRun:
+    """Return one run of a folder of runs."""
     try:
         going_on = is_going_on(runs / name)
         return ListedRun(name, read_info(runs / name), is_going_on=going_on)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.events import (
     Event,
@@ -30,17 +30,27 @@ from rigrunner.panel.view.sections import (
 from rigrunner.panel.view.track import Track
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from rigrunner.panel.live.asked import Analysed
     from rigrunner.panel.view.board import Board
-    from rigrunner.panel.view.sections import Phase
+    from rigrunner.panel.view.sections import FileLink, Phase
+
+
+class Links(Protocol):
+    """Knows under which addresses a screen can get files."""
+
+    def picture(self, path: str) -> str:
+        """Return the address of a procedure's picture."""
+        ...
+
+    def of_run(self, run: str) -> tuple[FileLink, ...]:
+        """Return the files of a run with their addresses."""
+        ...
 
 
 class Story:
     """One job, from its start to its end, told to the board. Called by one thread at a time."""
 
-    def __init__(self, board: Board, job: JobView, picture: Callable[[str], str]) -> None:
+    def __init__(self, board: Board, job: JobView, links: Links) -> None:
         self.job = job
         self.curves = Curves()
         self.no_load = ""
@@ -49,7 +59,7 @@ class Story:
         self.paused = False
         self.is_over = False
         self._board = board
-        self._picture = picture
+        self._links = links
         self._journal = JournalView()
         self._track: Track | None = None
         self._started_s = 0.0
@@ -191,7 +201,7 @@ class Story:
             choices=asked.expected.choices,
             expected=asked.expected.words,
             unit=asked.expected.unit,
-            picture=self._picture(asked.picture) if asked.picture else "",
+            picture=self._links.picture(asked.picture) if asked.picture else "",
         )
 
     def _items(self) -> tuple[PreflightItem, ...]:
@@ -215,6 +225,9 @@ class Story:
         if self.job.kind == "preflight":
             self._preflight(self._items(), done=True)
         else:
+            if finished is not None and finished.run:
+                files = self._links.of_run(finished.run)
+                finished = finished.model_copy(update={"files": files})
             self._board.put(finished=finished)
 
     def _fail(self, failed: told.Failed) -> None:

@@ -1,0 +1,150 @@
+"""`rigrunner panel`: serves the screen until Ctrl-C, and leaves no rig unsafe."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import socket
+import webbrowser
+from typing import TYPE_CHECKING
+
+import uvicorn
+
+from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.panel.web.app import make_app
+from rigrunner.panel.web.panel import Panel
+from rigrunner.panel.web.security import is_loopback
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from types import FrameType
+
+    from rigrunner.panel.web.panel import Settings
+
+LEAST_TOKEN = 16
+_GRACE_S = 3
+_LOOK_S = 0.1
+
+
+def serve(
+    settings: Settings, port: int, tell: Callable[[str], None], *, open_browser: bool
+) -> ExitCode:
+    """Serve until Ctrl-C or SIGTERM. A run that goes on then is aborted, and safe, before the end.
+
+    Raises UsageError for a host beyond this machine without a token, and where nothing can be
+    served on the port.
+    """
+    if not is_loopback(settings.host) and not settings.token:
+        message = f"--host {settings.host} lets other machines in, and there is no token"
+        raise UsageError(message, hint="give one: --token, or the variable RIGRUNNER_PANEL_TOKEN")
+    if settings.token and len(settings.token) < LEAST_TOKEN:
+        hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
+        raise UsageError(f"the token has less than {LEAST_TOKEN} characters", hint=hint)
+    panel = Panel(settings=settings)
+    config = uvicorn.Config(
+        make_app(panel),
+        log_level="warning",
+        ws="websockets-sansio",
+        ws_max_size=4096,
+        timeout_graceful_shutdown=_GRACE_S,
+        server_header=False,
+    )
+    listening = _bound(settings.host, port)
+    address = _address(settings, listening.getsockname()[1])
+    tell(f"Panel: {address}")
+    if open_browser:
+        webbrowser.open(address)
+    ending = Ending(panel, tell)
+    try:
+        with ending.signals():
+            asyncio.run(_served(_Server(config), listening, ending))
+    finally:
+        panel.desk.close()
+    return ending.exit_code
+
+
+class Ending:
+    """What Ctrl-C means: without a run the end, with one its abort, and after that the end."""
+
+    def __init__(self, panel: Panel, tell: Callable[[str], None]) -> None:
+        self._panel = panel
+        self._tell = tell
+        self._presses = 0
+        self._aborted = False
+        self.wanted = False
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """How the command ends."""
+        return ExitCode.INTERRUPTED if self._aborted else ExitCode.PASS
+
+    @contextlib.contextmanager
+    def signals(self) -> Iterator[None]:
+        """Take the signals that end the program, and put the former handlers back."""
+        numbers = (signal.SIGINT, signal.SIGTERM)
+        former = {number: signal.signal(number, self._take) for number in numbers}
+        try:
+            yield
+        finally:
+            for number, handler in former.items():
+                signal.signal(number, handler)
+
+    def advance(self) -> bool:
+        """Do what the signals since the last time ask for; return whether the server is to end."""
+        if not self.wanted:
+            return False
+        if not self._panel.desk.is_busy:
+            return True
+        if self._presses and not self._aborted:
+            self._aborted, self._presses = True, 0
+            run = self._panel.desk.name
+            self._tell(
+                f"{run} is going on. Aborting: teardown, then the rig is made safe."
+                " Ctrl-C stops at once."
+            )
+            self._panel.desk.abort("keyboard", "Ctrl-C in the panel's terminal")
+        elif self._presses:
+            self._presses = 0
+            self._tell("Stopping now: no teardown, the rig is made safe. Please wait.")
+            self._panel.desk.stop("keyboard", "Ctrl-C in the panel's terminal")
+        return False
+
+    def _take(self, _number: int, _frame: FrameType | None) -> None:
+        self.wanted = True
+        self._presses += 1
+
+
+class _Server(uvicorn.Server):
+    """A server that leaves the signals to us: with a run going on they do not end it."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take none."""
+        yield
+
+
+async def _served(server: _Server, listening: socket.socket, ending: Ending) -> None:
+    """Serve until the end is wanted and no run goes on."""
+    work = asyncio.create_task(server.serve(sockets=[listening]))
+    while not work.done() and not await asyncio.to_thread(ending.advance):
+        await asyncio.wait({work}, timeout=_LOOK_S)
+    server.should_exit = True
+    await work
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except (OSError, OverflowError) as error:
+        hint = "another panel may be open there; --port 0 takes any that is free"
+        raise UsageError(f"cannot listen on {host}, port {port}: {error}", hint=hint) from error
+
+
+def _address(settings: Settings, port: int) -> str:
+    """Return what to open; the token is behind the '#', which no browser sends anywhere."""
+    shown = settings.host if is_loopback(settings.host) else socket.gethostname()
+    host = f"[{shown}]" if ":" in shown else shown
+    token = f"#token={settings.token}" if settings.token else ""
+    return f"http://{host}:{port}/{token}"

@@ -1,0 +1,123 @@
+"""What can be asked: the bodies of requests."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Words = Annotated[str, Field(max_length=1000)]
+Reason = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"\S")]
+
+
+class Body(BaseModel):
+    """Strict, and nothing that is not known."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Nothing(Body):
+    """An empty object."""
+
+
+class Pair(Body):
+    """A procedure on a station, by their names in the lists."""
+
+    procedure: Name
+    station: Name
+
+
+class CheckInput(Body):
+    """An answer to an input, as far as it is typed."""
+
+    procedure: Name
+    input: Name
+    text: Words
+
+
+class TakeControl(Body):
+    """Who wants to steer."""
+
+    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S")]
+    take_over: bool = False
+
+
+class StartPreflight(Pair):
+    """What is looked at."""
+
+    no_load: Name | None = None
+
+
+class Overridden(Body):
+    """What of the preflight is let pass, by its words there, by whom and why."""
+
+    what: Annotated[list[Name], Field(min_length=1, max_length=100)]
+    by: Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S")]
+    reason: Reason
+
+
+class StartRun(Pair):
+    """A run. Inputs that are left out are asked for."""
+
+    inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
+    operator: Annotated[str, Field(max_length=100)] = ""
+    no_load: Name | None = None
+    realtime: bool = True
+    override: Overridden | None = None
+
+
+class OpenManual(Pair):
+    """A session by hand, with the channels and the analysis of a procedure."""
+
+    operator: Annotated[str, Field(max_length=100)] = ""
+    no_load: Name | None = None
+    realtime: bool = True
+
+
+class GiveAnswer(Body):
+    """An answer to the prompt of that id."""
+
+    prompt: int
+    text: Words
+
+
+class Why(Body):
+    """A reason that may be left out."""
+
+    reason: Words = ""
+
+
+class BecauseOf(Body):
+    """A reason that is needed."""
+
+    reason: Reason
+
+
+class Remark(Body):
+    """A note."""
+
+    text: Reason
+
+
+class SetDrive(Body):
+    """A set-point with its unit: '10 Hz'."""
+
+    drive: Name
+    value: Annotated[str, Field(min_length=1, max_length=60)]
+
+
+class RecordPoint(Body):
+    """How many cycles are recorded."""
+
+    cycles: Annotated[int, Field(ge=3, le=1000)] = 10
+
+
+class AskCertificate(Body):
+    """What is needed to issue a certificate."""
+
+    authorised_by: Reason
+    role: Words = ""
+    order: Annotated[dict[Name, Words], Field(max_length=50)] = {}
+    language: Annotated[str, Field(max_length=10)] = ""
+    not_for_certification: bool = False
