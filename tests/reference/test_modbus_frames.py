@@ -3,6 +3,7 @@
 PDUs are from the MODBUS Application Protocol Specification V1.1b3 (Modbus Organization, 2012), in
 the clause that each test names. The frames around them are those of MODBUS Messaging on TCP/IP
 Implementation Guide V1.0b, clause 3.1.3, and of MODBUS over Serial Line V1.02, clause 2.5.1.
+Whole serial frames, with their checksum, are from the manuals of frequency inverters.
 """
 
 from __future__ import annotations
@@ -208,9 +209,94 @@ def test_it_says_who_it_is(serving, pdus):
     assert peer.heard == peer.asked
 
 
+def printed(*frames):
+    """Return the script of frames as a manual prints them."""
+    return rtu_peer([(bytes.fromhex(asked), bytes.fromhex(answer)) for asked, answer in frames])
+
+
+def test_the_frequencies_of_a_delta_inverter():
+    # Delta Electronics, VFD-VE Series User Manual (August 2008, 03VE, SW V2.04), page 4-141:
+    # two words from 2102H, set and output frequency. 1770 hex = 6000 in 0.01 Hz: 60 Hz; and 0
+    exchange = ("01 03 21 02 00 02 6F F7", "01 03 04 17 70 00 00 FE 5C")
+    channels = {
+        "set": {"holding": "0x2102", "scale": 0.01, "unit": "Hz"},
+        "output": {"holding": "0x2103", "scale": 0.01, "unit": "Hz"},
+        "as_one_number": {"holding": "0x2102", "type": "uint32", "unit": "1"},
+    }
+    identification = {"model": {"holding": "0x2102", "type": "uint32"}}
+    with printed(exchange, exchange) as (peer, where):
+        unit = device({**where, "channels": channels, "identification": identification})
+        assert unit.connect(1.0).model == "393216000"  # 6000 * 65536
+        values = unit.read(list(channels))
+        unit.close()
+    assert peer.heard == peer.asked
+    assert values == {"set": pytest.approx(60.0), "output": 0.0, "as_one_number": 393_216_000.0}
+
+
+def test_two_words_of_an_invt_inverter():
+    # INVT, Goodrive200 operation manual, 10.4.1, page 225: two words from 0004H: 1388 hex and 0
+    exchange = ("01 03 00 04 00 02 85 CA", "01 03 04 13 88 00 00 7E 9D")
+    channels = {
+        "frequency": {"reference": 40005, "scale": 0.01, "unit": "Hz"},
+        "zero": {"reference": 40006, "unit": "1"},
+    }
+    identification = {"model": {"holding": 4, "type": "uint32"}}
+    with printed(exchange, exchange) as (peer, where):
+        unit = device({**where, "channels": channels, "identification": identification})
+        unit.connect(1.0)
+        assert unit.read(list(channels)) == {"frequency": pytest.approx(50.0), "zero": 0.0}
+        unit.close()
+    assert peer.heard == peer.asked
+
+
+def test_a_set_point_of_an_invt_inverter():
+    # INVT, Goodrive300-19 operation manual, 10.4.2, page 217: 5000 (1388 hex) to 0004H of unit 2.
+    # The first exchange is not printed there: it asks whether anybody answers
+    write = "02 06 00 04 13 88 C5 6E"
+    asked, answer = rtu(2, "03 00 04 00 01"), rtu(2, "03 02 00 00")
+    script = [(asked, answer), (bytes.fromhex(write), bytes.fromhex(write))]
+    drive = {
+        "holding": 4,
+        "scale": 0.01,
+        "unit": "Hz",
+        "min": "0 Hz",
+        "max": "60 Hz",
+        "safe": "0 Hz",
+    }
+    with rtu_peer(script) as (peer, where):
+        unit = device({**where, "unit_id": 2, "drives": {"frequency": drive}})
+        unit.connect(1.0)
+        unit.begin("frequency", 50.0)
+        unit.close()
+    assert peer.heard == peer.asked
+
+
+def test_the_stop_command_comes_before_the_safe_set_point():
+    # VTS, VTS2000 Series frequency inverter User Manual, pages 87 and 88: 0001H, stop, to 2000H.
+    # The exchanges around it are not printed there: the first asks whether anybody answers, the
+    # last one writes 0 Hz to the set-point, 2001H
+    asked, answer = rtu(1, "03 20 01 00 01"), rtu(1, "03 02 00 00")
+    stop, zero = bytes.fromhex("01 06 20 00 00 01 43 CA"), rtu(1, "06 20 01 00 00")
+    drive = {
+        "holding": "0x2001",
+        "scale": 0.01,
+        "unit": "Hz",
+        "min": "0 Hz",
+        "max": "60 Hz",
+        "safe": "0 Hz",
+        "stop": [{"holding": "0x2000", "value": 1}],
+    }
+    with rtu_peer([(asked, answer), (stop, stop), (zero, zero)]) as (peer, where):
+        unit = device({**where, "drives": {"frequency": drive}})
+        unit.connect(1.0)
+        unit.begin("frequency", 0.0)
+        unit.close()
+    assert peer.heard == peer.asked
+
+
 def test_a_serial_frame_that_is_known_far_and_wide():
-    # 01 04 02 FF FF B8 80: input register FFFF hex of unit 1; as int16 it is -1
-    asked = bytes.fromhex("01 04 00 03 00 01") + crc(bytes.fromhex("01 04 00 03 00 01"))
+    # 01 04 02 FF FF B8 80 (Wikipedia, 'Modbus'): input register FFFF hex; as int16 it is -1
+    asked = rtu(1, "04 00 03 00 01")
     answer = bytes.fromhex("01 04 02 FF FF B8 80")
     with rtu_peer([(asked, answer), (asked, answer)]) as (peer, where):
         channels = {"torque": {"input": 3, "type": "int16", "unit": "N·m"}}

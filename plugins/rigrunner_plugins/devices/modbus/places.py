@@ -7,10 +7,11 @@ their register 40003 is the holding register with the address 2.
 
 from __future__ import annotations
 
+import re
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from rigrunner.api.settings import Settings
 from rigrunner_plugins.devices.modbus import words
@@ -18,7 +19,27 @@ from rigrunner_plugins.devices.modbus import words
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Address = Annotated[int, Field(ge=0, le=0xFFFF)]
+
+def _read_word(value: object) -> object:
+    if isinstance(value, str) and re.fullmatch(r"0[xX][0-9a-fA-F]+", value):
+        return int(value, 16)
+    return value
+
+
+Word = Annotated[
+    int,
+    BeforeValidator(_read_word),
+    Field(ge=0, le=0xFFFF),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "integer", "minimum": 0, "maximum": 0xFFFF},
+                {"type": "string", "pattern": "^0[xX][0-9a-fA-F]{1,4}$"},
+            ]
+        }
+    ),
+]
+"""16 bits, as manuals write them: an address or what a register holds, 1151 or 0x047F."""
 _REFERENCE_DIGITS = (5, 6)
 
 
@@ -59,13 +80,13 @@ def _refer(reference: int) -> tuple[Table, int]:
 class Place(Settings):
     """A table and an address: one of the five keys."""
 
-    holding: Address | None = None
+    holding: Word | None = None
     """Address of a holding register, counted from 0 as the protocol does."""
-    input: Address | None = None
+    input: Word | None = None
     """Address of an input register, counted from 0."""
-    coil: Address | None = None
+    coil: Word | None = None
     """Address of a coil, counted from 0."""
-    discrete: Address | None = None
+    discrete: Word | None = None
     """Address of a discrete input, counted from 0."""
     reference: int | None = None
     """As many manuals write it, counted from 1: 40003 is the holding register with address 2."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from rigrunner.api.settings import (
     Duration,
@@ -21,28 +20,10 @@ from rigrunner_plugins.devices.declared import (
     DeclaredQuantity,
     QuantityName,
 )
-from rigrunner_plugins.devices.modbus.places import Number, Place, Table
+from rigrunner_plugins.devices.modbus.places import Number, Place, Table, Word
 
-_WORD = 0xFFFF
 _HIGHEST_ON_A_LINE = 247
 """The highest unit address of a serial line (Serial Line V1.02, clause 2.2)."""
-
-
-def _read_word(value: object) -> object:
-    if isinstance(value, str) and re.fullmatch(r"0[xX][0-9a-fA-F]+", value):
-        return int(value, 16)
-    return value
-
-
-Word = Annotated[
-    int,
-    BeforeValidator(_read_word),
-    Field(ge=0, le=_WORD),
-    WithJsonSchema(
-        {"anyOf": [{"type": "integer"}, {"type": "string", "pattern": "^0[xX][0-9a-fA-F]{1,4}$"}]}
-    ),
-]
-"""What a register holds: 1151 or 0x047F."""
 
 
 class Tcp(Settings):

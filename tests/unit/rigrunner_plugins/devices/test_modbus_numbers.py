@@ -84,6 +84,7 @@ def test_registers_that_hold_no_number_are_refused():
     ("given_", "table", "address"),
     [
         ({"holding": 2}, Table.HOLDING, 2),
+        ({"input": "0x2103"}, Table.INPUT, 8451),
         ({"reference": 40003}, Table.HOLDING, 2),
         ({"reference": 400003}, Table.HOLDING, 2),
         ({"reference": 465536}, Table.HOLDING, 65535),
