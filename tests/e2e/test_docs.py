@@ -154,7 +154,7 @@ def test_every_hook_is_on_its_page():
 def test_every_command_and_option_is_on_its_page():
     text = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
     sections = dict(
-        re.findall(r"^## `rigrunner (\w+).*?`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+        re.findall(r"^## `rigrunner ([\w-]+).*?`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
     )
     assert list(sections) == list(SUMMARIES)
     for name, section in sections.items():

@@ -16,6 +16,7 @@ class LazyGroup(click.Group):
     """Commands by name with their line of help; each lives in `<package>.<name>` as `command`.
 
     The lines of help stand here, not in the modules, so that `--help` imports none of them.
+    The module of a name with a hyphen has an underscore there.
     """
 
     def __init__(self, *, package: str, summaries: Mapping[str, str], **settings: Any) -> None:
@@ -31,7 +32,7 @@ class LazyGroup(click.Group):
         """Import and return one command; None if there is none of that name."""
         if cmd_name not in self.summaries:
             return None
-        command = import_module(f"{self.package}.{cmd_name}").command
+        command = import_module(f"{self.package}.{cmd_name.replace('-', '_')}").command
         assert isinstance(command, click.Command)  # noqa: S101  (narrows what import_module gives)
         return command
 

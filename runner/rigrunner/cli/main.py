@@ -37,6 +37,7 @@ SUMMARIES = {
     "diff": "Tell in words what changed between two procedures or two runs.",
     "plugins": "List the plugins and what each can be told.",
     "new": "Make a plugin of your own, which works at once.",
+    "check-plugin": "Check that a plugin keeps to what every plugin must.",
     "init": "Make a lab folder with station, procedures and a plugin.",
     "schema": "Print the JSON Schema of procedures, stations, letterheads, orders or certificates.",
     "doctor": "Look at the installation and the machine, and say how to mend what is not right.",

@@ -60,5 +60,5 @@ def _need_valid(registry: Registry, kind: str, name: str, told: Mapping[str, Any
     try:
         registry.validated(kind, name, told)
     except PluginError as error:
-        hint = "give settings with which it can be tried, here or as `trial` of its record"
+        hint = "give settings with which it can be tried: --settings FILE, or its record's `trial`"
         raise PluginError(error.message, hint=hint) from error

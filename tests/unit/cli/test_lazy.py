@@ -55,6 +55,6 @@ def test_to_check_imports_nothing_that_only_results_need(options):
 
 @pytest.mark.parametrize("name", SUMMARIES)
 def test_every_command_says_first_what_the_list_of_commands_says(name):
-    command = import_module(f"rigrunner.cli.commands.{name}").command
+    command = import_module(f"rigrunner.cli.commands.{name.replace('-', '_')}").command
     assert command.name == name
     assert command.help.partition("\n")[0] == SUMMARIES[name]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner.testing.check import Nonconformity, applies, check, demand
-from rigrunner.testing.device.doing import names, refusal, safely
+from rigrunner.testing.device.doing import names, refusal, safely, streamed_names
 from rigrunner.testing.device.watching import census, watched
 
 if TYPE_CHECKING:
@@ -68,7 +68,8 @@ def gives_up_in_time(subject: DeviceSubject) -> None:
     demand(
         took_s <= GIVEN_S + GRACE_S, f"it took {took_s:.1f} s to give up, given were {GIVEN_S:g} s"
     )
-    safely("making safe after that", device.make_safe)
+    if not subject.read_only:
+        safely("making safe after that", device.make_safe)
     device.close()
     device.close()
 
@@ -86,7 +87,8 @@ def needs_a_connection(subject: DeviceSubject) -> None:
             refusal(f"reading back {info.name}", partial(device.read_back, info.name))
     if isinstance(device, Streaming):
         token = threading.Event()
-        refusal("streaming", lambda: list(device.stream(channels, 0.1, token)))
+        streamed = [info.name for info in device.channels if info.streams]
+        refusal("streaming", lambda: list(device.stream(streamed, 0.1, token)))
     applies(channels or device.drives, "it has neither channels nor drives")
 
 
@@ -123,7 +125,7 @@ def _use(subject: DeviceSubject) -> None:
         if isinstance(device, Readable):
             device.read(names(device.channels))
         if isinstance(device, Streaming):
-            for _ in device.stream(names(device.channels)[:1], 1.0, threading.Event()):
+            for _ in device.stream(streamed_names(device)[:1], 1.0, threading.Event()):
                 break
 
 

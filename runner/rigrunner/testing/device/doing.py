@@ -77,7 +77,7 @@ def names(infos: Sequence[ChannelInfo] | Sequence[DriveInfo]) -> list[str]:
 
 def streamed_names(device: Device) -> list[str]:
     """Return the channels that the checks stream: all, or those that go together."""
-    known = names(device.channels)[:CHANNELS_STREAMED]
+    known = [info.name for info in device.channels if info.streams][:CHANNELS_STREAMED]
     if _go_together(device, known):
         return known
     wanted: list[str] = []

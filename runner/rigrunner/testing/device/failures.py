@@ -65,9 +65,12 @@ def nonsense(answer: Any) -> Any:
     return answer
 
 
-@check(mend="do every exchange through `self.exchange(request, perform)`, or say `wired=False`")
+@check(
+    moves=True,
+    mend="do every exchange through `self.exchange(request, perform)`, or say `wired=False`",
+)
 def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
-    """What says that it is wired exchanges nothing past the wire: reading and setting are seen."""
+    """What says that it is wired exchanges nothing past the wire: what it does is seen there."""
     applies(subject.record.wired, "its record does not say that it is wired")
     wire = FaultyWire()
     with subject.connected(wire=wire) as device:

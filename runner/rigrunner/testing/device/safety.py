@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 NO_SUCH = "no_such_name"
 
 
-@check(mend="return {drive: read-back} of all drives; where nothing is known raise DeviceLostError")
+@check(
+    moves=True,
+    mend="return every drive's read-back; where nothing is known raise DeviceLostError",
+)
 def safe_before_connecting(subject: DeviceSubject) -> None:
     """Before it is connected, making safe does no harm: it says where drives stand, or cannot."""
     device = subject.make()

@@ -27,7 +27,10 @@ BUSY = 3.0
 """On a machine with more to do than processors, a call may stand aside so much longer."""
 
 
-@check(mend="draw from a generator seeded with the settings' `seed` alone, not from the time")
+@check(
+    moves=True,
+    mend="draw from a generator that the settings' `seed` alone determines",
+)
 def same_seed_same_samples(subject: DeviceSubject) -> None:
     """A simulator with the same settings gives the same samples."""
     applies(subject.simulated, "it is not simulated")
@@ -37,7 +40,7 @@ def same_seed_same_samples(subject: DeviceSubject) -> None:
         demand(same, f"{name} is not the same in two devices with the same settings")
 
 
-@check(mend="seed the generator with the settings' `seed`")
+@check(moves=True, mend="seed the generator with the settings' `seed`")
 def other_seed_other_samples(subject: DeviceSubject) -> None:
     """A simulator with another seed gives other samples."""
     model = subject.record.settings
@@ -50,7 +53,7 @@ def other_seed_other_samples(subject: DeviceSubject) -> None:
     demand(differ, f"with the seeds {seed} and {seed + 1} it gives the same samples")
 
 
-@check(mend="let `continue_after` count each stream as if it had been given")
+@check(moves=True, mend="let `continue_after` count each stream as if it had been given")
 def continues_after_streams(subject: DeviceSubject) -> None:
     """Told which streams a run has behind it, it gives the one that comes next, not the first."""
     with subject.connected() as device:

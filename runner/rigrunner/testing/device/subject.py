@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.devices import (
     Device,
@@ -15,7 +15,6 @@ from rigrunner.api.devices import (
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.station.drive_rules import DriveRules
-from rigrunner.testing.check import applies
 from rigrunner.testing.subject import Subject
 
 if TYPE_CHECKING:
@@ -23,11 +22,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Clock, DriveInfo, Wire
 
-_Ability = TypeVar("_Ability")
 CONNECT_S = 5.0
 ROLE = "device"
-CHANNELS_STREAMED = 8
-"""Of a device with more channels than that the first ones are streamed."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +35,8 @@ class DeviceSubject(Subject):
     role: str = ROLE
     rules: DriveRules = field(default_factory=DriveRules)
     """What a station allows of the drives."""
+    read_only: bool = False
+    """Whether no drive is to be moved, not even to its safe value."""
     made_devices: list[Device] = field(default_factory=list)
 
     @property
@@ -89,14 +87,9 @@ class DeviceSubject(Subject):
         return [self.rules.narrowed(f"{self.role}.{each.name}", each) for each in device.drives]
 
     def _give_back(self, device: Device) -> None:
-        if device in self.made_devices:
-            self.made_devices.remove(device)
-        for work in (device.make_safe, device.close):
-            with suppress(Exception):  # a check of its own looks at these
-                work()
-
-
-def able(device: Device, ability: type[_Ability], words: str) -> _Ability:
-    """Return the device as one with that ability, or raise NotApplicable: it 'cannot' do that."""
-    applies(isinstance(device, ability), f"it {words}")
-    return device  # type: ignore[return-value]  # just seen
+        self.made_devices[:] = [each for each in self.made_devices if each is not device]
+        if not self.read_only:
+            with suppress(Exception):  # checks of their own look at making safe, the last one too
+                device.make_safe()
+        with suppress(Exception):
+            device.close()

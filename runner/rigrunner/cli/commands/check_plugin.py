@@ -1,0 +1,237 @@
+"""`rigrunner check-plugin`: the conformance kit on one plugin, as a table."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import ExitCode, PluginError, UsageError
+from rigrunner.cli.completing import plugin_names, stations
+from rigrunner.cli.options import json_option
+from rigrunner.cli.output import message, result, result_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.testing import AnyCheck, Finding, Subject
+
+WIDTH = 96
+INDENT = " " * 8
+LABELS = {"pass": "pass", "fail": "FAIL", "not applicable": "n/a"}
+KINDS = (
+    "device",
+    "fit",
+    "compensation",
+    "outlier_rule",
+    "importer",
+    "report_format",
+    "certificate_format",
+    "event_sink",
+)
+
+
+@click.command(name="check-plugin")
+@click.argument("name", shell_complete=plugin_names)
+@click.option("--kind", type=click.Choice(KINDS), help="Where plugins of several kinds have it.")
+@click.option(
+    "--settings",
+    "settings_file",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="A YAML file with the settings to check it with.",
+)
+@click.option(
+    "--drop-in",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Take in the plugins of this folder.",
+)
+@click.option("--station", shell_complete=stations, help="Check a device as this station has it.")
+@click.option("--role", help="The device's role in the station.")
+@click.option("--read-only", is_flag=True, help="Leave out the checks that set drives.")
+@click.option("--yes", is_flag=True, help="Do not ask before drives of a real device are set.")
+@json_option
+def command(
+    name: str,
+    *,
+    kind: str | None,
+    settings_file: Path | None,
+    drop_in: Path | None,
+    station: str | None,
+    role: str | None,
+    read_only: bool,
+    yes: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Check that a plugin keeps to what every plugin must.
+
+    What it does not keep to is told with what to do. Without settings, those with which its own
+    record says that it can be tried are taken. The exit code is 1 if it fails a check.
+    """
+    if (station is None) != (role is None):
+        raise UsageError("--station and --role go together", hint="--station rig.yaml --role press")
+    if station is not None and (settings_file or drop_in):
+        raise UsageError("a station has its own settings and plugins", hint="leave the others out")
+    if station is not None and role is not None:
+        subjects: Sequence[Subject] = [_bound(station, role, name)]
+    else:
+        subjects = _installed(name, kind, settings_file, drop_in)
+    findings = [_checked(each, read_only=read_only, yes=yes, quiet=as_json) for each in subjects]
+    if as_json:
+        result_json([_document(*each) for each in zip(subjects, findings, strict=True)])
+    failed = any(found.state == "fail" for each in findings for found in each)
+    return ExitCode.FAIL if failed else ExitCode.PASS
+
+
+def _bound(station: str, role: str, name: str) -> Subject:
+    from rigrunner.testing.station import bound_subject
+    from rigrunner.workflow.locate import find_station
+
+    return bound_subject(find_station(station), role, name)
+
+
+def _installed(
+    name: str, kind: str | None, settings_file: Path | None, drop_in: Path | None
+) -> list[Subject]:
+    """Return the plugins of that name, of that kind or of all."""
+    from rigrunner.registry import load_registry, with_drop_ins
+    from rigrunner.testing import subject
+
+    registry = load_registry()
+    if drop_in is not None:
+        registry = with_drop_ins(registry, drop_in)
+    kinds = [each.kind for each in registry.plugins if each.record.name == name]
+    if kind is not None:
+        kinds = [kind]
+    if not kinds:
+        names = sorted({each.record.name for each in registry.plugins})
+        raise PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
+    if settings_file is not None and len(kinds) > 1:
+        raise UsageError(
+            f"'{name}' is a {' and a '.join(kinds)}", hint="say with --kind whose settings they are"
+        )
+    given = _settings(settings_file)
+    folder = settings_file.parent if settings_file else Path()
+    return [subject(each, name, given, registry=registry, folder=folder) for each in kinds]
+
+
+def _settings(file: Path | None) -> Mapping[str, Any] | None:
+    if file is None:
+        return None
+    from rigrunner.yamlfile import read
+
+    found = read(file).data
+    if not isinstance(found, dict):
+        raise UsageError(
+            f"{file} holds no settings", hint="write them as under settings: of a station"
+        )
+    return found
+
+
+def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
+    """Do the checks, say what each found as it ends, and leave the device safe."""
+    from rigrunner.testing import checks, examine_one
+
+    chosen = [each for each in checks(subject.kind) if not (read_only and each.moves)]
+    left_out = len(checks(subject.kind)) - len(chosen)
+    subject = _careful(subject, chosen, read_only=read_only, yes=yes)
+    if not quiet:
+        result(f"{subject.kind.replace('_', ' ')} '{subject.name}' of {subject.plugin.provider}")
+    findings = []
+    try:
+        for each in chosen:
+            findings.append(examine_one(subject, each))
+            if not quiet:
+                result(_line(findings[-1]))
+    except BaseException:
+        _make_safe(subject, chosen)
+        raise
+    if not quiet:
+        result(_summary(findings, left_out))
+    return findings
+
+
+def _careful(
+    subject: Subject, chosen: Sequence[AnyCheck], *, read_only: bool, yes: bool
+) -> Subject:
+    """Return the subject as it may be treated; ask before drives of a real device are set."""
+    from rigrunner.testing.device import DeviceSubject
+
+    if not isinstance(subject, DeviceSubject):
+        return subject
+    if read_only:
+        return replace(subject, read_only=True)
+    drives = [] if subject.simulated else subject.drives_of(subject.make())
+    if not drives:
+        return subject
+    moving = ", ".join(each.name for each in chosen if each.moves)
+    ranges = "; ".join(f"{each.name} up to {_farthest(each)}" for each in drives)
+    message(fill(f"This is no simulator. These checks set its drives: {moving}.", WIDTH))
+    message(fill(f"They move {ranges}; set-points beyond the limits are tried too.", WIDTH))
+    message("--read-only leaves these checks out.")
+    if not yes and not sys.stdin.isatty():
+        raise UsageError(
+            "nobody is there to say that its drives may move", hint="say --yes, or --read-only"
+        )
+    if not yes:
+        click.confirm("Is the rig clear, and may its drives move?", abort=True, err=True)
+    return subject
+
+
+def _farthest(info: Any) -> str:
+    from rigrunner.testing.device.doing import place
+    from rigrunner.testing.device.quantities import PARTS
+
+    return f"{place(info, max(PARTS)):g} {info.unit}"
+
+
+def _make_safe(subject: Subject, chosen: Sequence[AnyCheck]) -> None:
+    """Say whether a device that was interrupted is safe."""
+    from rigrunner.testing import examine_one
+
+    for each in chosen:
+        if each.name == "left_safe":
+            message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
+
+
+def _line(finding: Finding) -> str:
+    head = f"{LABELS[finding.state]:4}  {finding.check.name}"
+    if finding.state == "pass":
+        return head
+    if finding.state == "not applicable":
+        return f"{head}: {finding.text}"
+    told = (finding.check.holds, f"found: {finding.text}", f"mend: {finding.check.mend}")
+    return "\n".join([head, *(_wrapped(text) for text in told)])
+
+
+def _wrapped(text: str) -> str:
+    return fill(text, WIDTH, initial_indent=INDENT, subsequent_indent=f"{INDENT}  ")
+
+
+def _summary(findings: Sequence[Finding], left_out: int) -> str:
+    count = Counter(finding.state for finding in findings)
+    words = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
+    more = f"; {left_out} left out, as they set drives" if left_out else ""
+    return f"\n{', '.join(words)}{more}"
+
+
+def _document(subject: Subject, findings: Sequence[Finding]) -> dict[str, Any]:
+    return {
+        "kind": subject.kind,
+        "name": subject.name,
+        "provider": str(subject.plugin.provider),
+        "findings": [
+            {
+                "check": each.check.name,
+                "state": str(each.state),
+                "holds": each.check.holds,
+                "found": each.text,
+                "mend": each.check.mend if each.state == "fail" else "",
+            }
+            for each in findings
+        ],
+    }

@@ -1,0 +1,40 @@
+"""A device as a station binds it: its settings, the limits of its drives, its folder."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.registry import load_registry
+from rigrunner.station import load_station
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.testing.device import DeviceSubject
+from rigrunner.workflow.prepare import with_lab_plugins
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def bound_subject(station: Path, role: str, plugin: str) -> DeviceSubject:
+    """Return the device that fills a role, ready to be checked within the station's limits.
+
+    Raises UsageError where the station has no such role, or another plugin in it.
+    """
+    loaded = load_station(station)
+    devices = loaded.model.devices
+    if role not in devices:
+        near = difflib.get_close_matches(role, devices, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(devices)}"
+        raise UsageError(f"{station} has no device in the role '{role}'", hint=hint)
+    bound = devices[role]
+    if bound.plugin != plugin:
+        raise UsageError(f"{station} has the plugin '{bound.plugin}' in the role '{role}'")
+    registry = with_lab_plugins(load_registry(), loaded, station.parent)
+    safety = loaded.model.safety
+    rules = DriveRules(dict(safety.drives), safety.combinations)
+    found = registry.find("device", plugin)
+    registry.validated("device", plugin, bound.settings)
+    return DeviceSubject(
+        found, registry, bound.settings, folder=station.parent, role=role, rules=rules
+    )

@@ -1,0 +1,400 @@
+"""A device that keeps to everything, and one broken in one way for each check of the kit."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, ConfigDict
+
+from rigrunner.api.data import Block
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+)
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.settings import Force, Settings
+from rigrunner.registry import Plugin, Provider, Registry
+
+RATE_HZ, BLOCK = 1000.0, 50
+
+
+class PressSettings(Settings):
+    """What a station may say of the press."""
+
+    capacity: Force = 1000.0
+    """The highest load."""
+    seed: int = 0
+    """Of its noise."""
+    simulate: Literal["ready", "unplugged"] = "ready"
+    """Whether somebody answers."""
+
+
+class Press(Driver):
+    """A press that is simulated, every exchange of it over the wire; it keeps to everything."""
+
+    non_blocking = True
+    errors = {ValueError: DeviceRejectedError}  # noqa: RUF012  (Driver's way)
+    sample_rate_hz = RATE_HZ
+
+    def __init__(self, settings, context):
+        channels = [ChannelInfo("load", "N", "Load"), ChannelInfo("oil", "K", "Oil temperature")]
+        drives = [
+            DriveInfo("load", "N", "Load", 0.0, settings.capacity, tolerance=5.0),
+            DriveInfo("frequency", "Hz", "Strokes", 0.0, 30.0, sets_cycle_frequency=True),
+        ]
+        super().__init__(context, channels, drives)
+        self.settings = settings
+        self.stands = {"load": 0.0, "frequency": 0.0}
+        self.held = None
+        self.streams = 0
+
+    def open(self, timeout_s):
+        if self.settings.simulate == "unplugged":
+            raise DeviceNotFoundError(f"no press answered in {timeout_s:g} s")
+        self.exchange("identify", lambda: "press")
+        return Identity("Zoo", "press", "7", simulated=True)
+
+    def get(self, channel):
+        return float(self.exchange(f"query {channel}", lambda: str(self.value(channel))))
+
+    def value(self, channel):
+        return 300.0 if channel == "oil" else self.stands[channel] + 0.1
+
+    def actual(self, drive):
+        return float(self.exchange(f"query {drive}", lambda: str(self.stands[drive])))
+
+    def put(self, drive, value):
+        self.exchange(f"set {drive} {value:g}", lambda: self.stands.update({drive: value}))
+
+    def stream(self, channels, duration_s, stop):
+        self.check_channels(channels)
+        self._need_connection()
+        number, self.streams = self.streams, self.streams + 1
+        return self.blocks(channels, round(duration_s * RATE_HZ), stop, number)
+
+    def check_channels(self, channels):
+        for name in channels:
+            if name not in self._channels:
+                raise DeviceRejectedError(f"no channel '{name}'", hint="there are: load, oil")
+
+    def blocks(self, channels, total, stop, number):
+        rng = self.generator(number)
+        for first in range(0, total, BLOCK):
+            if stop.is_set():
+                return
+            count = min(BLOCK, total - first)
+            self.clock.sleep(count / RATE_HZ)
+            yield self.block(channels, first, rng.normal(size=count))
+
+    def generator(self, number):
+        return np.random.default_rng((self.settings.seed, number))
+
+    def block(self, channels, first, noise):
+        return Block(RATE_HZ, first, self.clock.monotonic_s(), dict.fromkeys(channels, noise))
+
+    def pause(self):
+        self.held = self.stands["frequency"]
+        self.set("frequency", 0.0)
+
+    def resume(self):
+        held, self.held = self.held, None
+        if held is not None:
+            self.set("frequency", held)
+
+    def make_safe(self):
+        self.held = None
+        return super().make_safe()
+
+    def continue_after(self, streams):
+        self.streams += len(streams)
+
+    def truth(self):
+        return {"load_n": self.stands["load"]}
+
+
+class Undescribed(Settings):
+    capacity: Force = 1000.0
+    seed: int = 0
+    simulate: Literal["ready", "unplugged"] = "ready"
+
+
+class TakesAnyKey(PressSettings):
+    model_config = ConfigDict(extra="ignore")
+
+
+class TripsOverAList(PressSettings):
+    seed: Annotated[int, BeforeValidator(lambda value: value.bit_length() and value)] = 0
+    """Of its noise."""
+
+
+class TakesABareNumber(PressSettings):
+    capacity: Annotated[
+        Force, BeforeValidator(lambda value: f"{value} N" if isinstance(value, float) else value)
+    ] = 1000.0
+    """The highest load."""
+
+
+class BindsAtOnce(Press):
+    def __init__(self, settings, context):
+        super().__init__(settings, context)
+        with socket.socket() as port:
+            port.bind(("127.0.0.1", 0))
+
+
+class Nameless(Press):
+    def open(self, timeout_s):
+        super().open(timeout_s)
+        return Identity("", "press", "7", simulated=True)
+
+
+class NeverGivesUp(Press):
+    def open(self, timeout_s):
+        if self.settings.simulate == "unplugged":
+            time.sleep(2.1 * (not self.streams))
+            self.streams = 1  # the first time is enough
+        return super().open(timeout_s)
+
+
+class ReadsUnconnected(Press):
+    def _need_connection(self):
+        pass
+
+
+class ClosesOnce(Press):
+    port = True
+
+    def shut(self):
+        del self.port  # the second time there is none
+
+    def open(self, timeout_s):
+        self.port = True
+        return super().open(timeout_s)
+
+
+class LeavesAThread(Press):
+    def open(self, timeout_s):
+        threading.Thread(target=threading.Event().wait, args=(20,), daemon=True).start()
+        return super().open(timeout_s)
+
+
+class InKilonewtons(Press):
+    def __init__(self, settings, context):
+        super().__init__(settings, context)
+        self.channels = (ChannelInfo("load", "kN", "Load"), *self.channels[1:])
+
+
+class ReadsNothing(Press):
+    def get(self, channel):
+        super().get(channel)
+        return float("nan")
+
+
+class FallsShort(Press):
+    def put(self, drive, value):
+        super().put(drive, 0.9 * value)
+
+    def set(self, drive, value):
+        self.begin(drive, value)
+
+
+class BlocksWhenBegun(Press):
+    def put(self, drive, value):
+        self.clock.sleep(5.0)
+        super().put(drive, value)
+
+
+class GoesBeyond(Press):
+    def begin(self, drive, value):
+        if value > self._drives[drive].maximum:
+            self.put(drive, self._drives[drive].maximum)
+        super().begin(drive, value)
+
+
+class NamesNothing(Press):
+    def check_channels(self, channels):
+        if set(channels) - set(self._channels):
+            raise DeviceRejectedError("no such channel")
+
+
+class StumblesUnconnected(Press):
+    def make_safe(self):
+        if self._timeout_s is None:
+            raise AttributeError("'NoneType' object has no attribute 'write'")
+        return super().make_safe()
+
+
+class SaysSoOnly(Press):
+    def make_safe(self):
+        self._need_connection()
+        return {"load": 0.0, "frequency": 0.0}
+
+
+class GoesOnCounting(Press):
+    def block(self, channels, first, noise):
+        return super().block(channels, first + 10 * self.streams, noise)
+
+
+class StuckAfterARefusal(Press):
+    stuck = False
+
+    def begin(self, drive, value):
+        self.stuck |= value > self._drives[drive].maximum
+        super().begin(drive, value)
+
+    def put(self, drive, value):
+        if not self.stuck:
+            super().put(drive, value)
+
+
+class StumblesOnceClosed(Press):
+    def make_safe(self):
+        if not self._is_open:
+            raise AttributeError("'NoneType' object has no attribute 'write'")
+        return super().make_safe()
+
+
+class GoesOnByItself(Press):
+    def make_safe(self):
+        held = self.held
+        found = super().make_safe()
+        self.held = held
+        return found
+
+
+class HasAGap(Press):
+    def block(self, channels, first, noise):
+        return super().block(channels, first + (first > 200), noise)
+
+
+class InSinglePrecision(Press):
+    def block(self, channels, first, noise):
+        return super().block(channels, first, noise.astype(np.float32))
+
+
+class InNoTime(Press):
+    def blocks(self, channels, total, _stop, number):
+        noise = self.generator(number).normal(size=total)
+        yield self.block(channels, 0, noise)
+
+
+class GoesOnStreaming(Press):
+    def blocks(self, channels, total, _stop, number):
+        return super().blocks(channels, total, threading.Event(), number)
+
+
+class StreamsOnceIfLeft(Press):
+    left = 0
+
+    def blocks(self, channels, total, stop, number):
+        if self.left > 3:
+            return
+        self.left += 1
+        yield from super().blocks(channels, total, stop, number)
+
+
+class Moody(Press):
+    def generator(self, _number):
+        return np.random.default_rng()
+
+
+class AlwaysTheSame(Press):
+    def generator(self, number):
+        return np.random.default_rng(number)
+
+
+class ForgetsItsStreams(Press):
+    def continue_after(self, streams):
+        pass
+
+
+class TellsNoNumber(Press):
+    def truth(self):
+        return {"load_n": float("nan")}
+
+
+class Waits(Press):
+    def get(self, channel):
+        time.sleep(0.25)
+        return super().get(channel)
+
+
+class PastTheWire(Press):
+    def exchange(self, _request, perform):
+        return perform()
+
+
+class LetsParsingErrorsOut(Press):
+    errors = {}  # noqa: RUF012  (Driver's way)
+
+
+class CannotBeMadeSafe(Press):
+    def make_safe(self):
+        raise DeviceLostError("the press does not answer")
+
+
+BROKEN = {
+    "name_fits_yaml": {"name": "Press 1"},
+    "help_line": {"help": ""},
+    "settings_explained": {"settings": Undescribed},
+    "unknown_setting_refused": {"settings": TakesAnyKey},
+    "wrong_type_refused": {"settings": TripsOverAList},
+    "wrong_unit_refused": {"settings": TakesABareNumber},
+    "construction_touches_nothing": {"factory": BindsAtOnce},
+    "connects_and_says_who_it_is": {"factory": Nameless},
+    "gives_up_in_time": {"factory": NeverGivesUp},
+    "needs_a_connection": {"factory": ReadsUnconnected},
+    "closes_in_every_state": {"factory": ClosesOnce},
+    "gives_back_what_it_took": {"factory": LeavesAThread},
+    "quantities_declared": {"factory": InKilonewtons},
+    "readings_are_true": {"factory": ReadsNothing},
+    "drives_go_where_they_are_set": {"factory": FallsShort},
+    "drives_are_waited_for_by_asking": {"factory": BlocksWhenBegun},
+    "limits_hold": {"factory": GoesBeyond},
+    "unknown_names_refused": {"factory": NamesNothing},
+    "safe_before_connecting": {"factory": StumblesUnconnected},
+    "safe_is_confirmed": {"factory": SaysSoOnly},
+    "safe_while_streaming": {"factory": GoesOnCounting},
+    "safe_after_a_failed_call": {"factory": StuckAfterARefusal},
+    "safe_after_closing": {"factory": StumblesOnceClosed},
+    "pauses_and_goes_on": {"factory": GoesOnByItself},
+    "streams_are_gapless": {"factory": HasAGap},
+    "blocks_are_whole": {"factory": InSinglePrecision},
+    "streams_take_their_time": {"factory": InNoTime},
+    "stops_in_time": {"factory": GoesOnStreaming},
+    "streams_may_be_left": {"factory": StreamsOnceIfLeft},
+    "same_seed_same_samples": {"factory": Moody},
+    "other_seed_other_samples": {"factory": AlwaysTheSame},
+    "continues_after_streams": {"factory": ForgetsItsStreams},
+    "only_a_simulator_knows_the_truth": {"factory": TellsNoNumber},
+    "non_blocking_is_true": {"factory": Waits},
+    "exchanges_go_over_the_wire": {"factory": PastTheWire},
+    "only_device_errors_leave_it": {"factory": LetsParsingErrorsOut},
+    "left_safe": {"factory": CannotBeMadeSafe},
+}
+"""By check: what is changed of the record of the press."""
+
+
+def registry_of(kind, record):
+    """Return a registry with that one plugin."""
+    return Registry([Plugin(kind, record, Provider("zoo", "1"))])
+
+
+def press(**changes):
+    """Return the registry of a press of which the record is changed."""
+    whole = {
+        "name": "press",
+        "help": "A press.",
+        "settings": PressSettings,
+        "factory": Press,
+        "simulated": True,
+        "wired": True,
+        "absent": {"simulate": "unplugged"},
+    }
+    return registry_of("device", DeviceRecord(**{**whole, **changes}))

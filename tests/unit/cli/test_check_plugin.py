@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+import io
+import json
+
+import pytest
+
+from helpers_cli import call
+from rigrunner.api.errors import ExitCode
+
+SCALE = """\
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.hooks import DeviceRecord, hookimpl
+
+api_version = 1
+
+
+class Winch(Driver):
+    def __init__(self, settings, context):
+        drives = [DriveInfo("load", "N", "Load", 0.0, 200.0, tolerance=1.0)]
+        super().__init__(context, [ChannelInfo("load", "N", "Load")], drives)
+        self.stands = 0.0
+
+    def open(self, timeout_s):
+        return Identity("Zoo", "winch", "1")
+
+    def get(self, channel):
+        return self.stands
+
+    def put(self, drive, value):
+        self.stands = value
+
+
+@hookimpl
+def rigrunner_devices():
+    return [DeviceRecord(name="winch", help="HELP", factory=Winch)]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    tmp_path.joinpath("winch.py").write_text(SCALE.replace("HELP", "A winch."))
+    return tmp_path
+
+
+def test_what_conforms_ends_with_0():
+    called = call("check-plugin", "grubbs")
+    assert called.code == ExitCode.PASS
+    assert "outlier rule 'grubbs' of rigrunner_plugins" in called.out
+    assert "\npass  finds_a_gross_error\n" in called.out
+    assert "\nn/a   published_rejections_hold: its record states no examples\n" in called.out
+    assert " 0 fail, " in called.out.splitlines()[-1]
+
+
+def test_what_does_not_ends_with_1_and_says_what_to_do(folder):
+    folder.joinpath("winch.py").write_text(SCALE.replace("HELP", ""))
+    called = call("check-plugin", "winch", "--drop-in", folder, "--yes")
+    assert called.code == ExitCode.FAIL
+    assert "FAIL  help_line" in called.out
+    assert "found: the record's help is empty" in called.out
+    assert "mend: write one line" in called.out
+
+
+def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    called = call("check-plugin", "winch", "--drop-in", folder)
+    assert called.code == ExitCode.USAGE
+    assert "This is no simulator." in called.err
+    assert "load up to 50 N" in called.err
+    assert "say --yes, or --read-only" in called.err
+
+
+def test_with_yes_they_are_moved_and_left_safe(folder):
+    called = call("check-plugin", "winch", "--drop-in", folder, "--yes")
+    assert called.code == ExitCode.PASS, called.out
+    assert "limits_hold" in called.err
+    assert "pass  left_safe" in called.out
+
+
+def test_read_only_leaves_out_what_moves(folder):
+    called = call("check-plugin", "winch", "--drop-in", folder, "--read-only")
+    assert called.code == ExitCode.PASS
+    assert "limits_hold" not in called.out
+    assert "left out, as they set drives" in called.out
+
+
+def test_json_has_every_check():
+    called = call("check-plugin", "mad", "--json")
+    (document,) = json.loads(called.out)
+    assert document["name"] == "mad"
+    assert {each["state"] for each in document["findings"]} == {"pass", "not applicable"}
+    assert all(each["holds"] for each in document["findings"])
+
+
+def test_settings_come_from_a_file(tmp_path):
+    file = tmp_path / "settings.yaml"
+    file.write_text("threshold: 5\n")
+    assert call("check-plugin", "mad", "--settings", file).code == ExitCode.PASS
+    file.write_text("threshold: [5]\n")
+    called = call("check-plugin", "mad", "--settings", file)
+    assert called.code == ExitCode.INVALID
+    assert "outlier_rule 'mad': threshold: " in called.err
+    file.write_text("- 5\n")
+    called = call("check-plugin", "mad", "--settings", file)
+    assert called.code == ExitCode.USAGE
+    assert "holds no settings" in called.err
+
+
+def test_a_station_gives_settings_and_limits():
+    called = call("check-plugin", "tabulated", "--station", "simulated", "--role", "tester")
+    assert called.code == ExitCode.USAGE
+    assert "has the plugin 'swing_tester_sim' in the role 'tester'" in called.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["grubs"], "did you mean 'grubbs'?"),
+        (["grubbs", "--kind", "fit"], "there is no fit 'grubbs'"),
+        (["replay"], "give settings with which it can be tried: --settings FILE"),
+        (["fault", "--station", "simulated"], "--station and --role go together"),
+        (["swing_tester_sim", "--station", "simulated", "--role", "tster"], "did you mean"),
+        (["swing_tester_sim", "--station", "nowhere", "--role", "tester"], "nowhere"),
+        (["mad", "--settings", "missing.yaml"], "missing.yaml"),
+        (["mad", "--drop-in", "missing"], "missing"),
+    ],
+)
+def test_what_is_mistyped_is_told(arguments, said):
+    called = call("check-plugin", *arguments)
+    assert called.code in {ExitCode.USAGE, ExitCode.INVALID}
+    assert said in called.err
+
+
+def test_of_two_kinds_with_one_name_both_are_checked():
+    called = call("check-plugin", "html")
+    assert "certificate format 'html'" in called.out
+    assert "report format 'html'" in called.out

@@ -1,0 +1,81 @@
+"""Each check of devices passes one that keeps to everything, and fails one that is broken."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import pytest
+
+from helpers_zoo import BROKEN, Press, press
+from rigrunner.testing import Nonconformity, State, checks, conform, examine_one, subject
+
+CHECKS = {each.name: each for each in checks("device")}
+
+
+def test_there_is_a_broken_device_for_every_check():
+    assert set(BROKEN) == set(CHECKS)
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_what_keeps_to_everything_passes(name):
+    assert conform(subject("device", "press", registry=press()), CHECKS[name]) == ""
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_what_is_broken_fails(name):
+    changes = BROKEN[name]
+    known = subject("device", changes.get("name", "press"), registry=press(**changes))
+    found = examine_one(known, CHECKS[name])
+    assert found.state is State.FAIL
+    assert found.text
+    assert not known.made_devices
+
+
+def test_a_crash_is_a_failed_check_with_its_place():
+    class Crashes(Press):
+        def get(self, _channel):
+            raise ZeroDivisionError("division by zero")
+
+    known = subject("device", "press", registry=press(factory=Crashes))
+    found = examine_one(known, CHECKS["readings_are_true"])
+    assert found.state is State.FAIL
+    assert "ZeroDivisionError: division by zero at " in found.text
+    assert "test_device_checks.py:" in found.text
+
+
+def test_what_hangs_is_given_up():
+    hangs = threading.Event()
+
+    class Hangs(Press):
+        def get(self, channel):
+            hangs.wait()
+            return super().get(channel)
+
+    known = subject("device", "press", registry=press(factory=Hangs))
+    found = examine_one(known, CHECKS["readings_are_true"], longest_s=0.2)
+    hangs.set()
+    assert found.text == "it did not come back within 0.2 s"
+
+
+def test_what_to_do_is_told():
+    known = subject("device", "press", registry=press(help=""))
+    with pytest.raises(Nonconformity, match=r"(?s)found: the record's help is empty.*mend: write"):
+        conform(known, CHECKS["help_line"])
+
+
+def test_read_only_nothing_is_set():
+    told = []
+
+    class Tells(Press):
+        def put(self, drive, value):
+            told.append((drive, value))
+
+        def make_safe(self):
+            told.append("safe")
+            return super().make_safe()
+
+    known = replace(subject("device", "press", registry=press(factory=Tells)), read_only=True)
+    for check in (each for each in checks("device") if not each.moves):
+        examine_one(known, check)
+    assert told == []
