@@ -124,6 +124,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=FaultyDeviceSettings,
             trial={"plugin": "swing_tester_sim"},
             factory=_fault,
+            wired=True,
         ),
         DeviceRecord(
             name="composite",

@@ -94,7 +94,7 @@ def make_page(report: ReportInput) -> Page:
         run_id=result.run.run_id,
         simulated=bool(report.truth),
         facts=run.facts(result),
-        restrictions=run.restrictions(result),
+        restrictions=(*run.replayed(report.provenance), *run.restrictions(result)),
         overrides=run.overrides(report.events),
         warnings=warnings,
         headline=head.headline(result, points),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from rigrunner.api.results import REPLAYED
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
@@ -45,6 +47,13 @@ def warnings(result: Result) -> tuple[str, ...]:
         for name, run in runs
         if run is not None and run.outcome != COMPLETED
     )
+
+
+def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
+    """Return that the run is no measurement, where it is a replay."""
+    tape = provenance.get(REPLAYED)
+    words = "Not for certification: this run is a replay, and no instrument was asked; its tape: "
+    return (f"{words}{tape}.",) if tape else ()
 
 
 def restrictions(result: Result) -> tuple[str, ...]:

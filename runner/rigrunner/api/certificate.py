@@ -382,7 +382,7 @@ class Evidence(Part):
 class Restriction(Part):
     """Why the document is no certificate, but a specimen."""
 
-    code: Literal["draft_procedure", "simulated", "trial", "requested"]
+    code: Literal["draft_procedure", "simulated", "trial", "replayed", "requested"]
     detail: str = ""
 
 

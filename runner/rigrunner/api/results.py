@@ -19,6 +19,9 @@ MEAN = "mean"
 """What is judged where not a single set-point is: the mean over all of them."""
 
 
+REPLAYED = "replayed"
+"""The name in a run's provenance that says from which tape it is: no instrument was asked."""
+
 CERTAIN = 0.9999
 """A probability beyond this is not printed as a number: it would look like certainty."""
 

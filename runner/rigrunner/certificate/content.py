@@ -21,6 +21,7 @@ from rigrunner.api.certificate import (
 )
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
+from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import deviations_of, rejected_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
 from rigrunner.certificate.results import conformity_of, results_of
@@ -131,7 +132,10 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(code="simulated", detail=station)
     if "trial" in entered:
         yield Restriction(code="trial", detail=station)
-    if requested and not drafts and not simulated and "trial" not in entered:
+    replayed = [tape for run in _runs(source) if (tape := run.header.provenance.get(REPLAYED))]
+    for tape in replayed:
+        yield Restriction(code="replayed", detail=tape)
+    if requested and not (drafts or simulated or "trial" in entered or replayed):
         yield Restriction(code="requested")
 
 

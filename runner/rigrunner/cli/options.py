@@ -41,6 +41,18 @@ answers_option = click.option(
     metavar="FILE",
     help="Take inputs from a YAML file; --set goes first.",
 )
+record_option = click.option(
+    "--record",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Save every exchange with every instrument, on a tape in this new folder.",
+)
+replay_option = click.option(
+    "--replay",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Play a tape back: no instrument is asked.",
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import defaultdict
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pydantic import ValidationError
 
@@ -53,6 +53,18 @@ class DisabledPlugin:
     def __str__(self) -> str:
         """Return provider and reason."""
         return f"{self.provider}: {self.reason}"
+
+
+class Tap(Protocol):
+    """Stands between a device and its instrument, to save what is exchanged or to play it back."""
+
+    def wired(self, context: DeviceContext) -> DeviceContext:
+        """Return what a device is given whose exchanges all go over the context's wire."""
+        ...
+
+    def whole(self, device: Device, context: DeviceContext) -> Device:
+        """Return what stands for any other device, whose calls are the exchanges."""
+        ...
 
 
 class Registry:
@@ -110,15 +122,34 @@ class Registry:
             raise PluginError(f"{kind} '{name}': {where}: {first['msg']}") from error
 
     def make_device(
-        self, plugin: str, settings: Mapping[str, Any], context: DeviceContext
+        self,
+        plugin: str,
+        settings: Mapping[str, Any],
+        context: DeviceContext,
+        tap: Tap | None = None,
     ) -> Device:
-        """Return a device that can make others of this registry; raise PluginError."""
+        """Return a device that can make others of this registry; raise PluginError.
+
+        A device that is `wired` and those that it makes have the tap at their wires, any other one
+        at its own calls.
+        """
+        record = self.find("device", plugin).record
+        wired = isinstance(record, DeviceRecord) and record.wired
+        inner_tap = tap if wired else None
 
         def make(other: str, of_other: Mapping[str, Any], /, part: str = "") -> Device:
             inner = replace(context, role=f"{context.role}/{part}") if part else context
-            return self.make_device(other, of_other, inner)
+            return self.make_device(other, of_other, inner, inner_tap)
 
-        return self.make("device", plugin, settings, replace(context, make=make))  # type: ignore[no-any-return]  # a device
+        given = replace(context, make=make)
+        if tap is None:
+            return self._device(plugin, settings, given)
+        if wired:
+            return self._device(plugin, settings, tap.wired(given))
+        return tap.whole(self._device(plugin, settings, given), context)
+
+    def _device(self, plugin: str, settings: Mapping[str, Any], context: DeviceContext) -> Device:
+        return self.make("device", plugin, settings, context)  # type: ignore[no-any-return]  # a device
 
     def source(
         self, plugin: str, settings: Mapping[str, Any], channel: str

@@ -18,12 +18,15 @@ if TYPE_CHECKING:
 _LONGEST_PART = 48
 
 
-def create_run_folder(runs: Path, started: datetime, procedure_id: str, specimen: str = "") -> Path:
+def create_run_folder(
+    runs: Path, started: datetime, procedure_id: str, specimen: str = "", mark: str = ""
+) -> Path:
     """Make and return `<UTC>_<procedure>_<specimen>` in `runs`; its name is the run's id.
 
-    Where the name is taken, '-2', '-3', ... is added. Raises DataError if it cannot be made.
+    A `mark` comes last. Where the name is taken, '-2', '-3', ... is added. Raises DataError if it
+    cannot be made.
     """
-    parts = (started.astimezone(UTC).strftime("%Y%m%dT%H%M%SZ"), procedure_id, specimen)
+    parts = (started.astimezone(UTC).strftime("%Y%m%dT%H%M%SZ"), procedure_id, specimen, mark)
     name = "_".join(safe for part in parts if (safe := safe_name(part)))
     with writing(runs / name):
         runs.mkdir(parents=True, exist_ok=True)

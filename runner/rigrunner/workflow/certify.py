@@ -39,6 +39,7 @@ _WHY = {
     "draft_procedure": "its procedure was not approved",
     "simulated": "its data are simulated",
     "trial": "its instruments are those of a trial",
+    "replayed": "it is the replay of a tape",
 }
 
 

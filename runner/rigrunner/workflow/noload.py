@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome
+from rigrunner.api.results import REPLAYED
 from rigrunner.procedure.analysis_spec import LATEST
 from rigrunner.runfile import read, read_info
 from rigrunner.station import parse_station
@@ -34,6 +35,8 @@ class LoadedRun:
     drive: str
     """The drive that sets the cycle frequency, 'role.drive'."""
     frequencies_hz: Collection[float]
+    replays: bool = False
+    """Whether it is a replay itself: only then may its no-load run be one."""
 
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
@@ -69,6 +72,8 @@ def _formal_objections(info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun) -> It
         yield f"it is a run of {header.procedure_id}, not of {spec.procedure}"
     if info.outcome != Outcome.COMPLETED:
         yield f"it was not completed ({info.outcome})"
+    if REPLAYED in header.provenance and not loaded.replays:
+        yield "it is the replay of a tape"
     yield from _differences(
         parse_station(header.station_text, header.station_id).model, spec, loaded
     )

@@ -11,6 +11,7 @@ from rigrunner.api.errors import PluginError
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
+from rigrunner.tape import ReplayedTape
 from rigrunner.workflow.locate import find_station
 from rigrunner.workflow.prepare import plan_run, with_lab_plugins
 
@@ -20,15 +21,23 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock
     from rigrunner.registry import Registry
     from rigrunner.station import Station
+    from rigrunner.tape import Tape
     from rigrunner.workflow.prepare import Planned
 
 
-def planned_run(procedure: Path, station: Path, *, realtime: bool = False) -> Planned:
-    """Load, check and plan; raise InvalidFileError with everything that is wrong."""
+def planned_run(
+    procedure: Path, station: Path, *, realtime: bool = False, tape: Tape | None = None
+) -> Planned:
+    """Load, check and plan; raise InvalidFileError with everything that is wrong.
+
+    The day of a replay is that of its tape: by it calibrations are due, and no-load runs chosen.
+    """
     registry, loaded = load_registry(), load_station(station)
     known = with_lab_plugins(registry, loaded, station.parent)
     clock = clock_for(loaded.model, known, realtime=realtime)
-    return plan_run(procedure, station, registry, clock)
+    if isinstance(tape, ReplayedTape):
+        clock = SimulatedClock(tape.manifest.began_utc)
+    return plan_run(procedure, station, registry, clock, tape)
 
 
 def lab_registry(station: str | None) -> Registry:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
+    from rigrunner.tape import Tape
     from rigrunner.workflow.approval import ApprovalState
 
 _T = TypeVar("_T")
@@ -41,13 +42,17 @@ class Planned:
     registry: Registry
     clock: Clock
     approval: ApprovalState
+    tape: Tape | None = None
+    """What records the run's instruments, or plays them back."""
 
     def prediction(self) -> Prediction:
         """Return what torque is to be expected where, and how much disk the run takes."""
         return predict(self.procedure, self.station, self.plan)
 
 
-def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -> Planned:
+def plan_run(
+    procedure: Path, station: Path, registry: Registry, clock: Clock, tape: Tape | None = None
+) -> Planned:
     """Load and check both files and plan the run; raise InvalidFileError with all problems."""
     problems = _Problems()
     loaded_procedure = problems.without(lambda: load_procedure(procedure))
@@ -58,22 +63,26 @@ def plan_run(procedure: Path, station: Path, registry: Registry, clock: Clock) -
     problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
     if any(problem.field.startswith("devices") for problem in problems):
         raise InvalidFileError(problems)
-    patience = patience_of(loaded_station)
-    devices = {
-        role: _device(
-            role,
-            loaded_station,
-            registry,
-            DeviceContext(role, clock, station.parent, patience=patience),
-        )
-        for role in loaded_station.model.devices
-    }
+    devices = make_devices(loaded_station, registry, clock, station.parent, tape)
     plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
     problems.without(lambda: check_limits(loaded_procedure, plan, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))
     if plan is None or approval is None or problems:
         raise InvalidFileError(problems)
-    return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock, approval)
+    return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock, approval, tape)
+
+
+def make_devices(
+    station: LoadedStation, registry: Registry, clock: Clock, folder: Path, tape: Tape | None = None
+) -> dict[str, Device]:
+    """Return the devices of the station in that folder by role; raise InvalidFileError."""
+    patience = patience_of(station)
+    return {
+        role: _device(
+            station, registry, DeviceContext(role, clock, folder, patience=patience), tape
+        )
+        for role in station.model.devices
+    }
 
 
 def patience_of(station: LoadedStation) -> Patience:
@@ -97,13 +106,13 @@ class _Problems(list[Problem]):
 
 
 def _device(
-    role: str, station: LoadedStation, registry: Registry, context: DeviceContext
+    station: LoadedStation, registry: Registry, context: DeviceContext, tape: Tape | None
 ) -> Device:
-    entry = station.model.devices[role]
+    entry = station.model.devices[context.role]
     try:
-        return registry.make_device(entry.plugin, entry.settings, context)
+        return registry.make_device(entry.plugin, entry.settings, context, tape)
     except PluginError as error:
-        path = ("devices", role, "settings")
+        path = ("devices", context.role, "settings")
         where = station.document.where(path)
         raise InvalidFileError(
             [Problem(error.message, where, ".".join(path), error.hint)]
@@ -150,6 +159,7 @@ def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path 
         started=planned.clock.utc(),
         drive=drive,
         frequencies_hz=sorted({record.setpoints[drive] for record in records}),
+        replays=planned.tape is not None and planned.tape.replays,
     )
     return find_no_load(spec, loaded, runs, named)
 

@@ -20,6 +20,7 @@ from rigrunner.workflow.overrides import require_overridden
 from rigrunner.workflow.prepare import patience_of
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.rig_lock import rig_lock
+from rigrunner.workflow.taping import from_tape, mark_of, on_tape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -55,6 +56,9 @@ def execute(
     what happens is in the FinishedRun, and the rig is made safe on every way.
     """
     require_overridden(planned, overrides)
+    if (tape := planned.tape) is not None:
+        planned, answers = on_tape(planned, tape, inputs, overrides, answers)
+        listeners = (*tape.listeners, *listeners)
     people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
     return carry_out(
         planned,
@@ -150,7 +154,8 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
     """Make a folder and give its writer, while no other process may write there."""
     procedure, station = planned.procedure, planned.station
     started = planned.clock.utc()
-    folder = create_run_folder(runs, started, procedure.model.id, inputs.get("specimen", ""))
+    specimen, mark = inputs.get("specimen", ""), mark_of(planned.tape)
+    folder = create_run_folder(runs, started, procedure.model.id, specimen, mark)
     header = RunHeader(
         run_id=folder.name,
         started_utc=utc_text(started),
@@ -165,7 +170,7 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
         inputs=inputs,
         people=people,
         approval=planned.approval.texts(),
-        provenance=software(planned.registry) | identities(identified),
+        provenance=software(planned.registry) | identities(identified) | from_tape(planned.tape),
         files=_files(planned, no_load),
     )
     with run_lock(folder), RunWriter(folder, header) as writer:

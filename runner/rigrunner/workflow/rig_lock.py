@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,10 @@ from rigrunner.clock import utc_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from contextlib import AbstractContextManager
 
+    from rigrunner.registry import Registry
+    from rigrunner.station import LoadedStation
     from rigrunner.workflow.prepare import Planned
 
 FOLDER = "rigrunner-rigs"
@@ -24,29 +28,36 @@ EVERYONE = 0o777
 """The next run may be another person's; a lock that only its maker could open would stand in it."""
 
 
+def rig_lock(planned: Planned) -> AbstractContextManager[None]:
+    """Hold the rig of a planned run; no rig is touched where the run is a replay."""
+    if planned.tape is not None and planned.tape.replays:
+        return nullcontext()
+    return station_lock(planned.station, planned.registry, planned.procedure.model.id)
+
+
 @contextmanager
-def rig_lock(planned: Planned) -> Iterator[None]:
+def station_lock(station: LoadedStation, registry: Registry, what: str) -> Iterator[None]:
     """Hold the station's rig for this process; raise DeviceError where another one has it.
 
-    The station's id names the rig, for everyone on this machine. A station of simulators alone is
-    not locked: each process simulates a rig of its own.
+    The station's id names the rig, for everyone on this machine, and `what` says what it is held
+    for. A station of simulators alone is not locked: each process simulates a rig of its own.
     """
-    if _simulated(planned):
+    if _simulated(station, registry):
         yield
         return
-    lock_file = lock_folder() / f"{planned.station.model.id}.lock"
+    lock_file = lock_folder() / f"{station.model.id}.lock"
     lock = FileLock(lock_file, timeout=0, mode=0o666)
     try:
         lock.acquire()
     except Timeout as error:
         raise DeviceError(
-            f"the rig of station {planned.station.model.id} is in use{_holder_text(lock_file)}",
+            f"the rig of station {station.model.id} is in use{_holder_text(lock_file)}",
             hint="wait for that run, or stop it; two rigs need two station ids",
         ) from error
     except OSError as error:
         raise DeviceError(f"the rig cannot be locked: {error}", hint=f"see {lock_file}") from error
     try:
-        _write_holder(lock_file, planned)
+        _write_holder(lock_file, what)
         yield
     finally:
         _holder(lock_file).unlink(missing_ok=True)
@@ -62,22 +73,20 @@ def lock_folder() -> Path:
     return folder
 
 
-def _simulated(planned: Planned) -> bool:
-    return all(
-        planned.registry.is_simulated(each.plugin, each.settings)
-        for each in planned.station.model.devices.values()
-    )
+def _simulated(station: LoadedStation, registry: Registry) -> bool:
+    devices = station.model.devices.values()
+    return all(registry.is_simulated(each.plugin, each.settings) for each in devices)
 
 
 def _holder(lock_file: Path) -> Path:
     return lock_file.with_suffix(".json")
 
 
-def _write_holder(lock_file: Path, planned: Planned) -> None:
+def _write_holder(lock_file: Path, what: str) -> None:
     content = {
         "process": os.getpid(),
-        "procedure": planned.procedure.model.id,
-        "since": utc_text(planned.clock.utc()),
+        "procedure": what,
+        "since": utc_text(datetime.now(UTC)),
     }
     _holder(lock_file).write_text(json.dumps(content), encoding="utf-8")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +13,8 @@ from rigrunner.cli.options import (
     json_option,
     named_values,
     procedure_argument,
+    record_option,
+    replay_option,
     runs_option,
     set_option,
     station_option,
@@ -48,6 +51,8 @@ if TYPE_CHECKING:
 )
 @click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
 @click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
+@record_option
+@replay_option
 @json_option
 def command(
     procedure: str,
@@ -61,6 +66,8 @@ def command(
     by: str,
     reason: str,
     answers_file: Path | None,
+    record: Path | None,
+    replay: Path | None,
     unattended: bool,
     realtime: bool,
     as_json: bool,
@@ -81,17 +88,29 @@ def command(
     from rigrunner.workflow.planning import planned_run
     from rigrunner.workflow.prepare import no_load_for
     from rigrunner.workflow.record import execute
+    from rigrunner.workflow.taping import inputs_on, overrides_on, tape_for
 
-    planned = planned_run(find_procedure(procedure), find_station(station), realtime=realtime)
-    overrides = overrides_for(planned, overridden, by, reason)
+    tape = tape_for(record, replay)
+    planned = planned_run(
+        find_procedure(procedure), find_station(station), realtime=realtime, tape=tape
+    )
+    overrides = overrides_on(tape) or overrides_for(planned, overridden, by, reason)
     named = with_operator(named_values(given), operator, planned.procedure)
     filed = read_answers(answers_file, planned.procedure) if answers_file else {}
     chosen = no_load_for(planned, runs, no_load)
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
-    with stop_on_signals(attended=not unattended) as stop, shown_progress() as progress:
-        answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
-        inputs = answer_inputs(planned.procedure, {**filed, **named}, answers)
+    if replay is not None:
+        message(f"Replaying the tape {replay}: no instrument is asked.")
+    alone = unattended or replay is not None
+    with (
+        stop_on_signals(attended=not alone) as stop,
+        shown_progress() as progress,
+        tape or nullcontext(),
+    ):
+        answers = UnattendedAnswers() if alone else TerminalAnswers(stop, progress)
+        known = {**inputs_on(tape), **filed, **named}
+        inputs = answer_inputs(planned.procedure, known, answers)
         person = inputs.get("operator", answers.by)
         finished = execute(
             planned,
@@ -103,8 +122,11 @@ def command(
             listeners=[stop, progress],
             operator=operator or "",
             overrides=overrides,
-            pauses=None if unattended else TerminalPauses(stop, progress, operator or person),
+            pauses=None if alone else TerminalPauses(stop, progress, operator or person),
             progress=progress.analysing,
         )
     tell_finished(finished, as_json=as_json)
+    for text in tape.notes() if tape else ():
+        if text not in str(finished.error):
+            message(f"note: {text}")
     return finished.exit_code

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.results import REPLAYED
 from rigrunner.cli.facts import info_document
 from rigrunner.cli.measured import measured
 from rigrunner.cli.options import json_option, run_argument, runs_option
@@ -74,6 +75,8 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
         f"{header.procedure_title} ({header.procedure_id} {header.procedure_revision})",
     )
     yield "station", header.station_id
+    if tape := header.provenance.get(REPLAYED):
+        yield "replayed from", f"{tape}; not for certification"
     yield "started", header.started_utc
     yield "ended", info.ended_utc or "never"
     yield "outcome", f"{info.outcome}: {info.reason}" if info.reason else info.outcome

@@ -1,0 +1,148 @@
+"""How an answer, or the failure that came instead, stands in a line of a tape: exactly."""
+
+from __future__ import annotations
+
+import base64
+import builtins
+import math
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rigrunner.api import errors
+from rigrunner.api.errors import DataError, RigrunnerError
+
+_NUMBERS = "biuf"
+"""The kinds of arrays that are kept: booleans, integers and real numbers."""
+
+
+def encode(answer: object) -> Any:
+    """Return an answer as JSON can hold it; raise TypeError for what cannot be kept.
+
+    Kept are None, booleans, integers, real numbers, texts, bytes, arrays of numbers, and lists and
+    mappings by name of such. Every JSON object names what it stands for.
+    """
+    match answer:
+        case np.generic():
+            return encode(answer.item())
+        case None | bool() | int() | str():
+            return answer
+        case float():
+            return answer if math.isfinite(answer) else {"float": str(answer)}
+        case list():
+            return [encode(each) for each in answer]
+        case _:
+            return _encode_tagged(answer)
+
+
+def decode(stored: Any) -> Any:
+    """Return the answer that `encode` stored; raise DataError for what is no such thing."""
+    if isinstance(stored, list):
+        return [decode(each) for each in stored]
+    if not isinstance(stored, dict):
+        return stored
+    try:
+        return _decode_tagged(stored)
+    except (ValueError, TypeError, KeyError, AttributeError, zlib.error) as error:
+        raise DataError(f"an answer cannot be read: {error}") from error
+
+
+def encode_error(error: BaseException) -> dict[str, Any]:
+    """Return a failure as JSON can hold it: the nearest class that a replay knows, its words."""
+    known = next(kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind)
+    if isinstance(error, RigrunnerError):
+        told = {"message": error.message, "hint": error.hint}
+    else:
+        plain = len(error.args) == 1 and isinstance(error.args[0], str)
+        told = {"message": error.args[0] if plain else str(error)}
+    notes = list(getattr(error, "__notes__", ()))
+    return {"class": known.__name__, **told, **({"notes": notes} if notes else {})}
+
+
+def decode_error(stored: Mapping[str, Any]) -> BaseException:
+    """Return the failure that `encode_error` stored; raise DataError for what is none."""
+    kind = _error_class(str(stored.get("class")))
+    message = str(stored.get("message", ""))
+    if kind is None:
+        raise DataError(f"there is no error of the class {stored.get('class')!r}")
+    if issubclass(kind, RigrunnerError):
+        error: BaseException = kind(message, hint=str(stored.get("hint", "")))
+    else:
+        error = _made(kind, message)
+    for note in stored.get("notes", ()):
+        error.add_note(str(note))
+    return error
+
+
+def _made(kind: type[BaseException], message: str) -> BaseException:
+    try:
+        return kind(message)
+    except TypeError:  # such as UnicodeDecodeError, which is made of more than words
+        return RuntimeError(f"{kind.__name__}: {message}")
+
+
+def _encode_tagged(answer: object) -> dict[str, Any]:
+    match answer:
+        case bytes() | bytearray():
+            return {"bytes": base64.b64encode(answer).decode()}
+        case np.ndarray():
+            return _encode_array(answer)
+        case Mapping():
+            return {"map": {_name(name): encode(each) for name, each in answer.items()}}
+        case _:
+            raise TypeError(f"a {type(answer).__name__} cannot be kept on tape")
+
+
+def _encode_array(array: np.ndarray[Any, Any]) -> dict[str, Any]:
+    """Store bytes of equal weight side by side: signals then pack two to three times better."""
+    if array.dtype.kind not in _NUMBERS:
+        raise TypeError(f"an array of {array.dtype} cannot be kept on tape")
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    columns = np.frombuffer(little.tobytes(), np.uint8).reshape(-1, little.itemsize)
+    packed = zlib.compress(columns.T.tobytes(), 1)
+    return {
+        "array": little.dtype.str,
+        "shape": list(array.shape),
+        "data": base64.b64encode(packed).decode(),
+    }
+
+
+def _decode_array(stored: Mapping[str, Any]) -> np.ndarray[Any, Any]:
+    dtype = np.dtype(str(stored["array"]))
+    if dtype.kind not in _NUMBERS:
+        raise ValueError(f"{dtype} is no kind of number")
+    columns = np.frombuffer(zlib.decompress(base64.b64decode(stored["data"])), np.uint8)
+    whole = columns.reshape(dtype.itemsize, -1).T.tobytes()
+    array = np.frombuffer(whole, dtype).reshape(stored["shape"])
+    return array.astype(dtype.newbyteorder("="))  # a copy, which may be written to
+
+
+def _decode_tagged(stored: Mapping[str, Any]) -> Any:
+    match stored:
+        case {"float": text}:
+            return float(text)
+        case {"bytes": text}:
+            return base64.b64decode(text, validate=True)
+        case {"array": _}:
+            return _decode_array(stored)
+        case {"map": mapping}:
+            return {name: decode(each) for name, each in mapping.items()}
+        case _:
+            raise ValueError(f"{', '.join(stored) or 'nothing'} stands for no answer")
+
+
+def _name(name: object) -> str:
+    if not isinstance(name, str):
+        raise TypeError(f"a mapping by {type(name).__name__} cannot be kept on tape")
+    return name
+
+
+def _error_class(name: str) -> type[BaseException] | None:
+    """Return one of our errors, or one of Python's, by name."""
+    for module in (errors, builtins):
+        kind = getattr(module, name, None)
+        if isinstance(kind, type) and issubclass(kind, BaseException):
+            return kind
+    return None

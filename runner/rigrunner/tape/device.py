@@ -1,0 +1,188 @@
+"""A device with the tape at its own calls: for one whose exchanges do not go over a wire."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, cast
+
+from rigrunner.api.data import Block
+from rigrunner.api.devices import (
+    Approaching,
+    CountsStreams,
+    Identity,
+    KnowsTruth,
+    Pausable,
+    Readable,
+    Settable,
+    Streaming,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, StopToken, Wire
+
+
+def taped(inner: Device, wire: Wire) -> Device:
+    """Return a device with the abilities of that one, each of whose calls goes over the wire.
+
+    What a device says of itself without being connected is its own word, and not on the wire.
+    """
+    able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
+    kind = type("TapedDevice", (*able, TapedDevice), {})
+    return cast("Device", kind(inner, wire))
+
+
+class TapedDevice:
+    """What every device can do."""
+
+    def __init__(self, inner: Device, wire: Wire) -> None:
+        self._inner: Any = inner
+        self._wire = wire
+
+    @property
+    def channels(self) -> Sequence[ChannelInfo]:
+        """The channels of the device."""
+        return cast("Sequence[ChannelInfo]", self._inner.channels)
+
+    @property
+    def drives(self) -> Sequence[DriveInfo]:
+        """The drives of the device."""
+        return cast("Sequence[DriveInfo]", self._inner.drives)
+
+    @property
+    def non_blocking(self) -> bool:
+        """Whether no call of the device can hang."""
+        return bool(self._inner.non_blocking)
+
+    def connect(self, timeout_s: float) -> Identity:
+        """Connect; return who answered."""
+        return _identity(
+            self._wire.exchange("connect", lambda: asdict(self._inner.connect(timeout_s)))
+        )
+
+    def make_safe(self) -> Mapping[str, float]:
+        """Bring every drive to its safe value."""
+        return self._wire.exchange("make safe", lambda: dict(self._inner.make_safe()))
+
+    def close(self) -> None:
+        """Release the connection."""
+        self._wire.exchange("close", self._inner.close)
+
+
+class _Readable(TapedDevice):
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:
+        """Return the present value of each channel."""
+        return self._wire.exchange(
+            f"read {_listing(channels)}", lambda: dict(self._inner.read(channels))
+        )
+
+
+class _Settable(TapedDevice):
+    def set(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point."""
+        self._wire.exchange(f"set {drive} {value!r}", lambda: self._inner.set(drive, value))
+
+    def read_back(self, drive: str) -> float:
+        """Return the drive's actual value."""
+        return self._wire.exchange(
+            f"read back {drive}", lambda: float(self._inner.read_back(drive))
+        )
+
+
+class _Approaching(_Settable):
+    def begin(self, drive: str, value: float) -> None:
+        """Give the drive a new set-point and return at once."""
+        self._wire.exchange(f"begin {drive} {value!r}", lambda: self._inner.begin(drive, value))
+
+    def arrived(self, drive: str) -> bool:
+        """Say whether the drive has reached its set-point."""
+        return self._wire.exchange(f"arrived {drive}", lambda: bool(self._inner.arrived(drive)))
+
+
+class _Streaming(TapedDevice):
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        return float(self._inner.sample_rate_hz)
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield the blocks of the device."""
+        source: list[Iterator[Block]] = []
+        self._wire.exchange(
+            f"stream {_listing(channels)} for {duration_s!r} s",
+            lambda: source.append(iter(self._inner.stream(channels, duration_s, stop))),
+        )
+        return self._blocks(source)
+
+    def _blocks(self, source: list[Iterator[Block]]) -> Iterator[Block]:
+        try:
+            while (block := self._wire.exchange("next block", lambda: _next(source))) is not None:
+                yield Block(**block)
+        finally:
+            _end(source)  # not on the tape: nobody says when a stream that is dropped is ended
+
+
+class _Pausable(TapedDevice):
+    def pause(self) -> None:
+        """Stop what moves."""
+        self._wire.exchange("pause", self._inner.pause)
+
+    def resume(self) -> None:
+        """Go on."""
+        self._wire.exchange("resume", self._inner.resume)
+
+
+class _CountsStreams(TapedDevice):
+    def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
+        """Count what was streamed before."""
+        self._wire.exchange(
+            f"continue after {len(streams)} streams", lambda: self._inner.continue_after(streams)
+        )
+
+
+class _KnowsTruth(TapedDevice):
+    def truth(self) -> Mapping[str, float]:
+        """Return the true values of the last stream."""
+        return self._wire.exchange("tell the truth", lambda: dict(self._inner.truth()))
+
+
+_PARTS: dict[type, type[TapedDevice]] = {
+    Readable: _Readable,
+    Approaching: _Approaching,  # before Settable, which it includes
+    Settable: _Settable,
+    Streaming: _Streaming,
+    Pausable: _Pausable,
+    CountsStreams: _CountsStreams,
+    KnowsTruth: _KnowsTruth,
+}
+
+
+def _listing(channels: Sequence[str]) -> str:
+    return ", ".join(channels)
+
+
+def _identity(told: Mapping[str, Any]) -> Identity:
+    parts = {name: _identity(part) for name, part in told["parts"].items()}
+    return Identity(**{**told, "parts": parts})
+
+
+def _next(source: list[Iterator[Block]]) -> dict[str, Any] | None:
+    block = next(source[0], None)
+    if block is None:
+        return None
+    return {
+        "rate_hz": block.rate_hz,
+        "first_sample": block.first_sample,
+        "monotonic_s": block.monotonic_s,
+        "channels": dict(block.channels),
+    }
+
+
+def _end(source: list[Iterator[Block]]) -> None:
+    for blocks in source:
+        close = getattr(blocks, "close", None)
+        if close is not None:
+            close()

@@ -1,0 +1,103 @@
+"""`tape.json`: of what a tape is, to tell why a replay differs."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+NAME = "tape.json"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TapedFile(_Part):
+    """A procedure or a station: its id, and the digest of its text."""
+
+    id: str
+    sha256: str
+
+
+class TapedPlugin(_Part):
+    """What drove an instrument."""
+
+    plugin: str
+    provider: str
+    settings_sha256: str
+
+
+class TapedOverride(_Part):
+    """A calibration that was let pass."""
+
+    what: str
+    subject: str
+    by: str
+    reason: str
+
+
+class TapeManifest(_Part):
+    """Of what a tape is."""
+
+    rigrunner: Literal["tape/1"] = "tape/1"
+    program: str
+    """The version of Rigrunner that recorded it."""
+    began_utc: datetime
+    station: TapedFile
+    devices: dict[str, TapedPlugin]
+    """By role."""
+    procedure: TapedFile | None = None
+    """None where instruments were used by hand."""
+    inputs: dict[str, str] = {}
+    """The answers to the procedure's inputs."""
+    overrides: tuple[TapedOverride, ...] = ()
+
+
+def read_manifest(folder: Path) -> TapeManifest:
+    """Return of what the tape in a folder is; raise DataError if there is none."""
+    path = folder / NAME
+    try:
+        return TapeManifest.model_validate_json(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(
+            f"{folder} holds no tape: {path.name}: {error.strerror or error}",
+            hint="a tape is a folder that --record wrote",
+        ) from error
+    except (ValidationError, ValueError) as error:
+        where = ""
+        if isinstance(error, ValidationError):
+            first = error.errors()[0]
+            where = f": {'.'.join(map(str, first['loc']))}: {first['msg']}"
+        raise DataError(f"{path} is no tape that this Rigrunner knows{where}") from error
+
+
+def differences(then: TapeManifest, now: TapeManifest) -> Iterator[str]:
+    """Yield in words what is not as it was when the tape was recorded."""
+    if then.program != now.program:
+        yield f"the tape is of Rigrunner {then.program}, this is {now.program}"
+    for what in ("procedure", "station"):
+        if getattr(then, what) != getattr(now, what):
+            yield f"the {what} is not the one of the tape"
+    for role in {**then.devices, **now.devices}:
+        yield from _device_differs(role, then.devices.get(role), now.devices.get(role))
+
+
+def _device_differs(
+    role: str, before: TapedPlugin | None, present: TapedPlugin | None
+) -> Iterator[str]:
+    if present is None or before is None:
+        yield f"the {'station' if present is None else 'tape'} has no device in the role '{role}'"
+    elif present.plugin != before.plugin:
+        yield f"{role} is driven by '{present.plugin}', on the tape by '{before.plugin}'"
+    elif present.provider != before.provider:
+        yield f"the plugin of {role} is of {present.provider}, on the tape {before.provider}"
+    elif present != before:
+        yield f"the settings of {role} are not those of the tape"

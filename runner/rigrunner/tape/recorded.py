@@ -1,0 +1,87 @@
+"""A tape that is being recorded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.tape.clock import RecordedClock
+from rigrunner.tape.manifest import NAME
+from rigrunner.tape.recording import RecordingWire, Trouble
+from rigrunner.tape.tape import DEVICES, Tape
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner.tape.manifest import TapeManifest
+
+
+class RecordedTape(Tape):
+    """A tape that is being recorded into a new folder; raises DataError if it is there already.
+
+    Once it has begun, nothing that goes wrong with it reaches the run: an alarm tells it once.
+    """
+
+    replays = False
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise DataError(
+                f"{folder} is there already: a tape is never written over",
+                hint="name a new folder, or remove that one",
+            )
+        self._trouble = Trouble()
+        self._wires: dict[str, RecordingWire] = {}
+
+    def begin(self, manifest: TapeManifest) -> None:
+        """Make the folder; raise DataError if that cannot be done."""
+        try:
+            (self.folder / DEVICES).mkdir(parents=True, exist_ok=True)
+            text = manifest.model_dump_json(indent=2)
+            (self.folder / NAME).write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise DataError(
+                f"cannot make the tape {self.folder}: {error.strerror or error}",
+                hint="nothing was started; name a folder that can be written",
+            ) from error
+
+    @property
+    def listeners(self) -> Sequence[EventSink]:
+        """Who raises the alarm."""
+        return (_Watch(self._trouble),)
+
+    def notes(self) -> Sequence[str]:
+        """Return what went wrong with the tape."""
+        if self._trouble.text:
+            return (f"the tape {self.folder} is not whole: {self._trouble.text}",)
+        return ()
+
+    def close(self) -> None:
+        """Close all files."""
+        for wire in self._wires.values():
+            wire.close()
+
+    def _wire(self, name: str, patience_s: float) -> RecordingWire:  # noqa: ARG002  (the base's)
+        if name not in self._wires:
+            self._wires[name] = RecordingWire(self.folder / f"{name}.jsonl", self._trouble)
+        return self._wires[name]
+
+    def _clock(self, name: str, patience_s: float, plain: Clock) -> Clock:
+        return RecordedClock(plain, self._wire(name, patience_s))
+
+
+class _Watch:
+    """A listener that fails once the tape has: the bus tells it as an alarm, and drops it."""
+
+    __name__ = "the tape"
+
+    def __init__(self, trouble: Trouble) -> None:
+        self._trouble = trouble
+
+    def __call__(self, event: Event) -> None:  # noqa: ARG002  (a listener's)
+        if self._trouble.text:
+            raise DataError(f"{self._trouble.text}; the run goes on without it")

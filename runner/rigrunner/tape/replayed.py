@@ -1,0 +1,69 @@
+"""A tape that is played back."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING
+
+from rigrunner.api.results import REPLAYED
+from rigrunner.clock import utc_text
+from rigrunner.tape.clock import ReplayedClock
+from rigrunner.tape.file import TapeFile
+from rigrunner.tape.manifest import differences, read_manifest
+from rigrunner.tape.replaying import Replay, ReplayWire
+from rigrunner.tape.tape import Tape
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock
+    from rigrunner.tape.manifest import TapeManifest
+
+
+class ReplayedTape(Tape):
+    """A tape that is played back; raises DataError if the folder holds none."""
+
+    replays = True
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.manifest = read_manifest(folder)
+        self._replay = Replay()
+        self._files: dict[str, TapeFile] = {}
+        self._wires: dict[str, ReplayWire] = {}
+
+    @property
+    def provenance(self) -> Mapping[str, str]:
+        """From which tape: its name, when it was begun, and a digest of all that was played."""
+        digest = hashlib.sha256()
+        for name, file in sorted(self._files.items()):
+            digest.update(f"{name} {file.sha256}\n".encode())
+        began = utc_text(self.manifest.began_utc)
+        name = self.folder.absolute().name
+        return {REPLAYED: f"{name}, begun {began}, SHA-256 {digest.hexdigest()}"}
+
+    def begin(self, manifest: TapeManifest) -> None:
+        """Keep what is not as it was, for the words of a difference."""
+        self._replay.hint = "; ".join(differences(self.manifest, manifest))
+
+    def notes(self) -> Sequence[str]:
+        """Return what of the tapes was not asked for; after a difference, that."""
+        if self._replay.difference:
+            return (self._replay.difference,)
+        return tuple(text for wire in self._wires.values() if (text := wire.rest()))
+
+    def close(self) -> None:
+        """Close all files; nobody waits for an answer any more."""
+        self._replay.over.set()
+        for file in self._files.values():
+            file.close()
+
+    def _wire(self, name: str, patience_s: float) -> ReplayWire:
+        if name not in self._wires:
+            file = self._files[name] = TapeFile(self.folder / f"{name}.jsonl")
+            self._wires[name] = ReplayWire(file, self._replay, patience_s)
+        return self._wires[name]
+
+    def _clock(self, name: str, patience_s: float, plain: Clock) -> Clock:  # noqa: ARG002  (the base's)
+        return ReplayedClock(self._wire(name, patience_s), self.manifest.began_utc)

@@ -1,0 +1,107 @@
+"""Plays exchanges back from tape: in strict order, up to the first difference."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from rigrunner.api.errors import DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.errors import Location
+    from rigrunner.tape.file import Entry, TapeFile
+
+_T = TypeVar("_T")
+_SHOWN_BEFORE = 3
+
+
+class Replay:
+    """What all tapes of a replay share: whether it is still in step with them."""
+
+    def __init__(self) -> None:
+        self.hint = ""
+        """What may explain a difference."""
+        self.difference = ""
+        """The first one, in words."""
+        self.over = threading.Event()
+        """Set once nobody is to wait for an answer any more."""
+        self._place = ""
+        self._told = False
+
+    def differ(self, place: object, text: str) -> None:
+        """Take note of a difference; only the first one counts."""
+        if not self.difference:
+            self._place, self.difference = str(place), text
+
+    def error(self) -> DeviceRejectedError:
+        """Return the error that tells the difference: the first time in full."""
+        if self._told:
+            return DeviceRejectedError(f"the replay ended at {self._place}")
+        self._told = True
+        return DeviceRejectedError(self.difference, hint=self.hint)
+
+
+class ReplayWire:
+    """A Wire that answers from a tape. No exchange is done.
+
+    What took longer than `patience_s` takes as long again: whoever waited for it in vain does so
+    now.
+    """
+
+    def __init__(self, tape: TapeFile, replay: Replay, patience_s: float) -> None:
+        self._tape = tape
+        self._replay = replay
+        self._patience_s = patience_s
+        self._lock = threading.Lock()
+        self._next = 0
+        self._before: list[str] = []
+
+    def exchange(self, request: str, perform: Callable[[], _T]) -> _T:  # noqa: ARG002  (the Protocol's)
+        """Return what was answered; raise DeviceRejectedError from the first difference on."""
+        entry = self._next_entry(request)
+        if entry is None:
+            raise self._replay.error()
+        if entry.took_s > self._patience_s:
+            self._replay.over.wait(entry.took_s)
+        return cast("_T", entry.outcome())
+
+    def reading(self, request: str) -> object:
+        """Return what was answered to who cannot be told of a difference: from then on None."""
+        entry = self._next_entry(request)
+        return None if entry is None else entry.answer
+
+    def _next_entry(self, request: str) -> Entry | None:
+        """Return the exchange whose turn it is; None from the first difference on."""
+        with self._lock:
+            if self._replay.difference:
+                return None
+            entry = self._tape.entry(self._next)
+            if entry is None or entry.request != request:
+                line = self._tape.line_of(self._next) if entry is None else entry.line
+                place = self._tape.place(line)
+                self._replay.differ(place, self._words(place, request, entry))
+                return None
+            self._next += 1
+            self._before = [*self._before[1 - _SHOWN_BEFORE :], request]
+            return entry
+
+    def rest(self) -> str:
+        """Return in words what of the tape was not asked for; '' if all was."""
+        left = len(self._tape) - self._next
+        if left <= 0:
+            return ""
+        line = self._tape.line_of(self._next)
+        many = f"{left} exchanges are" if left > 1 else "one exchange is"
+        return f"{self._tape.place(line)}: {many} left on the tape that were not asked for"
+
+    def _words(self, place: Location, request: str, entry: Entry | None) -> str:
+        before = ", ".join(f"'{each}'" for each in self._before)
+        came = f"after {before}" if before else "the very first"
+        if entry is None:
+            return f"the tape is over at {place}, asked was '{request}', {came}"
+        return (
+            f"the replay differs from the tape: {place} has '{entry.request}',"
+            f" asked was '{request}', {came}"
+        )

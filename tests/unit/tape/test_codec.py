@@ -1,0 +1,125 @@
+"""Every answer that a Wire may carry comes back from its line exactly as it was."""
+
+from __future__ import annotations
+
+import builtins
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from rigrunner.api.errors import (
+    AbortedError,
+    DataError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    MissingPackageError,
+)
+from rigrunner.tape.codec import decode, decode_error, encode, encode_error
+
+ARRAYS = arrays(np.float64, st.integers(0, 20), elements=st.floats(width=64))
+SINGLE = st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary() | ARRAYS
+ANSWERS = st.recursive(
+    SINGLE,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+)
+
+
+def same(one, other):
+    """Say whether two answers are the same to the last bit, of the same types."""
+    if type(one) is not type(other):
+        return False
+    match one:
+        case list():
+            return len(one) == len(other) and all(map(same, one, other))
+        case dict():
+            return list(one) == list(other) and all(same(one[name], other[name]) for name in one)
+        case np.ndarray():
+            return (one.dtype, one.shape, one.tobytes()) == (
+                other.dtype, other.shape, other.tobytes(),
+            )  # fmt: skip
+        case float():
+            return (math.isnan(one) and math.isnan(other)) or one.hex() == other.hex()
+        case _:
+            return one == other
+
+
+@given(ANSWERS)
+def test_an_answer_comes_back_to_the_last_bit(answer):
+    line = json.dumps(encode(answer), allow_nan=False)
+    assert same(decode(json.loads(line)), answer)
+
+
+@pytest.mark.parametrize("dtype", ["<f8", ">f8", "<f4", "<i2", ">u2", "|b1"])
+def test_arrays_of_other_numbers_come_back_in_the_machines_own_order(dtype):
+    values = np.array([0, 1, 2, 250], dtype=dtype)
+    back = decode(encode(values))
+    assert back.dtype == np.dtype(dtype).newbyteorder("=")
+    assert back.tolist() == values.tolist()
+    back[0] = 1  # a driver may go on working with it
+
+
+def test_a_single_number_of_numpy_is_a_number():
+    assert encode([np.float64(0.1), np.int16(3), np.bool_(1)]) == [0.1, 3, True]
+
+
+@pytest.mark.parametrize(
+    "answer", [(1, 2), {1: 2}, object(), np.array(["a"]), np.array([object()]), 1j, {"a": {2}}]
+)
+def test_what_cannot_be_kept_is_refused_not_changed(answer):
+    with pytest.raises(TypeError, match="cannot be kept on tape"):
+        encode(answer)
+
+
+@pytest.mark.parametrize(
+    "stored",
+    [{}, {"flaot": "nan"}, {"bytes": "$"}, {"float": "much"}, {"map": [1]},
+     {"array": "|O", "shape": [1], "data": "eJwDAAAAAAE="}, {"array": "<f8", "shape": [1]},
+     {"array": "<f8", "shape": [3], "data": "eJwDAAAAAAE="}],
+)  # fmt: skip
+def test_what_stands_for_no_answer_is_a_data_error(stored):
+    with pytest.raises(DataError):
+        decode(stored)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [DeviceTimeoutError("no answer", hint="is it on?"), DeviceLostError("unplugged"),
+     MissingPackageError("no visa"), KeyError("torque"), KeyboardInterrupt()],
+)  # fmt: skip
+def test_a_failure_comes_back_as_the_same_failure(error):
+    error.add_note("seen twice")
+    back = decode_error(json.loads(json.dumps(encode_error(error))))
+    assert type(back) is type(error)
+    assert str(back) == str(error)
+    assert back.__notes__ == ["seen twice"]
+
+
+def test_a_failure_that_is_made_of_more_than_words_keeps_these():
+    stored = encode_error(UnicodeDecodeError("ascii", b"\xff", 0, 1, "not in range"))
+    back = decode_error(stored)
+    assert isinstance(back, RuntimeError)
+    assert "UnicodeDecodeError: 'ascii' codec can't decode byte 0xff" in str(back)
+
+
+def test_a_failure_of_a_class_of_its_own_comes_back_as_the_nearest_that_is_known():
+    class BridgeError(DeviceRejectedError):
+        pass
+
+    class PollError(builtins.ValueError):
+        pass
+
+    assert type(decode_error(encode_error(BridgeError("no")))) is DeviceRejectedError
+    assert type(decode_error(encode_error(PollError("no")))) is ValueError
+    assert decode_error(encode_error(AbortedError("x", by="me"))).exit_code == 20
+
+
+@pytest.mark.parametrize("stored", [{}, {"class": "print"}, {"class": "os"}, {"class": "ExitCode"}])
+def test_no_other_name_makes_an_error(stored):
+    with pytest.raises(DataError, match="no error of the class"):
+        decode_error(stored)

@@ -1,0 +1,282 @@
+"""What a wire saves is played back in strict order, up to the first difference."""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from rigrunner.api.errors import (
+    DataError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.clock import SimulatedClock
+from rigrunner.tape.clock import RecordedClock, ReplayedClock
+from rigrunner.tape.file import TapeFile
+from rigrunner.tape.recording import RecordingWire, Trouble
+from rigrunner.tape.replaying import Replay, ReplayWire
+
+START = datetime(2026, 3, 1, 12, tzinfo=UTC)
+
+
+def failing(error):
+    def perform():
+        raise error
+
+    return perform
+
+
+def not_called():
+    raise AssertionError("an instrument was asked")
+
+
+@pytest.fixture
+def path(tmp_path):
+    """A tape of three exchanges, the last of which failed."""
+    wire = RecordingWire(tmp_path / "press.jsonl", Trouble())
+    assert wire.exchange("write FORC 10", lambda: None) is None
+    assert wire.exchange("query FORC?", lambda: 9.75) == 9.75
+    with pytest.raises(DeviceTimeoutError):
+        wire.exchange("query FORC?", failing(DeviceTimeoutError("no answer in 2 s")))
+    wire.close()
+    return tmp_path / "press.jsonl"
+
+
+@pytest.fixture
+def replay_of():
+    tapes = []
+
+    def make(path, replay=None, patience_s=10.0):
+        tapes.append(TapeFile(path))
+        return ReplayWire(tapes[-1], replay or Replay(), patience_s)
+
+    yield make
+    for tape in tapes:
+        tape.close()
+
+
+def test_what_was_answered_and_what_failed_comes_again(path, replay_of):
+    wire = replay_of(path)
+    assert wire.exchange("write FORC 10", not_called) is None
+    assert wire.rest() == f"{path}:2: 2 exchanges are left on the tape that were not asked for"
+    assert wire.exchange("query FORC?", not_called) == 9.75
+    with pytest.raises(DeviceTimeoutError, match="no answer in 2 s"):
+        wire.exchange("query FORC?", not_called)
+    assert wire.rest() == ""
+
+
+def test_the_first_difference_names_the_place_both_requests_and_what_came_before(path, replay_of):
+    replay = Replay()
+    replay.hint = "the settings of press are not those of the tape"
+    wire = replay_of(path, replay)
+    wire.exchange("write FORC 10", not_called)
+    with pytest.raises(DeviceRejectedError) as caught:
+        wire.exchange("query FORC2?", not_called)
+    assert str(caught.value) == (
+        f"the replay differs from the tape: {path}:2 has 'query FORC?', asked was 'query FORC2?',"
+        " after 'write FORC 10' (the settings of press are not those of the tape)"
+    )
+
+
+def test_after_the_first_difference_no_tape_of_the_replay_answers_any_more(path, replay_of):
+    replay = Replay()
+    one, other = replay_of(path, replay), replay_of(path, replay)
+    with pytest.raises(DeviceRejectedError, match="asked was 'identify', the very first"):
+        one.exchange("identify", not_called)
+    with pytest.raises(DeviceRejectedError, match=r"the replay ended at .*press.jsonl:1$"):
+        other.exchange("write FORC 10", not_called)
+
+
+def test_a_tape_that_is_over_says_so(path, replay_of):
+    wire = replay_of(path)
+    for request in ("write FORC 10", "query FORC?"):
+        wire.exchange(request, not_called)
+    with pytest.raises(DeviceTimeoutError):
+        wire.exchange("query FORC?", not_called)
+    with pytest.raises(DeviceRejectedError) as caught:
+        wire.exchange("close", not_called)
+    assert str(caught.value) == (
+        f"the tape is over at {path}:3, asked was 'close',"
+        " after 'write FORC 10', 'query FORC?', 'query FORC?'"
+    )
+
+
+def test_a_tape_that_was_never_written_is_over_at_once(tmp_path, replay_of):
+    with pytest.raises(DeviceRejectedError, match=r"the tape is over .* the very first"):
+        replay_of(tmp_path / "press.jsonl").exchange("connect", not_called)
+
+
+def test_a_tape_cut_at_any_byte_has_what_was_whole(path, tmp_path):
+    whole = path.read_bytes()
+    cut = tmp_path / "cut.jsonl"
+    for length in range(len(whole) + 1):
+        cut.write_bytes(whole[:length])
+        tape = TapeFile(cut)
+        assert len(tape) == whole[:length].count(b"\n")
+        assert all(tape.entry(seq) is not None for seq in range(len(tape)))
+        tape.close()
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        (b"hello\n", "not an exchange"),
+        (b'{"seq":0,"ask":"x","answer":1,"took_s":0}\n', "exchange 0 comes twice"),
+    ],
+)
+def test_a_line_that_is_no_exchange_is_named(path, line, what):
+    path.write_bytes(path.read_bytes() + line)
+    with pytest.raises(DataError, match=rf"press.jsonl:4: {what}"):
+        TapeFile(path)
+
+
+def test_a_damaged_answer_is_named_when_its_turn_comes(path, replay_of):
+    path.write_bytes(path.read_bytes().replace(b"9.75", b"9.7x"))
+    wire = replay_of(path)
+    wire.exchange("write FORC 10", not_called)
+    with pytest.raises(DataError, match=r"press.jsonl:2: not an exchange"):
+        wire.exchange("query FORC?", not_called)
+
+
+def test_a_full_disk_costs_no_answer_and_ends_every_tape(tmp_path, monkeypatch):
+    trouble = Trouble()
+    one, other = (RecordingWire(tmp_path / f"{name}.jsonl", trouble) for name in "ab")
+    one.exchange("query A", lambda: 1.0)
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", full)
+        assert one.exchange("query A", lambda: 2.0) == 2.0
+    assert trouble.text == f"{tmp_path / 'a.jsonl'} cannot be written: No space left on device"
+    assert other.exchange("query B", lambda: 3.0) == 3.0
+    one.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.jsonl"]
+    assert (tmp_path / "a.jsonl").read_bytes().count(b"\n") == 1
+
+
+def test_a_disk_that_takes_half_a_line_leaves_a_tape_that_can_be_read(tmp_path, monkeypatch):
+    trouble, write = Trouble(), os.write
+    wire = RecordingWire(tmp_path / "a.jsonl", trouble)
+    wire.exchange("query A", lambda: 1.0)
+
+    def half(descriptor, line, taken=[]):  # noqa: B006  (counts the calls)
+        if taken:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        taken.append(line)
+        return write(descriptor, line[: len(line) // 2])
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", half)
+        wire.exchange("query A", lambda: 2.0)
+    wire.close()
+    tape = TapeFile(tmp_path / "a.jsonl")
+    assert len(tape) == 1
+    tape.close()
+    assert "No space left" in trouble.text
+
+
+def test_an_answer_that_cannot_be_kept_costs_no_answer(tmp_path):
+    trouble = Trouble()
+    wire = RecordingWire(tmp_path / "a.jsonl", trouble)
+    assert wire.exchange("query A", lambda: (1, 2)) == (1, 2)
+    wire.close()
+    assert trouble.text.endswith("the answer to 'query A': a tuple cannot be kept on tape")
+
+
+def test_what_is_never_answered_is_saved_as_such_and_waited_for_again(tmp_path, replay_of):
+    wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
+    answer, asked = threading.Event(), threading.Event()
+
+    def hang():
+        asked.set()
+        answer.wait(10)
+
+    thread = threading.Thread(target=lambda: wire.exchange("query A", hang))
+    thread.start()
+    assert asked.wait(10)
+    assert wire.exchange("make safe", lambda: 0.0) == 0.0  # from another thread, as the rig does
+    wire.close()
+    answer.set()
+    thread.join()
+    replay = Replay()
+    again = replay_of(tmp_path / "a.jsonl", replay, patience_s=0.0)
+    replay.over.set()  # nobody waits any more
+    with pytest.raises(DeviceTimeoutError, match="query A: it was never answered"):
+        again.exchange("query A", not_called)
+    assert again.exchange("make safe", not_called) == 0.0
+
+
+@pytest.mark.parametrize(("patience_s", "waits"), [(0.05, True), (10.0, False)])
+def test_an_answer_that_came_too_late_does_so_again(path, patience_s, waits):
+    class Waited:
+        seconds = None
+
+        def wait(self, seconds):
+            self.seconds = seconds
+
+    text = path.read_text().splitlines()
+    text[0] = text[0][: text[0].index('"took_s"')] + '"took_s":0.25}'
+    path.write_text("\n".join(text) + "\n")
+    replay, tape = Replay(), TapeFile(path)
+    replay.over = Waited()
+    ReplayWire(tape, replay, patience_s).exchange("write FORC 10", not_called)
+    tape.close()
+    assert replay.over.seconds == (0.25 if waits else None)
+
+
+def test_time_is_read_again_as_it_was(tmp_path, replay_of):
+    plain = SimulatedClock(START)
+    wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
+
+    def use(clock):
+        seen = [clock.monotonic_s(), clock.utc()]
+        clock.sleep(0.1)
+        return [*seen, clock.monotonic_s(), clock.utc()]
+
+    plain.sleep(1 / 3)
+    seen = use(RecordedClock(plain, wire))
+    wire.close()
+    clock = ReplayedClock(replay_of(tmp_path / "clock.jsonl"), START)
+    assert use(clock) == seen
+    clock.sleep(2.0)  # the tape is over: time goes on by what is slept
+    assert clock.monotonic_s() == seen[2] + 2.0
+    assert (clock.utc() - seen[3]).total_seconds() == 2.0
+
+
+def test_a_clock_that_differs_never_raises_the_next_exchange_tells_it(tmp_path, path, replay_of):
+    wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
+    RecordedClock(SimulatedClock(START), wire).utc()
+    wire.close()
+    replay = Replay()
+    clock = ReplayedClock(replay_of(tmp_path / "clock.jsonl", replay), START)
+    clock.sleep(0.5)
+    with pytest.raises(DeviceRejectedError, match=r"clock.jsonl:1 has 'clock: date and time'"):
+        replay_of(path, replay).exchange("write FORC 10", not_called)
+
+
+def test_errors_keep_their_hints(tmp_path, replay_of):
+    wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
+    with pytest.raises(DeviceLostError):
+        wire.exchange("read", failing(DeviceLostError("unplugged", hint="see the cable")))
+    wire.close()
+    with pytest.raises(DeviceLostError) as caught:
+        replay_of(tmp_path / "a.jsonl").exchange("read", not_called)
+    assert str(caught.value) == "unplugged (see the cable)"
+
+
+def test_tapes_are_never_written_over(path):
+    trouble = Trouble()
+    wire = RecordingWire(path, trouble)
+    before = path.read_bytes()
+    assert wire.exchange("query A", lambda: 1) == 1
+    assert "File exists" in trouble.text
+    assert path.read_bytes() == before
+    assert Path(path).exists()

@@ -1,0 +1,359 @@
+"""A run on tape: what was recorded comes again to the last bit, and what failed fails again."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import threading
+
+import pytest
+
+from helpers_workflow import START, quick_procedure, station_file
+from rigrunner.api.devices import ChannelInfo, Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import (
+    DataError,
+    DeviceError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    ExitCode,
+    UsageError,
+)
+from rigrunner.api.events import Alarm, Outcome
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import Plugin, Provider, Registry, load_registry
+from rigrunner.runfile import read
+from rigrunner.tape import RecordedTape, ReplayedTape
+from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.locate import find_station
+from rigrunner.workflow.noload import LoadedRun, find_no_load
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.record import execute
+from rigrunner.workflow.report import report_input
+from rigrunner.workflow.stored import open_run
+from rigrunner.workflow.taping import inputs_on, tape_for
+
+TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz]")
+NO_ANALYSIS = (
+    "analysis:\n  despike: {hampel: {window: 11}}\n  outliers: {grubbs: {alpha: 0.05}}\n", "",
+)  # fmt: skip
+
+
+def run(tape, procedure, runs, *, station=None, registry=None, listeners=()):
+    clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
+    where = station or find_station("simulated")
+    planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
+    answers = UnattendedAnswers()
+    with tape:
+        return execute(
+            planned,
+            runs=runs,
+            inputs=answer_inputs(planned.procedure, inputs_on(tape), answers),
+            no_load=None,
+            answers=answers,
+            stop=threading.Event(),
+            listeners=listeners,
+        )
+
+
+def both(folder, procedure, **known):
+    """Record a run and replay it; return both, and the tape that was played."""
+    first = run(RecordedTape(folder / "tape"), procedure, folder / "runs", **known)
+    tape = ReplayedTape(folder / "tape")
+    return first, run(tape, procedure, folder / "runs", **known), tape
+
+
+@pytest.fixture(scope="module")
+def taped(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("taped")
+    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    return folder, procedure, *both(folder, procedure)
+
+
+def test_a_replay_gives_the_same_recordings_to_the_last_bit(taped):
+    _, _, first, again, tape = taped
+    assert tape.notes() == ()
+    one, other = open_run(first.folder), open_run(again.folder)
+    assert one.data.digest == other.data.digest
+    for a, b in zip(one.data.recordings, other.data.recordings, strict=True):
+        assert {name: values.tobytes() for name, values in a.channels.items()} == {
+            name: values.tobytes() for name, values in b.channels.items()
+        }
+        assert (a.conditions, a.setpoints, a.started_utc) == (
+            b.conditions, b.setpoints, b.started_utc,
+        )  # fmt: skip
+
+
+def test_a_replay_gives_the_same_result(taped):
+    _, _, first, again, _ = taped
+    one, other = (json.loads((each.folder / "result.json").read_text()) for each in (first, again))
+    del one["run"], other["run"]
+    assert one == other
+
+
+def test_a_replay_gives_the_same_events_at_the_same_times(taped):
+    _, _, first, again, _ = taped
+    one, other = (read(each.folder).events for each in (first, again))
+    assert [repr(each) for each in one[1:]] == [repr(each) for each in other[1:]]
+
+
+def test_a_replay_asks_no_device(taped, monkeypatch):
+    folder, procedure, *_ = taped
+    from rigrunner_plugins.devices.simulated.tester import SimulatedTester  # noqa: PLC0415
+
+    def asked(*_):
+        raise AssertionError("a device was asked")
+
+    for name in ("connect", "read", "set", "read_back", "stream", "make_safe", "close", "truth"):
+        monkeypatch.setattr(SimulatedTester, name, asked)
+    again = run(ReplayedTape(folder / "tape"), procedure, folder / "more")
+    assert again.outcome is Outcome.COMPLETED
+
+
+def test_a_replay_is_marked_as_such_everywhere(taped):
+    folder, _, first, again, _ = taped
+    assert again.folder.name == f"{first.folder.name}_replay"
+    stored = read(again.folder)
+    told = stored.header.provenance["replayed"]
+    assert told.startswith("tape, begun 2026-03-01T12:00:00.000Z, SHA-256 ")
+    page = again.report.read_text(encoding="utf-8")
+    assert "Not for certification: this run is a replay, and no instrument was asked" in page
+    assert told in page
+    assert "replayed" not in read(first.folder).header.provenance
+    assert "is a replay" not in first.report.read_text(encoding="utf-8")
+    assert report_input(again.folder, load_registry()).provenance["replayed"] == told
+    assert folder.exists()
+
+
+def test_a_replay_is_no_no_load_run_for_a_measurement(taped):
+    folder, procedure, _, again, _ = taped
+    planned = plan_run(
+        quick_procedure(folder, "starting_torque_1000n"),
+        find_station("simulated"),
+        load_registry(),
+        SimulatedClock(START),
+    )
+    spec = planned.procedure.model.analysis.no_load
+    loaded = LoadedRun(planned.station.model, START, "tester.frequency", ())
+    with pytest.raises(DataError, match="it is the replay of a tape"):
+        find_no_load(spec, loaded, folder / "runs", again.folder.name)
+    of_replay = LoadedRun(planned.station.model, START, "tester.frequency", (), replays=True)
+    assert find_no_load(spec, of_replay, folder / "runs", again.folder.name) == again.folder
+    assert procedure.exists()
+
+
+def test_one_changed_command_is_the_first_difference(taped, tmp_path):
+    folder, *_ = taped
+    changed = quick_procedure(
+        tmp_path, "no_load_inertia_sweep",
+        ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz, 21 Hz, 25 Hz, 35 Hz]"),
+    )  # fmt: skip
+    finished = run(ReplayedTape(folder / "tape"), changed, tmp_path / "runs")
+    assert finished.exit_code is ExitCode.DEVICE
+    assert isinstance(finished.error, DeviceRejectedError)
+    lines = (folder / "tape/devices/tester.jsonl").read_text().splitlines()
+    number = next(n for n, line in enumerate(lines, 1) if "set frequency 20.0" in line)
+    assert str(finished.error).startswith(
+        f"tester: the replay differs from the tape: {folder}/tape/devices/tester.jsonl:{number}"
+        " has 'set frequency 20.0', asked was 'set frequency 21.0', after 'next block',"
+    )
+    assert str(finished.error).endswith("(the procedure is not the one of the tape)")
+    assert len(read(finished.folder).recordings) == 2
+
+
+def test_what_of_a_tape_was_not_asked_for_is_told(taped, tmp_path):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    (tape / "devices").mkdir(parents=True)
+    for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
+        (tape / name).write_bytes((folder / "tape" / name).read_bytes())
+    with (tape / "devices/tester.jsonl").open("a") as file:
+        file.write('{"seq":99999,"ask":"close","answer":null,"took_s":0}\n')
+    replayed = ReplayedTape(tape)
+    assert run(replayed, procedure, tmp_path / "runs").outcome is Outcome.COMPLETED
+    (note,) = replayed.notes()
+    assert note.endswith("one exchange is left on the tape that were not asked for")
+
+
+@pytest.mark.parametrize("length", [0, 20_000, 100_000])
+def test_a_tape_that_was_broken_off_ends_the_replay_there(taped, tmp_path, length):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    (tape / "devices").mkdir(parents=True)
+    for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
+        (tape / name).write_bytes((folder / "tape" / name).read_bytes())
+    whole = (tape / "devices/tester.jsonl").read_bytes()
+    (tape / "devices/tester.jsonl").write_bytes(whole[:length])
+    if not length:
+        with pytest.raises(DeviceRejectedError, match="tester: the tape is over"):
+            run(ReplayedTape(tape), procedure, tmp_path / "runs")
+        return
+    finished = run(ReplayedTape(tape), procedure, tmp_path / "runs")
+    assert "the tape is over at" in str(finished.error)
+    assert finished.sealed
+
+
+@pytest.mark.parametrize("length", [300, 5_000, 30_000])
+def test_a_clock_that_was_broken_off_ends_the_replay_in_order(taped, tmp_path, length):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    (tape / "devices").mkdir(parents=True)
+    for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
+        (tape / name).write_bytes((folder / "tape" / name).read_bytes())
+    (tape / "clock.jsonl").write_bytes((tape / "clock.jsonl").read_bytes()[:length])
+    replayed = ReplayedTape(tape)
+    finished = run(replayed, procedure, tmp_path / "runs")
+    assert "clock.jsonl" in str(finished.error)
+    (note,) = replayed.notes()
+    assert note.startswith(f"the tape is over at {tape}/clock.jsonl:")
+    assert finished.outcome is Outcome.ERROR
+
+
+def test_a_failure_in_the_lab_is_the_same_failure_at_the_desk(tmp_path):
+    faulty = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
+    lost = faulty % "{kind: lost, at: {frequency: 15 Hz}}"
+    plain = "plugin: swing_tester_sim\n    settings: {seed: 1}"
+    wrapped = (plain, f"plugin: fault\n    settings: {lost}")
+    station = station_file(tmp_path, wrapped)
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    first, again, tape = both(tmp_path, procedure, station=station)
+    assert isinstance(first.error, DeviceLostError)
+    assert (type(again.error), str(again.error)) == (type(first.error), str(first.error))
+    assert again.reason == first.reason
+    assert read(again.folder).digest == read(first.folder).digest
+    assert tape.notes() == ()
+
+
+def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    write, told = os.write, []
+
+    def full(descriptor, line):
+        if line.startswith(b'{"seq":20,'):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(descriptor, line)
+
+    monkeypatch.setattr("rigrunner.tape.recording.os.write", full)
+    tape = RecordedTape(tmp_path / "tape")
+    finished = run(tape, procedure, tmp_path / "runs", listeners=[told.append])
+    assert finished.outcome is Outcome.COMPLETED
+    assert finished.exit_code is ExitCode.PASS
+    alarms = [each.text for each in told if isinstance(each, Alarm)]
+    assert len(alarms) == 1
+    assert alarms[0].startswith("the tape failed and was dropped: DataError: ")
+    assert alarms[0].endswith("No space left on device; the run goes on without it")
+    (note,) = tape.notes()
+    assert "is not whole" in note
+
+
+class Thermometer(Driver):
+    """A wired device: its own code works in a replay too. The instrument is a function."""
+
+    instrument = staticmethod(lambda request: {"ID?": "T-1", "TEMP?": "296.5"}[request])
+
+    def __init__(self, context):
+        super().__init__(context, [ChannelInfo("air", "K", "air")])
+
+    def open(self, timeout_s):  # noqa: ARG002
+        return Identity("Fakes", "thermometer", self._ask("ID?"), simulated=True)
+
+    def get(self, channel):  # noqa: ARG002
+        return float(self._ask("TEMP?"))
+
+    def _ask(self, request):
+        return self.exchange(request, lambda: type(self).instrument(request))
+
+
+@pytest.fixture
+def wired(tmp_path, monkeypatch):
+    """A station with a wired thermometer beside the tester, and the registry that knows it."""
+
+    def make(_, context):
+        return Thermometer(context)
+
+    record = DeviceRecord(name="thermometer", help="", factory=make, wired=True, simulated=True)
+    known = load_registry().plugins
+    registry = Registry([*known, Plugin("device", record, Provider("tests", "1"))])
+    station = station_file(
+        tmp_path,
+        ("devices:\n", "devices:\n  room: {type: thermometer, plugin: thermometer}\n"),
+        ("order: [", "patience: {connect: 1 s, answer: 0.3 s}\n  order: ["),
+    )
+    return registry, station, monkeypatch
+
+
+def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
+    registry, station, monkeypatch = wired
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    known = {"station": station, "registry": registry}
+    first = run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    lines = (tmp_path / "tape/devices/room.jsonl").read_text().splitlines()
+    assert [json.loads(line)["ask"] for line in lines] == ["ID?", "TEMP?", "TEMP?"]
+
+    def asked(_):
+        raise AssertionError("the instrument was asked")
+
+    monkeypatch.setattr(Thermometer, "instrument", staticmethod(asked))
+    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    assert again.outcome is Outcome.COMPLETED
+    assert read(again.folder).digest == read(first.folder).digest
+    assert read(again.folder).recordings[0].conditions["room.air"] == 296.5
+
+
+def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
+    registry, station, monkeypatch = wired
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    known = {"station": station, "registry": registry}
+    answer = threading.Event()
+
+    def hangs(request):
+        if request == "TEMP?":
+            answer.wait(20)
+        return "T-1"
+
+    monkeypatch.setattr(Thermometer, "instrument", staticmethod(hangs))
+    first, again, _ = both(tmp_path, procedure, **known)
+    answer.set()
+    for each in (first, again):
+        assert isinstance(each.error, DeviceTimeoutError)
+        assert str(each.error) == "room: 'read' did not return within 0.3 s"
+
+
+def test_a_command_of_a_driver_that_was_changed_is_the_first_difference(wired, tmp_path):
+    registry, station, monkeypatch = wired
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    known = {"station": station, "registry": registry}
+    run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    monkeypatch.setattr(Thermometer, "get", lambda self, _: float(self._ask("T?")))
+    finished = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    assert str(finished.error) == (
+        f"room: the replay differs from the tape: {tmp_path}/tape/devices/room.jsonl:2 has 'TEMP?',"
+        " asked was 'T?', after 'ID?'"
+    )
+
+
+def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
+    with pytest.raises(UsageError, match="exclude each other"):
+        tape_for(tmp_path / "a", tmp_path / "b")
+    with pytest.raises(DataError, match=r"holds no tape: tape.json: No such file"):
+        tape_for(None, tmp_path)
+    (tmp_path / "notes.txt").touch()
+    with pytest.raises(DataError, match="a tape is never written over"):
+        tape_for(tmp_path, None)
+    assert tape_for(None, None) is None
+    (tmp_path / "tape.json").write_text('{"rigrunner": "tape/2"}')
+    with pytest.raises(DataError, match="no tape that this Rigrunner knows: rigrunner: "):
+        tape_for(None, tmp_path)
+
+
+def test_a_tape_that_cannot_be_made_keeps_the_run_from_starting(tmp_path):
+    (tmp_path / "file").touch()
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    with pytest.raises(DataError, match="cannot make the tape"):
+        run(RecordedTape(tmp_path / "file/tape"), procedure, tmp_path / "runs")
+    assert not (tmp_path / "runs").exists()
+    assert issubclass(DeviceRejectedError, DeviceError)
