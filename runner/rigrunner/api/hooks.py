@@ -152,7 +152,11 @@ class ImporterRecord(PluginRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class EventSinkRecord(PluginRecord):
-    """A guarded listener to the events of a run: `factory(settings)`."""
+    """A guarded listener to the events of a run: `factory(settings)`.
+
+    A station names it under `listeners`. It is called in the run's own time and returns at once;
+    one that raises is dropped, with an alarm.
+    """
 
     factory: Callable[[Any], EventSink]
 

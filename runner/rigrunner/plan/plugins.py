@@ -61,6 +61,11 @@ def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
     for role, device in station.model.devices.items():
         named_at, settings_at = ("devices", role, "plugin"), ("devices", role, "settings")
         yield _Use("device", device.plugin, station.document, named_at, settings_at)
+    for index, listener in enumerate(station.model.listeners):
+        at: Path = ("listeners", index)
+        yield _Use(
+            "event_sink", listener.plugin, station.document, (*at, "plugin"), (*at, "settings")
+        )
 
 
 def _named(spec: AnalysisSpec) -> Iterator[tuple[str, Path, PluginRef]]:

@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from rigrunner.station.loading import LoadedStation, load_station, parse_station
-from rigrunner.station.model import DeviceBinding, Station
+from rigrunner.station.model import DeviceBinding, ListenerBinding, Station
 from rigrunner.station.safety import Safety
 
-__all__ = ["DeviceBinding", "LoadedStation", "Safety", "Station", "load_station", "parse_station"]
+__all__ = [
+    "DeviceBinding",
+    "ListenerBinding",
+    "LoadedStation",
+    "Safety",
+    "Station",
+    "load_station",
+    "parse_station",
+]

@@ -23,6 +23,15 @@ class DeviceBinding(Settings):
     """What the plugin is told."""
 
 
+class ListenerBinding(Settings):
+    """A plugin that is told the events of each run."""
+
+    plugin: Annotated[Text, Field(json_schema_extra={"x-plugin": "event_sink"})]
+    """The listener's plugin."""
+    settings: dict[str, Any] = Field(default_factory=dict)
+    """What the plugin is told."""
+
+
 class Station(Settings):
     """One rig with its devices and instruments."""
 
@@ -41,5 +50,7 @@ class Station(Settings):
     """The register: what is known of each transducer and of any other instrument."""
     safety: Safety = Safety()
     """How the rig is made safe, and what keeps it so."""
+    listeners: ListOf[ListenerBinding] = ()
+    """Plugins that are told what happens in each run, and cannot stop it."""
     plugins: Text | None = None
     """The folder of the lab's own plugins, relative to the station file."""

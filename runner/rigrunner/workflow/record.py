@@ -91,6 +91,7 @@ def carry_out(
     `opened` is told who answered, and holds the folder until it is sealed. Raises as `execute`.
     """
     errors: list[BaseException] = []
+    told = [*_listeners(planned), *listeners]
     with ExitStack() as held:
         with rig_lock(planned):
             rig = rig_of(planned)
@@ -103,7 +104,7 @@ def carry_out(
                     summary = run_plan(
                         planned.plan,
                         rig,
-                        Bus(critical=[writer], guarded=[*log, *listeners]),
+                        Bus(critical=[writer], guarded=[*log, *told]),
                         planned.clock,
                         answers,
                         stop,
@@ -121,6 +122,12 @@ def carry_out(
         end = (summary.outcome, summary.reason, summary.passed_over)
         progress = stoppable(progress, stop)
         return finish(planned, writer, end, no_load, errors, progress=progress)
+
+
+def _listeners(planned: Planned) -> list[EventSink]:
+    """Return the listeners that the station names; raise PluginError for one that refuses."""
+    named = planned.station.model.listeners
+    return [planned.registry.make("event_sink", each.plugin, each.settings) for each in named]
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
 from rigrunner.procedure import PluginRef, Procedure
 from rigrunner.procedure.analysis_spec import LABEL
-from rigrunner.station import DeviceBinding, Station
+from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.workflow.schema_shapes import (
     with_defaults_in_words,
     with_merged_steps,
@@ -81,7 +81,9 @@ class _LanguageSchema(SettingsSchema):
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
         if issubclass(model, DeviceBinding):
-            found["allOf"] = [self._device(each) for each in self._records("device")]
+            found["allOf"] = [self._bound(each) for each in self._records("device")]
+        if issubclass(model, ListenerBinding) and self._records("event_sink"):
+            found["allOf"] = [self._bound(each) for each in self._records("event_sink")]
         return found
 
     def _records(self, kind: str) -> list[PluginRecord]:
@@ -105,8 +107,8 @@ class _LanguageSchema(SettingsSchema):
         }
         return {"description": description, "anyOf": [named, told]}
 
-    def _device(self, record: PluginRecord) -> Schema:
-        """Return what the settings are where this device is named."""
+    def _bound(self, record: PluginRecord) -> Schema:
+        """Return what the settings are where this plugin is named."""
         named = {"properties": {"plugin": {"const": record.name}}, "required": ["plugin"]}
         then: Schema = {"properties": {"settings": self._settings(record)}}
         if _needs_settings(record):
@@ -131,6 +133,8 @@ def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:
 
 
 def _enumeration(records: list[PluginRecord]) -> Schema:
+    if not records:
+        return {"type": "string"}
     return {
         "type": "string",
         "enum": [each.name for each in records],

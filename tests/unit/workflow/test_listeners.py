@@ -1,0 +1,105 @@
+"""Plugins that a station lets listen to its runs."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.runfile import read
+from rigrunner.workflow.prepare import plan_run
+
+PLUGIN = '''
+from pathlib import Path
+
+from rigrunner.api.events import EventSink
+from rigrunner.api.hooks import EventSinkRecord, hookimpl
+from rigrunner.api.settings import Settings
+
+api_version = 1
+
+
+class LabMessagesSettings(Settings):
+    """Where to write."""
+
+    file: str
+
+
+def make(settings):
+    def tell(event):
+        with Path(settings.file).open("a") as file:
+            file.write(type(event).__name__ + "\\n")
+        if settings.file.endswith("broken"):
+            raise OSError("the network is gone")
+
+    return tell
+
+
+@hookimpl
+def rigrunner_event_sinks():
+    return [
+        EventSinkRecord(
+            name="lab_messages", help="Tells.", settings=LabMessagesSettings, factory=make
+        )
+    ]
+'''
+
+
+@pytest.fixture
+def lab(tmp_path):
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins" / "messages.py").write_text(PLUGIN, encoding="utf-8")
+
+    def station(*listeners):
+        named = "".join(f"\n  - {each}" for each in listeners)
+        return station_file(
+            tmp_path,
+            ("id: simulated\n", f"id: simulated\nplugins: plugins\nlisteners:{named}\n"),
+        )
+
+    return tmp_path, station
+
+
+def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
+    folder, station = lab
+    file = folder / "events"
+    named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
+    finished = run(
+        quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
+    )
+    assert finished.error is None
+    told = file.read_text().split()
+    assert (told[0], told[-1]) == ("RunStarted", "RunEnded")
+    assert told.count("StepStarted") == told.count("StepEnded") > 0
+    assert "Samples" in told
+
+
+def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
+    folder, station = lab
+    file = folder / "broken"
+    named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
+    finished = run(
+        quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", station=station(named)
+    )
+    assert finished.error is None
+    assert file.read_text().split() == ["RunStarted"]
+    alarms = [each.text for each in read(finished.folder).events if hasattr(each, "source")]
+    assert any("failed and was dropped: OSError: the network is gone" in text for text in alarms)
+
+
+@pytest.mark.parametrize(
+    ("named", "message"),
+    [
+        ("{plugin: lab_mesages}", r"station.yaml:\d+:14: .*there is no event sink 'lab_mesages'"),
+        ("{plugin: lab_messages}", r"the key 'file' is missing"),
+        ("{plugin: lab_messages, settings: {fiel: a}}", "unknown key 'fiel'"),
+        ("lab_messages", "listeners"),
+    ],
+)
+def test_one_that_cannot_be_is_refused_where_it_is_named(lab, named, message):
+    folder, station = lab
+    procedure = quick_procedure(folder, "no_load_inertia_sweep")
+    with pytest.raises(InvalidFileError, match=message):
+        plan_run(procedure, station(named), load_registry(), SimulatedClock())
