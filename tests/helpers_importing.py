@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+from scipy.io import savemat
+
+from rigrunner.runfile import read_info
+
 LVM_HEADER = """\
 LabVIEW Measurement{sep}
 Writer_Version{sep}2
@@ -19,7 +28,17 @@ Time{sep}10:15:00{mark}5
 LVM_SEPARATORS = {"\t": "Tab", ",": "Comma"}
 
 
-def lvm_text(segments, *, x="One", sep="\t", mark=".", many=True, delta="1.000000E-3", unit="Nm"):
+def lvm_text(
+    segments,
+    *,
+    x="One",
+    sep="\t",
+    mark=".",
+    many=True,
+    delta="1.000000E-3",
+    unit="Nm",
+    day="2026/03/02",
+):
     """Return an LVM file of segments, each a mapping of channel names to numbers.
 
     As NI's Specification for the LabVIEW Measurement File has it.
@@ -43,7 +62,7 @@ def lvm_text(segments, *, x="One", sep="\t", mark=".", many=True, delta="1.00000
                     sep,
                     f"Channels{sep}{count}",
                     line("Samples", str(samples)),
-                    line("Date", "2026/03/02"),
+                    line("Date", day),
                     line("Time", f"10:15:01{mark}25"),
                     line("Y_Unit_Label", unit),
                     line("X_Dimension", "Time"),
@@ -68,3 +87,188 @@ def _lvm_rows(channels, x, sep, mark, delta):
         else:
             text = sep.join([at if x == "One" else "", *cells])
         yield text.replace(".", mark)
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording out of a run file: plain numbers, and what was set and read."""
+
+    name: str
+    rate_hz: float
+    hertz: float
+    newtons: float
+    conditions: dict[str, float]
+    angle_rad: np.ndarray
+    torque_nm: np.ndarray
+
+
+def recordings_of(run):
+    """Return the zero reading of a run of the simulated tester, and its recordings."""
+    with h5py.File(run / "run.h5") as file:
+        entry = file["entry"]
+        found = [
+            Recorded(
+                name,
+                float(group.attrs["rate_hz"]),
+                float(group["setpoints/tester_frequency"][()]),
+                float(group["setpoints/tester_load"][()]),
+                {each: float(group["conditions"][each][()]) for each in group["conditions"]},
+                group["tester_angle"][()],
+                group["tester_torque"][()],
+            )
+            for name, group in entry["recordings"].items()
+        ]
+        return float(entry["zeros/tester_torque"][()]), found
+
+
+def write_csv(folder, recorded, _):
+    for each in recorded:
+        rows = zip(each.angle_rad.tolist(), (1e3 * each.torque_nm).tolist(), strict=True)
+        text = "\n".join(
+            ["Angle [rad];Torque [mN.m]", *(f"{a!r};{t!r}".replace(".", ",") for a, t in rows)]
+        )
+        (folder / f"{each.name}.csv").write_text(text)
+    return (
+        "csv: {delimiter: ';', decimal: ','}",
+        "Angle [rad]",
+        "Torque [mN.m]",
+        "mN·m",
+        "{}.csv",
+        "",
+    )
+
+
+def write_lvm(folder, recorded, day):
+    for each in recorded:
+        channels = {"Angle": each.angle_rad.tolist(), "Torque": each.torque_nm.tolist()}
+        text = lvm_text([channels], x="No", mark=",", delta="1.000000E-4", unit="Vain", day=day)
+        (folder / f"{each.name}.lvm").write_text(text)
+    return "lvm", "Angle", "Torque", "N·m", "{}.lvm", ""
+
+
+def write_tdms(folder, recorded, _):
+    with TdmsWriter(folder / "all.tdms") as writer:
+        for each in recorded:
+            wave = {"wf_increment": 1 / each.rate_hz}
+            units = ("Angle", each.angle_rad, "rad"), ("Torque", each.torque_nm, "Nm")
+            channels = [
+                ChannelObject(each.name, name, values, {**wave, "unit_string": unit})
+                for name, values, unit in units
+            ]
+            writer.write_segment([RootObject(), GroupObject(each.name), *channels])
+    return "tdms", "Angle", "Torque", "N·m", "all.tdms", "{}"
+
+
+def write_mat5(folder, recorded, _):
+    content = {
+        f"r{each.name}": {"data": np.c_[each.angle_rad, each.torque_nm]} for each in recorded
+    }
+    savemat(folder / "all.mat", content, do_compression=True)
+    return "matlab", "data(:,1)", "data(:,2)", "N·m", "all.mat", "r{}"
+
+
+def write_mat73(folder, recorded, _):
+    content = {
+        f"r{each.name}": {"angle": each.angle_rad[:, None], "torque": each.torque_nm[:, None]}
+        for each in recorded
+    }
+    write_matlab_73(folder / "all73.mat", content)
+    return "matlab", "angle", "torque", "N·m", "all73.mat", "r{}"
+
+
+def write_hdf5(folder, recorded, _):
+    with h5py.File(folder / "all.h5", "w") as file:
+        for each in recorded:
+            file[f"runs/{each.name}/angle"] = each.angle_rad
+            file[f"runs/{each.name}/torque"] = each.torque_nm
+            file[f"runs/{each.name}/torque"].attrs["units"] = "N.m"
+    return "hdf5", "angle", "torque", "N·m", "all.h5", "/runs/{}"
+
+
+WRITERS = {
+    "csv": write_csv,
+    "hdf5": write_hdf5,
+    "lvm": write_lvm,
+    "matlab 5": write_mat5,
+    "matlab 7.3": write_mat73,
+    "tdms": write_tdms,
+}
+SPECIMEN = "inputs: {specimen: DEMO-0001, operator: Demo operator}"
+OPERATOR = "inputs: {operator: Demo operator}"
+
+
+def export(run, folder, kind, procedure, *, station="simulated", inputs=SPECIMEN):
+    """Write the recordings of a run as another program would, and return the mapping."""
+    zero_nm, recorded = recordings_of(run)
+    day = started_of(run)[:10].replace("-", "/")
+    folder.mkdir(parents=True, exist_ok=True)
+    format_, angle, torque, unit, file, group = WRITERS[kind](folder, recorded, day)
+    wrong = ", file_says: Vain" if kind == "lvm" else ""
+    lines = [
+        "rigrunner: import/1",
+        f"procedure: {procedure}",
+        f"station: {station}",
+        f"format: {{{format_}}}" if ":" in format_ else f"format: {format_}",
+        "program: SwingTest.vi 3.2",
+        "by: A. Jones",
+        f"started: {started_of(run)}",
+        inputs,
+        "channels:",
+        f"  tester.angle: {{column: '{angle}', unit: rad{wrong}}}",
+        f"  tester.torque: {{column: '{torque}', unit: {unit}{wrong}}}",
+        f"zeros: {{tester.torque: {zero_nm!r} N·m}}",
+        *([] if kind == "tdms" else ["sampling: {rate: 10 kHz}"]),
+        "recordings:",
+    ]
+    for each in recorded:
+        lines += [
+            f"  - file: {file.format(each.name)}",
+            *([f"    group: {group.format(each.name)}"] if group else []),
+            f"    set_points: {{tester.frequency: {each.hertz} Hz, tester.load: {each.newtons} N}}",
+            f"    conditions: {{tester.load: {each.conditions['tester_load']!r} N}}",
+        ]
+    path = folder / "mapping.yaml"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def started_of(run):
+    return read_info(run).header.started_utc
+
+
+def write_matlab_73(path, content):
+    """Write as MATLAB does with -v7.3: transposed, its class in an attribute, 512 bytes before."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in content.items():
+            put_matlab_73(file, name, value)
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
+def put_matlab_73(group, name, value):
+    if isinstance(value, dict):
+        made, kind = group.create_group(name), "struct"
+        for field, inner in value.items():
+            put_matlab_73(made, field, inner)
+    elif isinstance(value, str):
+        made, kind = group.create_dataset(name, data=np.frombuffer(value.encode(), "u1")), "char"
+    elif hasattr(value, "tocsc"):
+        made, kind = group.create_group(name), "double"
+        made.create_dataset("data", data=value.data)
+        made.attrs["MATLAB_sparse"] = np.uint64(3)
+    elif value.dtype == object:
+        made = group.create_dataset(name, (2, 1), h5py.ref_dtype)
+        kind = "cell"
+    elif value.size == 0:
+        made, kind = group.create_dataset(name, data=np.zeros(2, "u8")), "double"
+        made.attrs["MATLAB_empty"] = np.uint8(1)
+    elif np.iscomplexobj(value):
+        pairs = np.zeros(value.T.shape, [("real", "f8"), ("imag", "f8")])
+        pairs["real"], pairs["imag"] = value.T.real, value.T.imag
+        made, kind = group.create_dataset(name, data=pairs), "double"
+    else:
+        flags = value.dtype == bool
+        data = value.T.astype("u1") if flags else value.T
+        made = group.create_dataset(name, data=data)
+        kind = "logical" if flags else {"f": "double", "i": "int16"}[value.dtype.kind]
+    made.attrs["MATLAB_class"] = np.bytes_(kind)

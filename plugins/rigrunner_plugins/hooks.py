@@ -22,6 +22,7 @@ from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
 from rigrunner_plugins.devices.modbus.trial import TRIAL as MODBUS_TRIAL
+from rigrunner_plugins.devices.other_program.settings import OtherProgramSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
 from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
@@ -119,6 +120,12 @@ def rigrunner_devices() -> list[DeviceRecord]:
             simulated=True,
         ),
         DeviceRecord(
+            name="other_program",
+            help="Rig that another program drives: its recordings are imported, it cannot be run",
+            settings=OtherProgramSettings,
+            factory=_other_program,
+        ),
+        DeviceRecord(
             name="fault",
             help="Any other device with faults injected: lost, late, stuck, clipped, gaps, ...",
             settings=FaultyDeviceSettings,
@@ -176,6 +183,14 @@ def _tabulated(settings: TabulatedSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.tabulated.device import Tabulated  # noqa: PLC0415  (when needed)
 
     return Tabulated(settings, context)
+
+
+def _other_program(settings: OtherProgramSettings, _: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.other_program.device import (  # noqa: PLC0415  (when needed)
+        OtherProgram,
+    )
+
+    return OtherProgram(settings)
 
 
 def _fault(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:

@@ -63,6 +63,7 @@ class Page:
     restrictions: tuple[str, ...]
     overrides: tuple[str, ...]
     warnings: tuple[str, ...]
+    imported: tuple[str, ...]
     headline: head.Headline
     raw: head.Raw | None
     decision: decided.DecisionView | None
@@ -97,6 +98,7 @@ def make_page(report: ReportInput) -> Page:
         restrictions=(*run.replayed(report.provenance), *run.restrictions(result)),
         overrides=run.overrides(report.events),
         warnings=warnings,
+        imported=run.imported(result),
         headline=head.headline(result, points),
         raw=head.raw(result),
         decision=decided.decision(result.decision, complete=not warnings),

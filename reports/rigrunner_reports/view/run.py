@@ -66,6 +66,18 @@ def restrictions(result: Result) -> tuple[str, ...]:
     )
 
 
+def imported(result: Result) -> tuple[str, ...]:
+    """Return by whom else the recordings were made, and by whose word the rest is known."""
+    runs = [("This run", result.run), ("The no-load run", result.no_load_run)]
+    return tuple(
+        f"{name} was imported: {run.imported.get('program')} made the recordings, not Rigrunner."
+        f" Set-points, conditions, zeros and times are as {run.imported.get('by')} states them, and"
+        " what else the procedure asks for was not seen."
+        for name, run in runs
+        if run is not None and run.imported
+    )
+
+
 def _why(run: RunData) -> str:
     note = run.approval.get("note", "")
     return f" ({note})" if note else ""

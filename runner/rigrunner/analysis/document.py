@@ -77,6 +77,7 @@ def _run(run: RunData) -> Json:
         "inputs": dict(run.inputs),
         "people": dict(run.people),
         "approval": dict(run.approval),
+        "imported": dict(run.imported),
         "zeros": {name: quantity(value, TORQUE) for name, value in run.zeros.items()},
         "instruments": {
             name: {"serial": each.serial, "certificate": each.certificate}

@@ -123,6 +123,8 @@ class RunData:
     """Who did what, by role: 'operator'."""
     approval: Mapping[str, str] = field(default_factory=dict)
     """The state of the procedure when the run began, as in the run's header."""
+    imported: Mapping[str, str] = field(default_factory=dict)
+    """Of recordings that another program made: by which, and by whose word, as in the header."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By recording, the zero readings in force when it was made, where the run was zeroed again."""
 

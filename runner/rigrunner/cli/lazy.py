@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from importlib import import_module
+from keyword import iskeyword
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,8 +16,9 @@ if TYPE_CHECKING:
 class LazyGroup(click.Group):
     """Commands by name with their line of help; each lives in `<package>.<name>` as `command`.
 
-    The lines of help stand here, not in the modules, so that `--help` imports none of them.
-    The module of a name with a hyphen has an underscore there.
+    The lines of help stand here, not in the modules, so that `--help` imports none of them. The
+    module of a name with a hyphen has an underscore there; that of a name which Python keeps for
+    itself, such as `import`, one at its end.
     """
 
     def __init__(self, *, package: str, summaries: Mapping[str, str], **settings: Any) -> None:
@@ -32,7 +34,8 @@ class LazyGroup(click.Group):
         """Import and return one command; None if there is none of that name."""
         if cmd_name not in self.summaries:
             return None
-        command = import_module(f"{self.package}.{cmd_name.replace('-', '_')}").command
+        module = cmd_name.replace("-", "_") + ("_" if iskeyword(cmd_name) else "")
+        command = import_module(f"{self.package}.{module}").command
         assert isinstance(command, click.Command)  # noqa: S101  (narrows what import_module gives)
         return command
 

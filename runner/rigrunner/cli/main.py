@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SUMMARIES = {
     "demo": "Run both procedures on the simulated rig and write the report.",
     "run": "Run a procedure on a station.",
+    "import": "Import recordings that another program made.",
     "panel": "Open the operator's screen in a browser.",
     "resume": "Go on with a run that was broken off.",
     "recover": "Close a run that was broken off as it is.",
@@ -39,7 +40,7 @@ SUMMARIES = {
     "new": "Make a plugin of your own, which works at once.",
     "check-plugin": "Check that a plugin keeps to what every plugin must.",
     "init": "Make a lab folder with station, procedures and a plugin.",
-    "schema": "Print the JSON Schema of procedures, stations, letterheads, orders or certificates.",
+    "schema": "Print the JSON Schema of procedures, stations and our other kinds of files.",
     "doctor": "Look at the installation and the machine, and say how to mend what is not right.",
     "completion": "Print a script that lets a shell complete.",
     "study": "Measure what checks and uncertainties are worth, on random simulated rigs.",

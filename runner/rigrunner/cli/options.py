@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,7 +11,7 @@ from rigrunner.api.errors import UsageError
 from rigrunner.cli.completing import procedures, stations, stored_runs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
 runs_option = click.option(
     "--runs",
@@ -53,6 +53,22 @@ replay_option = click.option(
     metavar="FOLDER",
     help="Play a tape back: no instrument is asked.",
 )
+
+
+def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options by which a run starts although a calibration stands against it."""
+    wanted = click.option(
+        "--override",
+        "overridden",
+        multiple=True,
+        metavar="INSTRUMENT",
+        help="Start although this instrument's calibration is overdue, missing or out of range.",
+    )
+    by = click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
+    reason = click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
+    return wanted(by(reason(command)))
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 
 

@@ -38,8 +38,14 @@ def identity(document: Document) -> str:
             ("procedure", f"{title} ({name}, revision {revision})"),
             ("state", _state(run.get("approval", {}))),
             ("run", run["id"]),
+            *([("imported", f"recorded by {by}")] if (by := recorded_by(run)) else []),
         ]
     )
+
+
+def recorded_by(run: Document) -> str:
+    """Return the program that made the recordings of an imported run; '' of any other."""
+    return str((run.get("imported") or {}).get("program", ""))
 
 
 def _state(approval: Mapping[str, str]) -> str:

@@ -57,6 +57,8 @@ _HEADER_TEXTS = (
 _VERBATIM = ("procedure_text", "station_text", "plan_text")
 CALLED = "called"
 SUPERSEDED = "superseded"
+IMPORTED = "imported"
+MAPPING = "mapping_text"
 _END_TEXTS = ("ended_utc", "outcome", "reason")
 
 
@@ -76,6 +78,9 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     write_texts(entry, "provenance", header.provenance)
     write_texts(entry, "people", header.people)
     write_texts(entry, "approval", header.approval)
+    if header.imported:
+        write_texts(entry, IMPORTED, header.imported)
+        write_verbatim(texts, MAPPING, header.mapping_text)
     write_values(entry, "zeros", *journal.zeros())
     write_measurements(entry, measurements_of(journal.events))
     _write_events(entry, journal.events)
@@ -141,6 +146,8 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
             provenance=read_texts(entry["provenance"]),
             people=_read_texts(entry, "people"),
             approval=_read_texts(entry, "approval") or dict(DRAFT),
+            imported=_read_texts(entry, IMPORTED),
+            mapping_text=read_text(entry["texts"], MAPPING) if MAPPING in entry["texts"] else "",
         ),
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),

@@ -46,6 +46,11 @@ class RunHeader:
     approval: Mapping[str, str] = field(default_factory=lambda: dict(DRAFT))
     """The state of the procedure: 'state' is 'approved' or 'draft', 'by' and 'utc' say by whom and
     when, 'sha256' of which texts, 'note' what is to be said of it. Older runs count as drafts."""
+    imported: Mapping[str, str] = field(default_factory=dict)
+    """Of a run whose recordings another program made: by which 'program', read by which 'importer',
+    at 'utc'; 'by' answers for the 'mapping'; 'file NAME' is the SHA-256 of each. Else empty."""
+    mapping_text: str = ""
+    """Verbatim, what said where the recordings stood in these files."""
     files: Mapping[str, str] = field(default_factory=dict)
     """From where 'procedure', 'station' and 'no_load' were taken. Only a run that is not sealed
     keeps it, to be taken up again: it means nothing on another machine."""

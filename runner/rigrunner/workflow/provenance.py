@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Identity
     from rigrunner.registry import Registry
 
-_SIMULATED = " (simulated)"
+SIMULATED = " (simulated)"
 PACKAGES = ("numpy", "scipy", "h5py", "pydantic", "pyyaml", "pluggy")
 
 
@@ -42,12 +42,11 @@ def identities(found: Mapping[str, Identity]) -> dict[str, str]:
 def is_simulated(provenance: Mapping[str, str]) -> bool:
     """Say whether a device that answered said that it is no real one, or one with faults put in."""
     return any(
-        name.startswith("device ") and text.endswith(_SIMULATED)
-        for name, text in provenance.items()
+        name.startswith("device ") and text.endswith(SIMULATED) for name, text in provenance.items()
     )
 
 
 def _identity(identity: Identity) -> str:
-    simulated = _SIMULATED if identity.simulated else ""
+    simulated = SIMULATED if identity.simulated else ""
     words = (identity.maker, identity.model, identity.serial, identity.firmware)
     return " ".join(word for word in words if word) + simulated

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,7 +101,7 @@ def carry_out(
                 writer = held.enter_context(opened(identified))
                 if seam is not None:
                     rig.continue_after(streams_before(planned.plan.steps, seam))
-                with _log(writer.folder) as log:
+                with open_log(writer.folder) as log:
                     summary = run_plan(
                         planned.plan,
                         rig,
@@ -131,7 +132,7 @@ def _listeners(planned: Planned) -> list[EventSink]:
 
 
 @contextmanager
-def _log(folder: Path) -> Iterator[list[RunLog]]:
+def open_log(folder: Path) -> Iterator[list[RunLog]]:
     """Give the log as a sink; none where it cannot be written: the journal holds all of it."""
     try:
         log = RunLog(folder / "run.log")
@@ -159,13 +160,25 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
     no_load: Path | None,
 ) -> Iterator[RunWriter]:
     """Make a folder and give its writer, while no other process may write there."""
-    procedure, station = planned.procedure, planned.station
-    started = planned.clock.utc()
+    procedure, started = planned.procedure, planned.clock.utc()
     specimen, mark = inputs.get("specimen", ""), mark_of(planned.tape)
     folder = create_run_folder(runs, started, procedure.model.id, specimen, mark)
-    header = RunHeader(
-        run_id=folder.name,
-        started_utc=utc_text(started),
+    header = replace(
+        header_of(planned, folder.name, inputs),
+        people=people,
+        provenance=software(planned.registry) | identities(identified) | from_tape(planned.tape),
+        files=_files(planned, no_load),
+    )
+    with run_lock(folder), RunWriter(folder, header) as writer:
+        yield writer
+
+
+def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHeader:
+    """Return what a run's header says of what is planned, at the time of its clock."""
+    procedure, station = planned.procedure, planned.station
+    return RunHeader(
+        run_id=run_id,
+        started_utc=utc_text(planned.clock.utc()),
         procedure_id=procedure.model.id,
         procedure_revision=procedure.model.revision,
         procedure_title=procedure.model.title,
@@ -175,13 +188,8 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
         plan_text=plan_text(planned.plan),
         called_texts=procedure.called_texts,
         inputs=inputs,
-        people=people,
         approval=planned.approval.texts(),
-        provenance=software(planned.registry) | identities(identified) | from_tape(planned.tape),
-        files=_files(planned, no_load),
     )
-    with run_lock(folder), RunWriter(folder, header) as writer:
-        yield writer
 
 
 def _files(planned: Planned, no_load: Path | None) -> dict[str, str]:

@@ -82,6 +82,7 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
         **({"no-load run": no_load.run_id} if no_load else {}),
         **({"digest of the no-load recordings (SHA-256)": no_load.digest} if no_load else {}),
         **header.provenance,
+        **{f"import, {name}": text for name, text in header.imported.items()},
     }
 
 

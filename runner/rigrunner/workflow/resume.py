@@ -49,8 +49,14 @@ def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -
     """Return the procedure and the station of a run: as given, or where they were at its start.
 
     Raises UsageError where one is not there any more, and where the station brings plugins of its
-    own: a folder of files that came from elsewhere must not choose what code is run.
+    own: a folder of files that came from elsewhere must not choose what code is run. An import is
+    not taken up: another program drove its rig.
     """
+    if stored.header.imported:
+        raise UsageError(
+            f"{stored.header.run_id} is an import that was broken off: its rig is not Rigrunner's",
+            hint="remove the folder, and import again: the recordings are where they were",
+        )
     found = procedure or _file(stored, "procedure"), station or _file(stored, "station")
     if station is None and load_station(found[1]).model.plugins is not None:
         raise UsageError(

@@ -1,4 +1,4 @@
-"""JSON Schema of procedures and stations, for editors: what is complained of while one writes.
+"""JSON Schema of what people write, for editors: what is complained of while one writes.
 
 It is made from the models that read the files and the settings of the plugins that are there, so it
 knows each step, key and parameter.
@@ -16,6 +16,7 @@ from rigrunner.certificate.order import Order
 from rigrunner.procedure import PluginRef, Procedure
 from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
+from rigrunner.workflow.importing.mapping import ImportMapping
 from rigrunner.workflow.schema_shapes import (
     with_defaults_in_words,
     with_merged_steps,
@@ -34,11 +35,12 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
 
 Schema = dict[str, Any]
-Language = Literal["procedure", "station", "letterhead", "order"]
+Language = Literal["procedure", "station", "import", "letterhead", "order"]
 
 _MODELS: dict[str, type[Settings]] = {
     "procedure": Procedure,
     "station": Station,
+    "import": ImportMapping,
     "letterhead": LetterheadFile,
     "order": Order,
 }

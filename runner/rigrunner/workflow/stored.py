@@ -101,6 +101,7 @@ def run_data(stored: StoredRun) -> RunData:
         ),
         people=header.people or _operator(header.inputs),
         approval=header.approval,
+        imported=header.imported,
         zeros=stored.zeros,
         recording_zeros=stored.recording_zeros,
         recordings=stored.recordings,

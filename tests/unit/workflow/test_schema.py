@@ -17,7 +17,7 @@ from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.workflow.schema import Language, certificate_schema, language_schema
 
 LANGUAGES = get_args(Language)
-COPIED = ("procedure", "station")
+COPIED = ("procedure", "station", "import")
 SHIPPED = ("rigrunner_plugins", "rigrunner_reports")
 
 

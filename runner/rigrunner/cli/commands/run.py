@@ -12,6 +12,7 @@ from rigrunner.cli.options import (
     answers_option,
     json_option,
     named_values,
+    override_options,
     procedure_argument,
     record_option,
     replay_option,
@@ -42,15 +43,7 @@ if TYPE_CHECKING:
 @click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
 @click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
 @click.option("--operator", metavar="NAME", help="Who does the run.")
-@click.option(
-    "--override",
-    "overridden",
-    multiple=True,
-    metavar="INSTRUMENT",
-    help="Start although this instrument's calibration is overdue, missing or out of range.",
-)
-@click.option("--by", default="", metavar="NAME", help="Who answers for the override.")
-@click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
+@override_options
 @record_option
 @replay_option
 @json_option

@@ -1,4 +1,4 @@
-"""`rigrunner schema`: of procedures and stations, for editors, and of certificates."""
+"""`rigrunner schema`: of procedures, stations and mappings, for editors, and of certificates."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from rigrunner.workflow.schema import Language
 
 
-KINDS = ["procedure", "station", "letterhead", "order", "certificate"]
+KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
 
 
 @click.command(name="schema")
 @click.argument("language", type=click.Choice(KINDS))
 @lab_option
 def command(language: str, station: str | None) -> None:
-    """Print the JSON Schema of procedures, stations, letterheads, orders or certificates.
+    """Print the JSON Schema of procedures, stations and our other kinds of files.
 
-    That of procedures and stations knows the installed plugins; editors complete and check with it.
+    Those of procedures, stations and imports know the installed plugins; editors complete and check with it.
     """
     from rigrunner.workflow.planning import lab_registry
     from rigrunner.workflow.schema import certificate_schema, language_schema

@@ -18,7 +18,7 @@ from rigrunner.cli.table import pairs
 from rigrunner.workflow.locate import find_run
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.results import LaterDecision
@@ -82,10 +82,21 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield "outcome", f"{info.outcome}: {info.reason}" if info.reason else info.outcome
     yield "sealed", "yes" if info.sealed else "no"
     yield from header.inputs.items()
+    if header.imported:
+        yield "imported", _imported(header.imported)
     yield "recordings", _recordings(info.recording_names)
     if stored.no_load is not None:
         yield "no-load run", stored.no_load.header.run_id
     yield "SHA-256", stored.digest
+
+
+def _imported(imported: Mapping[str, str]) -> str:
+    files = sum(name.startswith("file ") for name in imported)
+    return (
+        f"recorded by {imported.get('program')}; read by {imported.get('importer')} from {files}"
+        f" file{'s' if files > 1 else ''} on {imported.get('utc', '')[:10]};"
+        f" {imported.get('by')} answers for {imported.get('mapping')}"
+    )
 
 
 def _recordings(names: Sequence[str]) -> str:
@@ -98,6 +109,7 @@ def _document(stored: StoredRun) -> dict[str, Any]:
         "zeros": dict(stored.zeros),
         "measurements": [asdict(each) for each in stored.measurements],
         "provenance": dict(stored.header.provenance),
+        "imported": dict(stored.header.imported),
         "no_load_run": None if stored.no_load is None else info_document(stored.no_load.info),
         "result": stored.result_document,
     }

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
 from scipy.sparse import csc_array
 
+from helpers_importing import write_matlab_73
 from rigrunner.api.errors import DataError
 from rigrunner.api.importing import NotInFileError
 from rigrunner_plugins.importers.matlab_file import MatlabImporter
@@ -31,49 +31,11 @@ CONTENT = {
 }
 
 
-def write_73(path, content):
-    """Write as MATLAB does with -v7.3: transposed, its class in an attribute, 512 bytes before."""
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, value in content.items():
-            put(file, name, value)
-    with path.open("r+b") as file:
-        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
-
-
-def put(group, name, value):
-    if isinstance(value, dict):
-        made, kind = group.create_group(name), "struct"
-        for field, inner in value.items():
-            put(made, field, inner)
-    elif isinstance(value, str):
-        made, kind = group.create_dataset(name, data=np.frombuffer(value.encode(), "u1")), "char"
-    elif hasattr(value, "tocsc"):
-        made, kind = group.create_group(name), "double"
-        made.create_dataset("data", data=value.data)
-        made.attrs["MATLAB_sparse"] = np.uint64(3)
-    elif value.dtype == object:
-        made = group.create_dataset(name, (2, 1), h5py.ref_dtype)
-        kind = "cell"
-    elif value.size == 0:
-        made, kind = group.create_dataset(name, data=np.zeros(2, "u8")), "double"
-        made.attrs["MATLAB_empty"] = np.uint8(1)
-    elif np.iscomplexobj(value):
-        pairs = np.zeros(value.T.shape, [("real", "f8"), ("imag", "f8")])
-        pairs["real"], pairs["imag"] = value.T.real, value.T.imag
-        made, kind = group.create_dataset(name, data=pairs), "double"
-    else:
-        flags = value.dtype == bool
-        data = value.T.astype("u1") if flags else value.T
-        made = group.create_dataset(name, data=data)
-        kind = "logical" if flags else {"f": "double", "i": "int16"}[value.dtype.kind]
-    made.attrs["MATLAB_class"] = np.bytes_(kind)
-
-
 @pytest.fixture(scope="module", params=["5", "5 compressed", "7.3"])
 def path(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("matlab") / "a.mat"
     if request.param == "7.3":
-        write_73(path, CONTENT)
+        write_matlab_73(path, CONTENT)
     else:
         savemat(path, CONTENT, do_compression="compressed" in request.param)
     return path

@@ -1,0 +1,70 @@
+"""What a rig has that another program drives."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo
+from rigrunner.api.quantity import si_symbol, unit
+from rigrunner.api.settings import AnyQuantity, Frequency, Settings, YesNo
+from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
+
+
+class OtherChannel(Settings):
+    """A quantity that the other program records or reads."""
+
+    unit: UnitSymbol
+    """Its unit; any of its kind."""
+    title: str = ""
+    """Its name in plots and reports."""
+
+    def info(self, name: str) -> ChannelInfo:
+        """Return what others are to know of the channel."""
+        return ChannelInfo(name, si_symbol(unit(self.unit).dimension), self.title or name)
+
+
+class OtherDrive(Settings):
+    """A quantity that the other program sets."""
+
+    min: AnyQuantity
+    """The lowest set-point."""
+    max: AnyQuantity
+    """The highest set-point."""
+    title: str = ""
+    """Its name in plots and reports."""
+    sets_cycle_frequency: YesNo = False
+    """Whether its value is the frequency of the cyclic motion."""
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        if self.min.dimension != self.max.dimension:
+            raise ValueError(f"'{self.min}' is a {self.min.dimension}, but '{self.max}' is not")
+        if self.min.si >= self.max.si:
+            raise ValueError(f"min ({self.min}) must be below max ({self.max})")
+        return self
+
+    def info(self, name: str) -> DriveInfo:
+        """Return what others are to know of the drive."""
+        return DriveInfo(
+            name=name,
+            unit=si_symbol(self.min.dimension),
+            long_name=self.title or name,
+            minimum=self.min.si,
+            maximum=self.max.si,
+            sets_cycle_frequency=self.sets_cycle_frequency,
+            safe_value=min(max(self.min.si, 0.0), self.max.si),
+        )
+
+
+class OtherProgramSettings(Settings):
+    """The channels and drives of a rig that another program drives."""
+
+    program: Annotated[str, Field(min_length=1)]
+    """The program, as it is named in messages."""
+    rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
+    channels: Annotated[dict[QuantityName, OtherChannel], Field(min_length=1)]
+    """What is recorded or read, by name."""
+    drives: dict[QuantityName, OtherDrive] = Field(default_factory=dict)
+    """What is set, by name, in the order in which it is made safe."""

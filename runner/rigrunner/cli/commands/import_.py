@@ -1,0 +1,75 @@
+"""`rigrunner import`: recordings that another program made, as a run like any other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.completing import stations, stored_runs
+from rigrunner.cli.options import json_option, override_options, runs_option
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="import")
+@click.argument("mapping", type=click.Path(path_type=Path, dir_okay=False))
+@runs_option
+@click.option(
+    "--no-load",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="The no-load run to compensate with.",
+)
+@click.option(
+    "--station",
+    shell_complete=stations,
+    help="A station in place of the mapping's; needed where it brings plugins of its own.",
+)
+@override_options
+@json_option
+def command(
+    mapping: Path,
+    runs: Path,
+    no_load: str | None,
+    station: str | None,
+    *,
+    overridden: tuple[str, ...],
+    by: str,
+    reason: str,
+    as_json: bool,
+) -> ExitCode:
+    """Import recordings that another program made.
+
+    MAPPING is a YAML file that says what stands where, and at which set-points it was recorded.
+    """
+    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.output import message
+    from rigrunner.cli.progress import shown_progress
+    from rigrunner.registry import load_registry
+    from rigrunner.workflow.importing.mapping import load_mapping
+    from rigrunner.workflow.importing.planning import plan_import
+    from rigrunner.workflow.importing.run import import_run
+    from rigrunner.workflow.locate import find_station
+    from rigrunner.workflow.overrides import overrides_for
+    from rigrunner.workflow.prepare import no_load_for
+
+    named = None if station is None else find_station(station)
+    checked = plan_import(load_mapping(mapping), load_registry(), named)
+    planned = checked.planned
+    overrides = overrides_for(planned, overridden, by, reason)
+    chosen = no_load_for(planned, runs, no_load)
+    if planned.approval.is_draft:
+        message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
+    with shown_progress() as progress:
+        finished = import_run(
+            checked,
+            runs=runs,
+            no_load=chosen,
+            overrides=overrides,
+            progress=progress.analysing,
+        )
+    tell_finished(finished, as_json=as_json)
+    return finished.exit_code

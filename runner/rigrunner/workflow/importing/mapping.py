@@ -1,0 +1,217 @@
+"""The file that says what stands where in the recordings of another program."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    WithJsonSchema,
+    model_validator,
+)
+
+from rigrunner.api.quantity import QuantityError, unit, units_of
+from rigrunner.api.settings import AnyQuantity, Duration, Frequency, ListOf, Settings
+from rigrunner.procedure import PluginRef
+from rigrunner.yamlfile import parse, validate
+from rigrunner.yamlfile.names import Member, Name, Text
+from rigrunner.yamlfile.reader import read_text
+
+if TYPE_CHECKING:
+    from rigrunner.yamlfile import Document
+
+IMPORTER = "importer"
+
+
+def _time_unit(symbol: str) -> str:
+    known = unit(symbol)
+    if known.dimension != "time":
+        hint = f"units of time: {', '.join(units_of('time'))}"
+        raise QuantityError(f"'{symbol}' is a unit of {known.dimension}, not of time", hint=hint)
+    return known.symbol
+
+
+def _moment(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    try:
+        found = datetime.fromisoformat(value)
+    except ValueError:
+        found = None
+    if found is None or found.tzinfo is None:
+        raise ValueError(
+            f"'{value[:40]}' is not a time with its zone; write it as 2026-01-31T09:15:00+01:00"
+        )
+    return found
+
+
+def _kind(value: object) -> str:
+    return "column" if isinstance(value, dict | Settings) else "quantity"
+
+
+Moment = Annotated[
+    datetime,
+    BeforeValidator(_moment),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "pattern": r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:\d\d)$",
+            "errorMessage": "needed is a time with its zone, such as 2026-01-31T09:15:00+01:00",
+        }
+    ),
+]
+UnitSymbol = Annotated[str, AfterValidator(lambda symbol: unit(symbol).symbol)]
+ColumnName = Annotated[int, Field(ge=1)] | Text
+
+
+class ImporterRef(PluginRef):
+    """How the files are written: an importer by its name, or as `name: {setting: value}`."""
+
+    kind = IMPORTER
+
+
+class ColumnSpec(Settings):
+    """Where the numbers of a channel are, and in which unit they stand there."""
+
+    column: ColumnName
+    """Its name in the file (of a table also its number, from 1)."""
+    unit: UnitSymbol
+    """Of the numbers in the file."""
+    file_says: Text | None = None
+    """The unit that the file states, where that is known to be wrong."""
+
+
+class TimeSpec(Settings):
+    """Where the times of the samples are."""
+
+    column: ColumnName
+    """Its name in the file, or its number from 1."""
+    unit: Annotated[str, AfterValidator(_time_unit)]
+    """Of the times in the file."""
+    file_says: Text | None = None
+    """The unit that the file states, where that is known to be wrong."""
+
+
+class Sampling(Settings):
+    """How often was sampled; what the files state themselves need not be repeated."""
+
+    rate: Annotated[Frequency | None, Field(gt=0)] = None
+    """Samples per second and channel."""
+    time: TimeSpec | None = None
+    """The times of the samples; each must follow the one before at the same interval."""
+
+
+class Part(Settings):
+    """A recording: a file, or what of it belongs to the recording."""
+
+    file: Text
+    """Its path, relative to the mapping's folder."""
+    group: str = ""
+    """The part of the file: a group, a structure, or the number of a segment."""
+    from_: Annotated[Duration | None, Field(alias="from", ge=0)] = None
+    """What lies before is left out; counted from the first sample."""
+    to: Annotated[Duration | None, Field(gt=0)] = None
+    """What lies after is left out; counted from the first sample."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.from_ is not None and self.to is not None and self.from_ >= self.to:
+            raise ValueError("'from' must be before 'to'")
+        return self
+
+
+Condition = Annotated[
+    Annotated[AnyQuantity, Tag("quantity")] | Annotated[ColumnSpec, Tag("column")],
+    Discriminator(_kind),
+]
+"""A value, or the column of which the mean is taken."""
+ZeroSpec = Annotated[
+    Annotated[AnyQuantity, Tag("quantity")] | Annotated[Part, Tag("column")],
+    Discriminator(_kind),
+]
+"""The reading at rest, or a recording at rest of which the mean is taken."""
+
+
+class RecordingEntry(Part):
+    """A recording and the set-points at which it was made."""
+
+    set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
+    """What was set, by role.drive, beside what was set for all recordings."""
+    conditions: dict[Member, Condition] = Field(default_factory=dict)
+    """What else was measured meanwhile, by role.channel."""
+
+
+class ImportMapping(Settings):
+    """Recordings of another program as a run of a procedure on a station."""
+
+    rigrunner: Literal["import/1"]
+    """What this file is, and its version of the language."""
+    procedure: Text
+    """The procedure that was followed: a file beside this one, or the name of a shipped one."""
+    station: Text
+    """The rig that it was followed on: a file beside this one, or the name of a shipped one."""
+    format: ImporterRef
+    program: Text
+    """The program that made the recordings, with its version."""
+    by: Text
+    """Who answers for what this file states."""
+    started: Moment
+    """When the run began."""
+    ended: Moment | None = None
+    """When it ended; left out, with the last recording."""
+    inputs: dict[Name, Text] = Field(default_factory=dict)
+    """Answers to what the procedure asks."""
+    sampling: Sampling = Sampling()
+    channels: Annotated[dict[Member, ColumnSpec], Field(min_length=1)]
+    """Where the samples of each channel are, by role.channel."""
+    zeros: dict[Member, ZeroSpec] = Field(default_factory=dict)
+    """What each channel read at rest, where the procedure zeroes it."""
+    set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
+    """What was set for all recordings, by role.drive."""
+    conditions: dict[Member, Condition] = Field(default_factory=dict)
+    """What else was measured during all recordings, by role.channel."""
+    recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.ended is not None and self.ended < self.started:
+            raise ValueError("the run ended before it was started")
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedMapping:
+    """A mapping, where each part of it stands, and the text that it was read from."""
+
+    model: ImportMapping
+    document: Document
+    text: str
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return Path(self.document.name)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the text in UTF-8, hexadecimal."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    def file(self, name: str) -> Path:
+        """Return the path of a file that it names."""
+        return self.path.parent / name
+
+
+def load_mapping(path: Path) -> LoadedMapping:
+    """Return the mapping in that file; raise InvalidFileError with all that is wrong in it."""
+    text = read_text(path)
+    document = parse(text, str(path))
+    return LoadedMapping(validate(ImportMapping, document), document, text)

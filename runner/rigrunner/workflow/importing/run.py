@@ -1,0 +1,124 @@
+"""An import that was checked, to a sealed run and its report."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.progress import unseen
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Outcome
+from rigrunner.clock import utc_text
+from rigrunner.runfile import RunWriter, create_run_folder, run_lock
+from rigrunner.workflow.finish import finish
+from rigrunner.workflow.importing.mapping import Part
+from rigrunner.workflow.importing.writing import write_run
+from rigrunner.workflow.provenance import SIMULATED, software
+from rigrunner.workflow.record import header_of, open_log
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.analysis.progress import Progress
+    from rigrunner.engine import Override
+    from rigrunner.runfile import RunHeader
+    from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.workflow.importing.mapping import LoadedMapping
+    from rigrunner.workflow.importing.planning import PlannedImport
+
+_BLOCK = 1 << 20
+
+
+def import_run(
+    checked: PlannedImport,
+    *,
+    runs: Path,
+    no_load: Path | None,
+    overrides: Sequence[Override] = (),
+    progress: Progress = unseen,
+) -> FinishedRun:
+    """Read the recordings into a run folder, seal it and write the report.
+
+    Where a recording cannot be read nothing is left behind: raises InvalidFileError or DataError.
+    """
+    planned, mapping = checked.planned, checked.mapping
+    inputs = checked.matched.inputs
+    started = planned.clock.utc()
+    folder = create_run_folder(
+        runs, started, planned.procedure.model.id, inputs.get("specimen", "")
+    )
+    errors: list[BaseException] = []
+    with run_lock(folder):
+        try:
+            digests = {name: _digest(mapping.file(name)) for name in _file_names(mapping)}
+            header = _header(checked, folder.name, digests)
+            with RunWriter(folder, header) as writer, open_log(folder) as log:
+                write_run(checked, [writer, *log], folder.name, overrides)
+            _refuse_changed(mapping, digests)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)  # the files that it was read from are whole
+            raise
+        end = (Outcome.COMPLETED, "", ())
+        return finish(planned, writer, end, no_load, errors, progress=progress)
+
+
+def _file_names(mapping: LoadedMapping) -> list[str]:
+    parts: list[Part] = [*mapping.model.recordings]
+    parts += [zero for zero in mapping.model.zeros.values() if isinstance(zero, Part)]
+    return list(dict.fromkeys(part.file for part in parts))
+
+
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as file:
+            while block := file.read(_BLOCK):
+                digest.update(block)
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror or error}") from error
+    return digest.hexdigest()
+
+
+def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
+    for name, digest in digests.items():
+        if _digest(mapping.file(name)) != digest:
+            raise DataError(
+                f"{mapping.file(name)} was changed while it was read",
+                hint="import again once the program that writes it is done",
+            )
+
+
+def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> RunHeader:
+    planned, mapping, inputs = checked.planned, checked.mapping, checked.matched.inputs
+    model = mapping.model
+    imported = {
+        "program": model.program,
+        "by": model.by,
+        "importer": checked.reader,
+        "utc": utc_text(datetime.now(UTC)),
+        "mapping": mapping.path.name,
+        "mapping SHA-256": mapping.digest,
+        **{f"file {name}": digest for name, digest in digests.items()},
+    }
+    return replace(
+        header_of(planned, run_id, inputs),
+        people={"operator": name} if (name := inputs.get("operator", "")) else {},
+        provenance=software(planned.registry) | _devices(checked),
+        imported=imported,
+        mapping_text=mapping.text,
+    )
+
+
+def _devices(checked: PlannedImport) -> dict[str, str]:
+    """Return who recorded in each role: what a simulated station recorded stays simulated."""
+    planned, program = checked.planned, checked.mapping.model.program
+    return {
+        f"device {role}": f"recorded by {program}"
+        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
+        for role, each in planned.station.model.devices.items()
+    }

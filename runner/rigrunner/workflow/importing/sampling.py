@@ -1,0 +1,109 @@
+"""How often was sampled: as stated, as the file states, or as the times of the samples say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError, Location
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.importing import Column
+
+WELL_KNOWN = 1e-4
+"""Relative uncertainty up to which a file's own interval gives the rate without being confirmed."""
+_SAME = 1e-6
+_OFF = 0.25
+"""How far, in intervals, a time may be from its place in an even series: digits are rounded."""
+_GAP = 0.5
+
+
+def rate_of(
+    columns: Mapping[str, Column], times_s: Array | None, stated_hz: float | None, where: str
+) -> float:
+    """Return the samples per second of a recording in the file `where`, from all that is known.
+
+    `times_s` are the times of the samples, `stated_hz` what the mapping says. Raises DataError
+    where nothing is known well enough, and where what is known disagrees.
+    """
+    place = Location(where)
+    rate_hz = stated_hz
+    if times_s is not None:
+        rate_hz = _checked_times(times_s, stated_hz, place)
+    if rate_hz is None:
+        rate_hz = _from_intervals(columns, place)
+    for name, column in columns.items():
+        _check_interval(name, column, rate_hz, place)
+    return rate_hz
+
+
+def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> float:
+    """Return the rate of times, shape (n,), that follow each other evenly."""
+    intervals = len(times_s) - 1
+    span_s = float(times_s[-1] - times_s[0]) if intervals > 0 else 0.0
+    if span_s <= 0:
+        raise DataError("the times of the samples do not go on", location=place)
+    step_s = 1 / stated_hz if stated_hz is not None else _usual(np.diff(times_s), span_s)
+    gaps = np.flatnonzero(np.abs(np.diff(times_s) - step_s) > _GAP * step_s)
+    if gaps.size:
+        at = int(gaps[0])
+        raise DataError(
+            f"sample {at + 2} comes {times_s[at + 1] - times_s[at]:.6g} s after the one before,"
+            f" others {step_s:.6g} s: the samples are not evenly spaced",
+            location=place,
+            hint="a recording has no gaps; were the times written with too few digits?",
+        )
+    if stated_hz is None:
+        step_s = span_s / intervals
+    away = np.abs(times_s - times_s[0] - step_s * np.arange(intervals + 1)) / step_s
+    if away.max() > _OFF:
+        at = int(np.argmax(away > _OFF))
+        raise DataError(
+            f"sample {at + 1} is {away[at]:.2g} intervals away from its place in an even series"
+            f" of {1 / step_s:.6g} Hz",
+            location=place,
+            hint="is the rate right?" if stated_hz is not None else "",
+        )
+    return stated_hz if stated_hz is not None else 1 / step_s
+
+
+def _usual(steps_s: Array, span_s: float) -> float:
+    """Return the interval that most samples have."""
+    return float(np.median(steps_s)) or span_s / len(steps_s)
+
+
+def _from_intervals(columns: Mapping[str, Column], place: Location) -> float:
+    for column in columns.values():
+        if column.interval_s is None:
+            continue
+        if column.interval_within_s > WELL_KNOWN * column.interval_s:
+            low_hz = 1 / (column.interval_s + column.interval_within_s)
+            high_hz = 1 / max(column.interval_s - column.interval_within_s, 1e-12)
+            raise DataError(
+                "the file writes its interval with too few digits: the rate may be"
+                f" {low_hz:.6g} Hz to {high_hz:.6g} Hz",
+                location=place,
+                hint="say what it is, such as sampling: {rate: 10 kHz}",
+            )
+        return 1 / column.interval_s
+    raise DataError(
+        "nothing says how often was sampled",
+        location=place,
+        hint="such as sampling: {rate: 10 kHz}, or sampling: {time: {column: Time, unit: s}}",
+    )
+
+
+def _check_interval(name: str, column: Column, rate_hz: float, place: Location) -> None:
+    stated_s = column.interval_s
+    if stated_s is None:
+        return
+    if abs(1 / rate_hz - stated_s) > column.interval_within_s + _SAME * stated_s:
+        raise DataError(
+            f"the file states an interval of {stated_s:.9g} s for '{name}', which is not that of"
+            f" {rate_hz:.9g} Hz",
+            location=place,
+        )

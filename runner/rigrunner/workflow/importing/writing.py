@@ -1,0 +1,225 @@
+"""The events of an imported run: what is known of it, and that nothing else was seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.data import Block
+from rigrunner.api.errors import DataError, Location
+from rigrunner.api.events import (
+    Intervention,
+    Note,
+    Outcome,
+    RunEnded,
+    RunStarted,
+    Samples,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.api.quantity import Quantity, si_symbol, unit
+from rigrunner.clock import utc_text
+from rigrunner.engine.attempt import Attempt
+from rigrunner.engine.limits import judge
+from rigrunner.plan.actions import Record, Zero
+from rigrunner.workflow.importing.columns import Wanted, fault, read_part
+from rigrunner.workflow.importing.mapping import ColumnSpec
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner.engine import Override
+    from rigrunner.plan.actions import PlannedStep
+    from rigrunner.workflow.importing.columns import Read
+    from rigrunner.workflow.importing.mapping import Part
+    from rigrunner.workflow.importing.planning import PlannedImport
+    from rigrunner.yamlfile.document import Path as DocumentPath
+
+BLOCK_SAMPLES = 1 << 16
+_DAY = timedelta(days=1)
+_SECOND = timedelta(seconds=1)
+_A_SAMPLE = 1.001
+
+
+def write_run(
+    checked: PlannedImport, sinks: Sequence[EventSink], run_id: str, overrides: Sequence[Override]
+) -> None:
+    """Read all recordings, one after the other, and hand their events to the sinks.
+
+    Raises InvalidFileError and DataError, as `read_part`, and where a value is beyond its limits.
+    """
+    _Import(checked, sinks).write(run_id, overrides)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """The samples of a recording: columns of shape (n,), in SI units."""
+
+    rate_hz: float
+    columns: Mapping[str, Array]
+
+
+class _Import:
+    def __init__(self, checked: PlannedImport, sinks: Sequence[EventSink]) -> None:
+        self._checked = checked
+        self._mapping = checked.mapping.model
+        self._sinks = sinks
+        self._seq = 0
+        self._started = self._mapping.started.astimezone(UTC)
+        self._latest = self._started
+
+    def write(self, run_id: str, overrides: Sequence[Override]) -> None:
+        plan = self._checked.planned.plan
+        matched = self._checked.matched.recordings
+        begun = {"run_id": run_id, "steps": len(plan.steps), "estimated_s": plan.estimated_s}
+        self._emit(RunStarted, self._started, **begun)
+        for each in overrides:
+            told = {"by": each.by, "reason": each.reason, "subject": each.subject}
+            self._emit(Intervention, self._started, action="override", **told)
+        for text in self._remarks():
+            self._emit(Note, self._started, step="import", text=text)
+        for index, step in enumerate(plan.steps):
+            if isinstance(step.action, Zero):
+                self._zero(index, step, step.action)
+            elif isinstance(step.action, Record):
+                self._record(index, step, step.action, matched[index])
+        self._emit(RunEnded, self._ended(), outcome=Outcome.COMPLETED)
+
+    def _remarks(self) -> tuple[str, ...]:
+        known, files = self._mapping, len({each.file for each in self._mapping.recordings})
+        made = (
+            f"Imported: {known.program} made the recordings, not Rigrunner; {self._checked.reader}"
+            f" read them from {files} file{'s' if files > 1 else ''}."
+        )
+        stated = (
+            f"Set-points, conditions, zeros and times are as {known.by} states them. That the other"
+            " steps of the procedure were done, and the rig was safe, Rigrunner has not seen."
+        )
+        return made, stated
+
+    def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
+        member = f"{action.role}.{action.channel}"
+        given, at = self._mapping.zeros[member], ("zeros", member)
+        value = given.si if isinstance(given, Quantity) else self._mean_at_rest(given, at, member)
+        if abs(value) > action.within:
+            message = (
+                f"{member} read {value:.4g} {action.unit} at rest,"
+                f" more than the {action.within:g} {action.unit} that the procedure allows"
+            )
+            raise fault(self._checked.mapping, at, message)
+        found = {"values": {member: value}, "units": {member: action.unit}}
+        self._step(index, step, (self._started, self._started), found)
+
+    def _mean_at_rest(self, part: Part, at: DocumentPath, member: str) -> float:
+        wanted = {member: Wanted(self._mapping.channels[member], ("channels", member))}
+        read = read_part(self._checked.mapping, self._checked.importer, part, at, wanted)
+        return float(read.columns[member].mean())
+
+    def _record(self, index: int, step: PlannedStep, action: Record, number: int) -> None:
+        entry, at = self._mapping.recordings[number], ("recordings", number)
+        members = [f"{action.role}.{name}" for name in action.channels]
+        conditions = {**self._mapping.conditions, **entry.conditions}
+        wanted = {
+            member: Wanted(self._mapping.channels[member], ("channels", member))
+            for member in members
+        }
+        for name, each in conditions.items():
+            if isinstance(each, ColumnSpec):
+                base = (*at, "conditions") if name in entry.conditions else ("conditions",)
+                wanted[name] = Wanted(each, (*base, name))
+        read = read_part(self._checked.mapping, self._checked.importer, entry, at, wanted)
+        samples = {member: read.columns[member] for member in members}
+        self._require_length(action, entry, read.rate_hz, len(samples[members[0]]))
+        values, units = _conditions(conditions, read)
+        started = self._start_of(entry, at, read)
+        ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
+        found = {"values": values, "units": {**action.units, **units}}
+        self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
+        self._latest = max(self._latest, ended)
+
+    def _require_length(self, action: Record, part: Part, rate_hz: float, samples: int) -> None:
+        if samples + _A_SAMPLE < action.duration_s * rate_hz:
+            raise DataError(
+                f"the recording is {samples / rate_hz:.6g} s long, but the procedure asks for"
+                f" {action.duration_s:.6g} s",
+                location=Location(str(self._checked.mapping.file(part.file))),
+                hint="import by a procedure that asks for what was done",
+            )
+
+    def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:
+        """Return when a recording began: as the file says, or else after the one before."""
+        if read.started is None:
+            return self._latest
+        local = self._mapping.started.tzinfo
+        told = read.started if read.started.tzinfo else read.started.replace(tzinfo=local)
+        began = told.astimezone(UTC) + timedelta(seconds=part.from_ or 0.0)
+        latest = (self._mapping.ended or self._mapping.started + _DAY).astimezone(UTC)
+        if not self._started - _DAY <= began <= latest + _DAY:
+            raise fault(
+                self._checked.mapping,
+                (*at, "file"),
+                f"the file says that it was recorded at {utc_text(began)}, but the run is said to"
+                f" have been started at {utc_text(self._started)}",
+                "correct 'started', or give 'ended' for a run of more than a day",
+            )
+        return began
+
+    def _ended(self) -> datetime:
+        stated = self._mapping.ended
+        if stated is None:
+            return self._latest
+        if self._latest > stated.astimezone(UTC) + _SECOND:
+            message = f"the last recording ends at {utc_text(self._latest)}, which is later"
+            raise fault(self._checked.mapping, ("ended",), message)
+        return stated.astimezone(UTC)
+
+    def _step(
+        self,
+        index: int,
+        step: PlannedStep,
+        times: tuple[datetime, datetime],
+        found: Mapping[str, Any],
+        sampled: _Sampled | None = None,
+    ) -> None:
+        attempt, (started, ended) = Attempt(index, step, 1, 1), times
+        self._emit(StepStarted, started, **attempt.started)
+        if sampled is not None:
+            self._samples(started, attempt.started["recording"], sampled)
+        for text in judge(step.terms.limits, found["values"]):
+            self._emit(Note, ended, step=step.path, text=text)
+        self._emit(StepEnded, ended, **attempt.ended, ok=True, **found)
+
+    def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
+        rate_hz, columns = sampled.rate_hz, sampled.columns
+        count = len(next(iter(columns.values())))
+        since_s = self._monotonic_s(started)
+        for first in range(0, count, BLOCK_SAMPLES):
+            part = {key: values[first : first + BLOCK_SAMPLES] for key, values in columns.items()}
+            block = Block(rate_hz, first, since_s + first / rate_hz, part)
+            self._emit(Samples, started, recording=name, block=block)
+
+    def _emit(self, kind: type[Event], at: datetime, **fields: Any) -> None:
+        event = kind(seq=self._seq, monotonic_s=self._monotonic_s(at), utc=utc_text(at), **fields)
+        self._seq += 1
+        for sink in self._sinks:
+            sink(event)
+
+    def _monotonic_s(self, at: datetime) -> float:
+        return (at - self._started).total_seconds()
+
+
+def _conditions(
+    conditions: Mapping[str, Quantity | ColumnSpec], read: Read
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Return values and units in SI: a value as stated, or the mean of its column."""
+    values, units = {}, {}
+    for name, each in conditions.items():
+        if isinstance(each, ColumnSpec):
+            values[name], known = float(read.columns[name].mean()), unit(each.unit)
+        else:
+            values[name], known = each.si, each.unit
+        units[name] = si_symbol(known.dimension)
+    return values, units

@@ -1,0 +1,53 @@
+"""Recordings in every format give the same result as the run that they came from."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from helpers_cli import call
+from helpers_importing import OPERATOR, SPECIMEN, WRITERS, export
+
+
+def results(run):
+    return json.loads((run / "result.json").read_text(encoding="utf-8"))
+
+
+def numbers(node, path=""):
+    """Return every number in a document by its path."""
+    if isinstance(node, dict):
+        return {k: v for key in node for k, v in numbers(node[key], f"{path}.{key}").items()}
+    if isinstance(node, list):
+        return {k: v for i, x in enumerate(node) for k, v in numbers(x, f"{path}[{i}]").items()}
+    return {path: node} if isinstance(node, (int, float)) and not isinstance(node, bool) else {}
+
+
+def same(original, imported, *, exact):
+    expected, found = numbers(results(original)), numbers(results(imported))
+    assert len(expected) > 100
+    assert found == (expected if exact else pytest.approx(expected, rel=1e-6, abs=1e-6))
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_the_same_analysis_takes_it(demo, tmp_path, kind):
+    loaded = export(demo.loaded, tmp_path / "l", kind, "starting_torque_1000n")
+    runs = tmp_path / "runs"
+    called = call("import", loaded, "--runs", runs, "--no-load", demo.no_load)
+    assert called.code == 0, called.err
+    (imported,) = runs.iterdir()
+    same(demo.loaded, imported, exact=kind != "csv")  # which was written in mN·m, and so rounds
+
+
+def test_an_imported_no_load_run_is_found(demo, tmp_path):
+    runs = tmp_path / "runs"
+    for name, run, procedure, inputs in (
+        ("n", demo.no_load, "no_load_inertia_sweep", OPERATOR),
+        ("l", demo.loaded, "starting_torque_1000n", SPECIMEN),
+    ):
+        mapping = export(run, tmp_path / name, "tdms", procedure, inputs=inputs)
+        called = call("import", mapping, "--runs", runs)
+        assert called.code == 0, called.err
+    no_load, loaded = sorted(runs.iterdir())
+    same(demo.no_load, no_load, exact=True)
+    same(demo.loaded, loaded, exact=True)
