@@ -22,7 +22,7 @@ KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
 def command(language: str, station: str | None) -> None:
     """Print the JSON Schema of procedures, stations and our other kinds of files.
 
-    Those of procedures, stations and imports know the installed plugins; editors complete and check with it.
+    Those of procedures, stations and imports know the installed plugins: editors check with them.
     """
     from rigrunner.workflow.planning import lab_registry
     from rigrunner.workflow.schema import certificate_schema, language_schema
