@@ -179,6 +179,7 @@ class ImportMapping(Settings):
     conditions: dict[Member, Condition] = Field(default_factory=dict)
     """What else was measured during all recordings, by role.channel."""
     recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
+    """Each recording that the procedure asks for, in the order in which they were made."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
