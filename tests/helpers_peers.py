@@ -125,9 +125,13 @@ class SerialPeer:
         tty.setraw(near)
         self.port = os.ttyname(near)
         self._near = near
-        self._talk = talk
         if talk is not None:
-            threading.Thread(target=self._converse, daemon=True).start()
+            self.talk_to(talk)
+
+    def talk_to(self, talk: Talk) -> None:
+        """Answer what is said."""
+        self._talk = talk
+        threading.Thread(target=self._converse, daemon=True).start()
 
     @property
     def resource(self) -> str:

@@ -1,4 +1,4 @@
-"""What ends a message: a name such as CRLF, or the control characters themselves."""
+"""What ends a message, by name or as it is, and the text of one."""
 
 from __future__ import annotations
 
@@ -32,3 +32,11 @@ def termination_name(characters: str) -> str:
     """Return the name of a termination, as a station has it."""
     known = {value: name for name, value in NAMES.items()}
     return known.get(characters, repr(characters))
+
+
+def decoded(raw: bytes) -> str:
+    """Return what an instrument sent as text: UTF-8, or else one character a byte."""
+    try:
+        return raw.decode()
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")

@@ -13,7 +13,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
 )
 from rigrunner_plugins.devices.text.numbers import shown
-from rigrunner_plugins.devices.text.termination import termination_name
+from rigrunner_plugins.devices.text.termination import decoded, termination_name
 from rigrunner_plugins.devices.visa.blocks import data_length, digits_of_length, whole_block
 from rigrunner_plugins.devices.visa.opening import close_resource, is_gone, open_resource
 
@@ -126,10 +126,10 @@ class VisaLink:
             while len(unread) < _UNREAD_BYTES:
                 unread += resource.read_bytes(1)
         resource.timeout = patience
-        return _decoded(unread)
+        return decoded(unread)
 
     def _without_termination(self, raw: bytes, query: str) -> str:
-        text, ending = _decoded(raw), self._settings.termination
+        text, ending = decoded(raw), self._settings.termination
         named = termination_name(ending)
         if not text.endswith(ending):
             raise DeviceRejectedError(
@@ -205,10 +205,3 @@ class VisaLink:
         resource, self._resource = self._resource, None
         if resource is not None:
             close_resource(resource)
-
-
-def _decoded(raw: bytes) -> str:
-    try:
-        return raw.decode()
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")

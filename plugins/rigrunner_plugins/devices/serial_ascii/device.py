@@ -1,0 +1,125 @@
+"""An instrument that sends lines, and can be read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceTimeoutError
+from rigrunner_plugins.devices.channels import check_channels
+from rigrunner_plugins.devices.declared import channel_infos
+from rigrunner_plugins.devices.serial_ascii.port import ExampleLines, PortLines
+from rigrunner_plugins.devices.text.patterns import fits
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.devices import DeviceContext
+    from rigrunner_plugins.devices.serial_ascii.port import Lines
+    from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
+    from rigrunner_plugins.devices.text.patterns import Identification
+
+
+class SerialAscii(Driver):
+    """An instrument whose every line holds all of its channels.
+
+    After a failure the port is given back, and opened anew for the next line.
+    """
+
+    def __init__(self, settings: SerialAsciiSettings, context: DeviceContext) -> None:
+        super().__init__(context, channel_infos(settings.channels))
+        self._settings = settings
+        self._lines: Lines | None = None
+
+    def open(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nothing here takes longer than `stale`)
+        """Open the port, identify, and see that lines come that are understood."""
+        self.exchange(f"open {self._settings.port}", self._open)
+        identity = self._identify()
+        if self._settings.start:
+            self.exchange(f"send {self._settings.start}", self._start)
+        self._values()
+        return identity
+
+    def shut(self) -> None:
+        """Tell the instrument to stop, and give the port back."""
+        lines, self._lines = self._lines, None
+        if lines is not None:
+            try:
+                if self._settings.stop:
+                    lines.send(self._settings.stop)
+            finally:
+                lines.close()
+
+    def get(self, channel: str) -> float:
+        """Return the newest value of a channel."""
+        return self._values()[channel]
+
+    def read(self, channels: Sequence[str]) -> dict[str, float]:
+        """Return the value of each channel, all out of one line."""
+        self._need_connection()
+        check_channels(channels, self.channels)
+        values = self._values()
+        return {name: values[name] for name in channels}
+
+    def _values(self) -> dict[str, float]:
+        request = self._settings.request
+        line = self.exchange(f"request {request}" if request else "newest line", self._newest)
+        return self._settings.values_in(line)
+
+    def _newest(self) -> str:
+        lines, settings = self._linked(), self._settings
+        try:
+            if settings.request:
+                return lines.ask(
+                    settings.request, lambda line: not settings.is_ignored(line), settings.stale
+                )
+            return lines.newest()
+        except (DeviceLostError, DeviceTimeoutError):
+            self._drop()
+            raise
+
+    def _identify(self) -> Identity:
+        wanted, port = self._settings.identification, self._settings.port
+        if wanted is None or self._settings.simulated:
+            return Identity("not asked", port, "", simulated=self._settings.simulated)
+        return Identity(
+            "not told", self.exchange(f"query {wanted.query}", lambda: self._asked(wanted)), ""
+        )
+
+    def _asked(self, wanted: Identification) -> str:
+        try:
+            return (
+                self._linked()
+                .ask(wanted.query, lambda line: fits(wanted.expect, line), self._settings.stale)
+                .strip()
+            )
+        except DeviceTimeoutError as error:
+            raise DeviceNotFoundError(
+                f"nothing that fits '{wanted.expect}' answers '{wanted.query}': {error.message}",
+                hint="is it the right instrument? in `expect`, .* stands for anything",
+            ) from error
+
+    def _open(self) -> None:
+        self._drop()
+        make = ExampleLines if self._settings.simulated else PortLines
+        self._lines = make(self._settings, self.clock)
+
+    def _start(self) -> None:
+        self._linked().send(self._settings.start)
+
+    def _linked(self) -> Lines:
+        if self._lines is None:
+            try:
+                self._open()
+                if self._settings.start:
+                    self._start()
+            except DeviceNotFoundError as error:
+                raise DeviceLostError(error.message, hint=error.hint) from error
+        assert self._lines is not None  # noqa: S101  (opened above)
+        return self._lines
+
+    def _drop(self) -> None:
+        lines, self._lines = self._lines, None
+        if lines is not None:
+            lines.close()

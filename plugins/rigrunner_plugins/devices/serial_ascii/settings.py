@@ -1,0 +1,85 @@
+"""Settings of an instrument that sends lines; loads without pyserial."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.settings import Frequency, PositiveDuration, SimulableSettings
+from rigrunner_plugins.devices.declared import DeclaredChannel, QuantityName
+from rigrunner_plugins.devices.text.numbers import NumberInText
+from rigrunner_plugins.devices.text.patterns import Identification, Regex, fits
+from rigrunner_plugins.devices.text.serial_line import SerialLine
+from rigrunner_plugins.devices.text.termination import Termination
+
+PortName = Annotated[str, StringConstraints(pattern=r"^(/dev/[^\s:]+|COM[0-9]+)$")]
+
+
+class LineChannel(DeclaredChannel, NumberInText):
+    """A channel that stands in every line."""
+
+
+class SerialAsciiSettings(SimulableSettings):
+    """An instrument that sends one line after the other, by itself or when it is asked."""
+
+    port: PortName
+    """/dev/ttyUSB0, or COM3; on Linux better by its name under /dev/serial/by-id."""
+    serial: SerialLine = SerialLine()
+    """How both ends have to be set."""
+    termination: Termination
+    """What ends a line: CRLF, LF, CR, ETX, ..."""
+    write_termination: Termination | None = None
+    """What ends what is sent; left out, the same."""
+    channels: Annotated[dict[QuantityName, LineChannel], Field(min_length=1)]
+    """What every line holds."""
+    example: str = ""
+    """A line as the instrument's manual has it: refused unless every channel can be read."""
+    ignore: Regex = ""
+    """The regular expression that a whole line fits which is no measurement: left out, none is."""
+    stale: PositiveDuration = 1.0
+    """How old a value may be when it is read; no line for so long is an error."""
+    rubbish: Annotated[int, Field(ge=1)] = 5
+    """How many lines in a row may not be understood; while recording, none."""
+    identification: Identification | None = None
+    """Who has to answer; left out, nobody is asked."""
+    start: str = ""
+    """What is sent to begin; left out, nothing."""
+    stop: str = ""
+    """What is sent before the port is given back."""
+    request: str = ""
+    """What is sent for each line; left out, the lines come by themselves."""
+    rate: Annotated[Frequency, Field(gt=0)] | None = None
+    """How many lines come in a second; left out, nothing can be recorded."""
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> Self:
+        if not self.termination:
+            raise ValueError("termination is none, but nothing else ends a line")
+        if self.request and self.rate is not None:
+            raise ValueError(
+                "rate is of lines that come by themselves; with request there are none"
+            )
+        if self.simulated and not self.example:
+            raise ValueError("simulated: yes needs an example, which is what then comes")
+        if self.example:
+            self._check_example()
+        return self
+
+    def values_in(self, line: str) -> dict[str, float]:
+        """Return the value of each channel, in SI; raise DeviceRejectedError."""
+        return {
+            name: channel.to_si(channel.number_in(line, f"for {name}, a line"))
+            for name, channel in self.channels.items()
+        }
+
+    def is_ignored(self, line: str) -> bool:
+        """Say whether a line is no measurement."""
+        return bool(self.ignore) and fits(self.ignore, line)
+
+    def _check_example(self) -> None:
+        try:
+            self.values_in(self.example)
+        except DeviceRejectedError as error:
+            raise ValueError(f"example: {error.message}") from error

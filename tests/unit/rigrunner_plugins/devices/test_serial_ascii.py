@@ -1,0 +1,385 @@
+"""Instruments that send lines: what is understood, and what is told when it is not."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import contextmanager, suppress
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from helpers_instruments import REGISTRY, instrument, merged
+from helpers_peers import SILENCE, Lines, SerialPeer
+from rigrunner.api.devices import Device, Identity, Readable, Streaming
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    PluginError,
+)
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Rig
+from rigrunner_plugins.devices.serial_ascii.hearing import Hearing
+from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
+
+RATE_HZ = 200.0
+CELL = {
+    "serial": {"baud": 115200},
+    "termination": "CRLF",
+    "channels": {
+        "load": {"field": 1, "separator": ";", "unit_in_answer": "kN", "unit": "kN"},
+        "torque": {"field": 2, "separator": ";", "unit_in_answer": "Nm", "unit": "N·m"},
+    },
+    "ignore": "#.*",
+    "stale": "300 ms",
+    "rubbish": 3,
+    "rate": "200 Hz",
+}
+
+
+def line(number):
+    return f"{number / 1000:+09.3f} kN; {number:+07d} Nm\r\n".encode()
+
+
+class Talker:
+    """Sends its lines again and again, at a rate, until it is told otherwise."""
+
+    def __init__(self, far, rate_hz=RATE_HZ, make=line):
+        self.far, self.rate_hz, self.make = far, rate_hz, make
+        self.quiet = threading.Event()
+        self.thread = threading.Thread(target=self.talk, daemon=True)
+        self.thread.start()
+
+    def talk(self):
+        began, number = time.monotonic(), 0
+        with suppress(OSError):
+            while not self.quiet.is_set():
+                self.far.say(self.make(number))
+                number += 1
+                time.sleep(max(0.0, began + number / self.rate_hz - time.monotonic()))
+
+    def hush(self):
+        self.quiet.set()
+        self.thread.join()
+
+
+@contextmanager
+def cell(make=line, rate_hz=RATE_HZ, **changes):
+    far = SerialPeer()
+    device = instrument("serial_ascii", merged(CELL, port=far.port, **changes))
+    device.talker = Talker(far, rate_hz, make)
+    device.far = far
+    try:
+        yield device
+    finally:
+        device.close()
+        device.talker.hush()
+        far.close()
+
+
+class Stop:
+    def __init__(self, after=10**9):
+        self.looks = after
+
+    def is_set(self):
+        self.looks -= 1
+        return self.looks < 0
+
+
+def test_its_abilities():
+    settings = merged(CELL, port="/dev/ttyUSB0")
+    device = instrument("serial_ascii", settings)
+    assert all(isinstance(device, ability) for ability in (Device, Readable, Streaming))
+    still = instrument("serial_ascii", merged(settings, rate=None))
+    assert not isinstance(still, Streaming)
+    assert device.make_safe() == {}
+
+
+def test_the_newest_line_gives_all_channels():
+    with cell() as device:
+        assert device.connect(2.0) == Identity("not asked", device.far.port, "")
+        first = device.read(["torque", "load"])
+        assert list(first) == ["torque", "load"]
+        assert first["load"] == pytest.approx(first["torque"])  # n N·m, n / 1000 kN
+        time.sleep(0.1)
+        assert device.read(["load"])["load"] >= first["load"] + 10
+
+
+def test_a_line_that_was_begun_before_listening_is_no_value():
+    with cell(make=lambda _: SILENCE) as device:
+        threading.Timer(0.1, device.far.say, (b"7.000 kN; 000000 Nm\r\n" + line(5),)).start()
+        device.connect(1.0)
+        assert device.read(["torque"]) == {"torque": 5.0}
+
+
+def test_lines_that_are_no_measurement_are_passed_over():
+    with cell(make=lambda n: line(n) if n % 2 else b"# battery low\r\n") as device:
+        device.connect(1.0)
+        assert not any(device._lines.newest().startswith("#") for _ in range(3))
+
+
+@given(st.lists(st.integers(0, 99), min_size=1, max_size=8), st.data())
+def test_lines_are_the_same_however_their_bytes_come(numbers, data):
+    settings = SerialAsciiSettings.model_validate(merged(CELL, port="/dev/ttyUSB0"))
+    hearing = Hearing(settings, SimulatedClock())
+    sent = b"cut off\r\n" + b"".join(map(line, numbers))
+    hearing.record()
+    while sent:
+        size = data.draw(st.integers(1, len(sent)))
+        hearing.hear(sent[:size])
+        sent = sent[size:]
+    heard = [settings.values_in(each.text)["torque"] for each in hearing.recorded()]
+    assert heard == numbers
+
+
+class TestSilence:
+    def test_no_line_at_all(self):
+        told = r"nothing came within 0.3 s.*`start`"
+        with cell(make=lambda _: SILENCE) as device, pytest.raises(DeviceTimeoutError, match=told):
+            device.connect(1.0)
+
+    def test_a_value_that_is_too_old_is_not_given(self):
+        with cell() as device:
+            device.connect(1.0)
+            device.talker.hush()
+            newest = device.read(["load"])
+            time.sleep(0.4)
+            with pytest.raises(
+                DeviceTimeoutError, match=r"the last one, '.*Nm', came 0.7\d* s ago"
+            ):
+                device.read(["load"])
+            assert newest
+
+    def test_it_goes_on_when_lines_come_again(self):
+        with cell() as device:
+            device.connect(1.0)
+            device.talker.hush()
+            time.sleep(0.35)
+            with pytest.raises(DeviceTimeoutError):
+                device.read(["load"])
+            device.talker = Talker(device.far)
+            assert device.read(["load"])
+
+    def test_the_wrong_termination(self):
+        told = r"characters come, .* but no ETX.*baud rate"
+        with cell(termination="ETX") as device, pytest.raises(DeviceTimeoutError, match=told):
+            device.connect(1.0)
+
+
+class TestRubbish:
+    def test_another_unit(self):
+        with cell(make=lambda n: line(n).replace(b"kN", b"lbf")) as device:
+            told = r"3 lines in a row are not understood; the last: for load, a line is '.*':"
+            told += r" behind the number stands 'lbf', expected is 'kN'"
+            with pytest.raises(DeviceRejectedError, match=told):
+                device.connect(1.0)
+
+    def test_a_single_bad_line_does_not_matter_to_a_reading(self):
+        with cell(make=lambda n: b"\xff~~\r\n" if n % 3 == 0 else line(n)) as device:
+            device.connect(1.0)
+            for _ in range(5):
+                assert device.read(["load"])
+                time.sleep(0.03)
+
+    def test_but_does_to_a_recording(self):
+        with cell(make=lambda n: b"~~\r\n" if n == 60 else line(n)) as device:
+            device.connect(1.0)
+            with pytest.raises(DeviceRejectedError, match=r"for load, a line is '~~'"):
+                list(device.stream(["load"], 1.0, Stop()))
+
+
+class TestUnplugging:
+    def test_while_reading(self):
+        with cell() as device:
+            device.connect(1.0)
+            device.far.unplug()
+            time.sleep(0.2)
+            with pytest.raises(DeviceLostError, match=r"is the cable still plugged in"):
+                device.read(["load"])
+            with pytest.raises(DeviceLostError, match=r"cannot be opened"):
+                device.read(["load"])
+
+    def test_while_recording_in_a_rig(self):
+        with cell() as device:
+            rig = Rig({"cell": device}, device.clock)
+            rig.connect()
+            blocks = rig.stream("cell", ["load"], 5.0, Stop())
+            next(blocks)
+            device.far.unplug()
+            with pytest.raises(DeviceLostError, match=r"^cell: .*plugged in"):
+                list(blocks)
+            assert all(report.safe for report in rig.make_safe())
+            rig.close()
+
+
+class TestRecordings:
+    def test_they_are_gapless(self):
+        with cell() as device:
+            device.connect(1.0)
+            assert device.sample_rate_hz == 200.0
+            began = time.monotonic()
+            blocks = list(device.stream(["torque", "load"], 0.6, Stop()))
+            assert 0.5 < time.monotonic() - began < 1.0
+            torque = np.concatenate([block.channels["torque"] for block in blocks])
+            assert len(torque) == 120
+            assert np.diff(torque) == pytest.approx(1.0)
+            firsts = np.cumsum([0, *(block.samples for block in blocks)])[:-1]
+            assert [block.first_sample for block in blocks] == list(firsts)
+
+    def test_they_stop_when_asked_to(self):
+        with cell() as device:
+            device.connect(1.0)
+            assert len(list(device.stream(["load"], 10.0, Stop(after=2)))) == 2
+            assert device.read(["load"])
+
+    @pytest.mark.parametrize("rate_hz", [100.0, 400.0])
+    def test_another_rate_than_the_declared_one_is_told(self, rate_hz):
+        with cell(rate_hz=rate_hz) as device:
+            device.connect(1.0)
+            with pytest.raises(DeviceRejectedError, match=r"lines are lost, or `rate` is another"):
+                list(device.stream(["load"], 2.0, Stop()))
+
+    def test_silence_ends_them(self):
+        with cell() as device:
+            device.connect(1.0)
+            blocks = device.stream(["load"], 2.0, Stop())
+            next(blocks)
+            device.talker.hush()
+            with pytest.raises(DeviceTimeoutError, match=r"came 0.[3-5]"):
+                list(blocks)
+
+    def test_what_is_not_in_the_lines_is_refused_at_once(self):
+        with cell() as device:
+            device.connect(1.0)
+            with pytest.raises(DeviceRejectedError, match=r"'angle'.*load, torque"):
+                device.stream(["angle"], 1.0, Stop())
+
+
+def test_the_thread_ends_with_the_connection():
+    with cell() as device:
+        device.connect(1.0)
+        names = {thread.name for thread in threading.enumerate()}
+        assert f"lines of {device.far.port}" in names
+        device.close()
+        device.close()
+        names = {thread.name for thread in threading.enumerate()}
+        assert f"lines of {device.far.port}" not in names
+        with pytest.raises(DeviceLostError, match=r"not connected"):
+            device.read(["load"])
+
+
+class TestTalkingBack:
+    """An instrument that is asked who it is, told to start and to stop, or asked for each line."""
+
+    def device(self, far, **changes):
+        settings = merged(CELL, port=far.port, rate=None, **changes)
+        return instrument("serial_ascii", settings)
+
+    def test_identification_start_and_stop(self):
+        far = SerialPeer()
+        talker = []
+
+        def answer(said):
+            if said == "ID":
+                return b"ACME LC-5 #77\r\n"
+            if said == "GO":
+                talker.append(Talker(far))
+            if said == "HALT":
+                talker[0].quiet.set()
+            return SILENCE
+
+        far.talk_to(Lines(answer, b"\r\n"))
+        identification = {"query": "ID", "expect": "ACME LC-5.*"}
+        device = self.device(far, identification=identification, start="GO", stop="HALT")
+        assert device.connect(1.0).model == "ACME LC-5 #77"
+        assert device.read(["load"])
+        device.close()
+        assert talker[0].quiet.wait(1.0)
+        far.close()
+
+    def test_another_instrument(self):
+        far = SerialPeer(Lines(lambda _said: b"OTHER 1\r\n", b"\r\n"))
+        device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
+        with pytest.raises(DeviceNotFoundError, match=r"nothing that fits 'ACME\.\*'.*'OTHER 1'"):
+            device.connect(1.0)
+        far.close()
+
+    def test_a_line_for_each_request(self):
+        numbers = iter(range(100))
+        lines = Lines(lambda _said: line(next(numbers)), b"\r\n")
+        far = SerialPeer(lines)
+        device = self.device(far, request="P")
+        device.connect(1.0)
+        assert device.read(["torque"]) == {"torque": 1.0}
+        assert device.read(["torque"]) == {"torque": 2.0}
+        assert lines.heard == ["P", "P", "P"]
+        far.say(line(99))
+        time.sleep(0.1)
+        with pytest.raises(DeviceRejectedError, match=r"99 Nm.* came unasked"):
+            device.read(["torque"])
+        assert device.read(["torque"]) == {"torque": 3.0}
+        device.close()
+        far.close()
+
+    def test_no_answer_to_a_request(self):
+        far = SerialPeer(Lines(lambda _said: SILENCE, b"\r\n"))
+        with pytest.raises(DeviceTimeoutError, match=r"nothing came within 0.3 s"):
+            self.device(far, request="P").connect(1.0)
+        far.close()
+
+    def test_an_answer_that_is_no_measurement(self):
+        far = SerialPeer(Lines(lambda _said: b"ERR 3\r\n", b"\r\n"))
+        with pytest.raises(DeviceRejectedError, match=r"for load, a line is 'ERR 3'"):
+            self.device(far, request="P").connect(1.0)
+        far.close()
+
+
+def test_a_port_that_is_in_use_or_not_there():
+    with cell() as device:
+        device.connect(1.0)
+        second = instrument("serial_ascii", merged(CELL, port=device.far.port))
+        with pytest.raises(DeviceNotFoundError, match=r"not in use by another program"):
+            second.connect(1.0)
+    with pytest.raises(DeviceNotFoundError, match=r"/dev/ttyNONE9 cannot be opened"):
+        instrument("serial_ascii", merged(CELL, port="/dev/ttyNONE9")).connect(1.0)
+
+
+def test_without_pyserial_it_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "serial", None)
+    device = instrument("serial_ascii", merged(CELL, port="/dev/ttyUSB0"))
+    with pytest.raises(PluginError, match=r"'pyserial' is not installed.*rigrunner\[serial\]"):
+        device.connect(1.0)
+
+
+def test_the_trial_of_the_record():
+    device = instrument("serial_ascii", REGISTRY.find("device", "serial_ascii").record.trial)
+    assert device.connect(1.0).simulated
+    assert device.read(["mass"]) == {"mass": pytest.approx(0.01278)}
+    blocks = list(device.stream(["mass"], 0.3, Stop()))
+    assert sum(block.samples for block in blocks) == 3
+    device.close()
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"port": "socket://10.0.0.1:4001"}, "port"),
+        ({"port": "ttyUSB0"}, "port"),
+        ({"termination": "none"}, "nothing else ends a line"),
+        ({"channels": {}}, "channels"),
+        ({"request": "P"}, "rate is of lines that come by themselves"),
+        ({"simulated": "yes"}, "needs an example"),
+        ({"example": "1.0 lbf; 2 Nm"}, "example: for load, a line is .* 'lbf', expected is 'kN'"),
+        ({"serial": {"parity": "evn"}}, "parity"),
+        ({"ignore": "("}, "no regular expression"),
+    ],
+)
+def test_wrong_settings_are_told(changes, told):
+    settings = merged(CELL, port="/dev/ttyUSB0")
+    with pytest.raises((PluginError, DeviceError), match=told):
+        instrument("serial_ascii", merged(settings, **changes))
