@@ -16,7 +16,7 @@ from rigrunner.api.errors import (
 )
 from rigrunner_plugins.devices.modbus.opening import open_client
 from rigrunner_plugins.devices.modbus.places import Table, span
-from rigrunner_plugins.devices.modbus.refusals import BUSY, meaning
+from rigrunner_plugins.devices.modbus.refusals import BUSY, ILLEGAL_ADDRESS, counted, meaning
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -81,7 +81,7 @@ class Line:
             ),
         }
         function, request = requests[table]
-        answer = self._ask(asked, function, request)
+        answer = self._ask(asked, function, request, counted(table, address))
         if table.of_bits:
             whole_bytes = -(-count // 8) * 8
             self._need(asked, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
@@ -106,7 +106,7 @@ class Line:
             ),
         }
         function, request = requests[table, multiple]
-        answer = self._ask(asked, function, request)
+        answer = self._ask(asked, function, request, counted(table, address))
         self._need(asked, answer.address == address, f"an echo of address {answer.address}")
         if multiple:
             self._need(asked, answer.count == len(words), f"an echo of {answer.count} values")
@@ -139,7 +139,13 @@ class Line:
                 break
         return found
 
-    def _ask(self, asked: str, function: int, request: Callable[[Client], ModbusPDU]) -> ModbusPDU:
+    def _ask(
+        self,
+        asked: str,
+        function: int,
+        request: Callable[[Client], ModbusPDU],
+        where_else: str = "",
+    ) -> ModbusPDU:
         with self._lock:
             for left in range(self._settings.retries, -1, -1):
                 answer = self._answer(asked, request)
@@ -148,7 +154,7 @@ class Line:
                 if answer.isError() and answer.exception_code == BUSY and left:
                     self._clock.sleep(self._settings.timeout)
                     continue
-                return self._checked(asked, function, answer)
+                return self._checked(asked, function, answer, where_else)
             raise self._unanswered(asked)
 
     def _answer(self, asked: str, request: Callable[[Client], ModbusPDU]) -> ModbusPDU | None:
@@ -170,9 +176,11 @@ class Line:
             self._late = True
             return None
 
-    def _checked(self, asked: str, function: int, answer: ModbusPDU) -> ModbusPDU:
+    def _checked(self, asked: str, function: int, answer: ModbusPDU, where_else: str) -> ModbusPDU:
         if answer.isError():
             said, hint = meaning(answer.exception_code)
+            if answer.exception_code == ILLEGAL_ADDRESS:
+                hint = where_else or hint
             raise DeviceRejectedError(f"{asked}: {self._settings.where} says {said}", hint=hint)
         self._need(
             asked, answer.function_code == function, f"an answer to function {answer.function_code}"

@@ -5,12 +5,12 @@ The codes are those of MODBUS Application Protocol Specification V1.1b3, clause 
 
 from __future__ import annotations
 
-BUSY = 6
+from rigrunner_plugins.devices.modbus.places import Table
+
+ILLEGAL_ADDRESS, BUSY = 2, 6
+_DIGITS = 4
+"""Of a register behind the digit of its table; more where they do not suffice."""
 _UNKNOWN = ("an exception that the standard does not know", "see the instrument's manual")
-_COUNTING = (
-    "manuals often count registers from 1 or as 40001, the keys holding, input, coil and discrete"
-    " from 0: `reference: 40003` takes a number as the manual has it"
-)
 _FUNCTION = (
     "the unit does not know this kind of request: is it a holding or an input register, and does it"
     " take `write: multiple` or `single`?"
@@ -21,7 +21,10 @@ _FAILURE = (
 )
 _MEANINGS = {
     1: ("illegal function", _FUNCTION),
-    2: ("illegal data address: it has no such register, or not that many together", _COUNTING),
+    ILLEGAL_ADDRESS: (
+        "illegal data address: it has no such register, or not that many together",
+        "see the manual's list of registers",
+    ),
     3: (
         "illegal data value",
         "the unit refuses the value: see the limits set in the unit itself, scale, type and order",
@@ -36,6 +39,16 @@ _MEANINGS = {
         "is the unit behind the gateway on, and is `unit_id` its address?",
     ),
 }
+
+
+def counted(table: Table, address: int) -> str:
+    """Return a hint on how an address is counted, for who took it as a manual has it."""
+    digit = {Table.DISCRETE: "1", Table.INPUT: "3", Table.HOLDING: "4"}.get(table, "")
+    reference = f", or {digit}{address + 1:0{_DIGITS}}" if digit else ""
+    return (
+        f"addresses count from 0: {table} {address} is number {address + 1} of manuals that count"
+        f" from 1{reference}; a number such as 40001 is written as `reference: 40001`"
+    )
 
 
 def meaning(code: int) -> tuple[str, str]:

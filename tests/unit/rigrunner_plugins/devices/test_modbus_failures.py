@@ -117,7 +117,7 @@ def test_a_set_point_that_is_refused_ends_the_run_with_a_stopped_motor(plant, se
     assert isinstance(summary.error, DeviceRejectedError)
     assert "write 1 to holding 77" in str(summary.error)
     assert "illegal data address" in str(summary.error)
-    assert "`reference: 40003`" in str(summary.error)
+    assert "holding 77 is number 78 of manuals that count from 1, or 40078" in str(summary.error)
     assert summary.safe
     assert plant.frequency_hz == 0.0
 
