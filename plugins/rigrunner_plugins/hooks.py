@@ -139,6 +139,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings=CompositeSettings,
             trial=PARTS,
             factory=_composite,
+            wired=True,  # by its parts: it exchanges nothing itself
         ),
         DeviceRecord(
             name="modbus",

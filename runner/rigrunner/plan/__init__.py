@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rigrunner.plan.actions import Plan, PlannedStep
 from rigrunner.plan.limits import MeasurandLookup, check_limits
-from rigrunner.plan.making import make_plan, plan_text
-from rigrunner.plan.plugins import SettingsLookup, check_plugins
+from rigrunner.plan.making import check_station, make_plan, plan_text
+from rigrunner.plan.plugins import SettingsLookup, check_plugins, check_station_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
 
 __all__ = [
@@ -17,6 +17,8 @@ __all__ = [
     "SettingsLookup",
     "check_limits",
     "check_plugins",
+    "check_station",
+    "check_station_plugins",
     "make_plan",
     "plan_text",
     "predict",

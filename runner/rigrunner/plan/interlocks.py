@@ -27,12 +27,15 @@ if TYPE_CHECKING:
 
 
 def plan_interlocks(
-    procedure: LoadedProcedure,
+    procedure: LoadedProcedure | None,
     station: LoadedStation,
     devices: Mapping[str, Device],
     problems: Problems,
 ) -> tuple[Interlock, ...]:
-    """Return the interlocks of station, procedure and all that it calls; they hold all the time."""
+    """Return the interlocks of station, procedure and all that it calls; they hold all the time.
+
+    Without a procedure, as by hand, those of the station.
+    """
     found: dict[str, Interlock] = {}
     for place in _places(procedure, station, devices, problems):
         if place.written.name in found:
@@ -44,18 +47,18 @@ def plan_interlocks(
 
 
 def _places(
-    procedure: LoadedProcedure,
+    procedure: LoadedProcedure | None,
     station: LoadedStation,
     devices: Mapping[str, Device],
     problems: Problems,
 ) -> Iterator[_Place]:
     of_station = station.model.safety.interlocks
     sources: list[tuple[Document, Path, Iterable[Written]]] = [
-        (station.document, ("safety", "interlocks"), of_station),
-        (procedure.document, ("interlocks",), procedure.model.interlocks),
+        (station.document, ("safety", "interlocks"), of_station)
     ]
-    called = {each.document.name: each for each in procedure.all_called()}
-    sources += [(each.document, ("interlocks",), each.model.interlocks) for each in called.values()]
+    used = () if procedure is None else (procedure, *procedure.all_called())
+    named = {each.document.name: each for each in used}
+    sources += [(each.document, ("interlocks",), each.model.interlocks) for each in named.values()]
     for document, path, interlocks in sources:
         for index, written in enumerate(interlocks):
             yield _Place(written, document, (*path, index), devices, problems)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.devices import Device
+    from rigrunner.plan.actions import Interlock
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
 
@@ -43,6 +44,19 @@ def make_plan(
     check_motion(procedure, draft, problems)
     problems.stop_if_any()
     return Plan(tuple(draft.steps), interlocks)
+
+
+def check_station(station: LoadedStation, devices: Mapping[str, Device]) -> tuple[Interlock, ...]:
+    """Return the interlocks of a station that is used by hand.
+
+    Raises InvalidFileError with all that is wrong in what it says of safety.
+    """
+    problems = Problems()
+    check_order(station, devices, problems)
+    drive_rules(station, devices, problems)
+    interlocks = plan_interlocks(None, station, devices, problems)
+    problems.stop_if_any()
+    return interlocks
 
 
 def plan_text(plan: Plan) -> str:

@@ -49,6 +49,14 @@ def check_plugins(
     problems.stop_if_any()
 
 
+def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> None:
+    """Raise InvalidFileError with every plugin of a station that is not there or refuses."""
+    problems = Problems()
+    for use in _uses_of_station(station):
+        _check(use, lookup, problems)
+    problems.stop_if_any()
+
+
 def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
     for kind, path, plugin in _named(procedure.model.analysis):
         settings_at: Path = (*path, plugin.name)

@@ -1,7 +1,8 @@
 """The devices of a station as a unit: connect, make safe, close."""
 
 from rigrunner.api.calling import Patience
+from rigrunner.rig.drives import agrees
 from rigrunner.rig.rig import Rig
 from rigrunner.rig.safe_state import SafetyReport
 
-__all__ = ["Patience", "Rig", "SafetyReport"]
+__all__ = ["Patience", "Rig", "SafetyReport", "agrees"]

@@ -39,11 +39,25 @@ class RecordingWire:
         self._trouble = trouble
         self._lock = threading.Lock()
         self._descriptor: int | None = None
+        self._thread = threading.local()
         self._next = 0
         self._asked: dict[int, tuple[str, float]] = {}
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
-        """Return what `perform` does, and save it."""
+        """Return what `perform` does, and save it.
+
+        What `perform` itself exchanges or reads of the clock is no exchange of its own: of one that
+        is played back nothing is performed.
+        """
+        if getattr(self._thread, "performs", False):
+            return perform()
+        self._thread.performs = True
+        try:
+            return self._exchange(request, perform)
+        finally:
+            self._thread.performs = False
+
+    def _exchange(self, request: str, perform: Callable[[], _T]) -> _T:
         with self._lock:
             seq, self._next = self._next, self._next + 1
             self._asked[seq] = (request, time.monotonic())

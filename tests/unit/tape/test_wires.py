@@ -191,6 +191,27 @@ def test_an_answer_that_cannot_be_kept_costs_no_answer(tmp_path):
     assert trouble.text.endswith("the answer to 'query A': a tuple cannot be kept on tape")
 
 
+def test_what_an_exchange_itself_exchanges_is_part_of_it(tmp_path, replay_of):
+    wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
+    clock = RecordedClock(SimulatedClock(START), wire)
+
+    def perform():
+        clock.sleep(0.1)
+        return wire.exchange("read the rest", lambda: 2) + 1
+
+    assert wire.exchange("query A", perform) == 3
+    with pytest.raises(DeviceLostError):
+        wire.exchange("query A", failing(DeviceLostError("gone")))
+    wire.exchange("query B", lambda: 4)
+    wire.close()
+    again = replay_of(tmp_path / "a.jsonl")
+    assert again.exchange("query A", not_called) == 3
+    with pytest.raises(DeviceLostError):
+        again.exchange("query A", not_called)
+    assert again.exchange("query B", not_called) == 4
+    assert again.rest() == ""
+
+
 def test_what_is_never_answered_is_saved_as_such_and_waited_for_again(tmp_path, replay_of):
     wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
     answer, asked = threading.Event(), threading.Event()

@@ -1,0 +1,100 @@
+"""`rigrunner devices`: what is connected, identified, calibrated, safe."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import ExitCode
+from rigrunner.cli.completing import stations
+from rigrunner.cli.options import json_option, record_option, replay_option
+from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.table import pairs
+from rigrunner.workflow.locate import find_station
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from rigrunner.workflow.devices import DeviceReport, Who
+
+_MILLI = 1e3
+
+
+@click.command(name="devices")
+@click.argument("station", shell_complete=stations)
+@record_option
+@replay_option
+@json_option
+def command(station: str, record: Path | None, replay: Path | None, *, as_json: bool) -> ExitCode:
+    """Connect each device of a station, and say what it is and whether it is safe.
+
+    Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
+    """
+    from rigrunner.workflow.by_hand import ready_station
+    from rigrunner.workflow.devices import look_at
+    from rigrunner.workflow.taping import tape_for
+
+    tape = tape_for(record, replay)
+    reports: list[DeviceReport] = []
+    with ready_station(find_station(station), tape=tape).held("devices") as ready:
+        for report in look_at(ready):
+            reports.append(report)
+            if not as_json:
+                result(f"{pairs(list(_rows(report)))}\n")
+    failed = [each.role for each in reports if each.state == "fail"]
+    if as_json:
+        result_json([_document(each) for each in reports])
+    else:
+        result(_total(reports, failed))
+    for text in tape.notes() if tape else ():
+        message(f"note: {text}")
+    return ExitCode.DEVICE if failed else ExitCode.PASS
+
+
+def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
+    yield f"{report.state:4}  {report.role}", f"plugin {report.plugin}"
+    for place, who in report.who.items():
+        yield "", f"{_part(report.role, place)}{_words(who)}"
+    if not report.connected:
+        yield "", "not connected"
+    for text in report.problems:
+        yield "", f"problem: {text}"
+    if report.hint:
+        yield "", f"mend: {report.hint}"
+    for drive in report.drives:
+        at = f"{drive.drive} stands at {drive.found:.6g} {drive.unit}"
+        safe = f"safe is {drive.safe_value:g} {drive.unit}"
+        yield "", f"{at}, which is safe" if drive.safe else f"{at}, NOT SAFE when found: {safe}"
+    for name, value in report.values.items():
+        yield "", f"{name.partition('.')[2]} reads {value:.6g} {report.units[name]}"
+    if report.read_s is not None:
+        yield "", f"reading all of these once took {_MILLI * report.read_s:.3g} ms"
+    for each in report.calibrated:
+        named = f" by {each.instrument}" if each.instrument else ""
+        mend = "; have it calibrated, or enter its certificate" if each.state != "ok" else ""
+        yield "", f"{each.channel}{named}: {each.text}{mend}"
+
+
+def _part(role: str, place: str) -> str:
+    return "" if place == role else f"part {place.removeprefix(f'{role}/')}: "
+
+
+def _words(who: Who) -> str:
+    serial = f"serial {who.serial}" if who.serial else ""
+    firmware = f"firmware {who.firmware}" if who.firmware else ""
+    known = ", ".join(each for each in (f"{who.maker} {who.model}", serial, firmware) if each)
+    return f"{known} (simulated)" if who.simulated else known
+
+
+def _total(reports: Sequence[DeviceReport], failed: Sequence[str]) -> str:
+    count = f"{len(reports)} device{'s' if len(reports) != 1 else ''}"
+    if failed:
+        return f"{count}, of which {len(failed)} failed: {', '.join(failed)}"
+    return f"{count}: all answer, and are left safe"
+
+
+def _document(report: DeviceReport) -> dict[str, Any]:
+    return {"state": report.state, **asdict(report)}

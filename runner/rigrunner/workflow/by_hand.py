@@ -1,0 +1,85 @@
+"""A station without a procedure: checked, and ready to be used by hand."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from rigrunner.clock import SimulatedClock
+from rigrunner.plan import check_station, check_station_plugins
+from rigrunner.registry import load_registry
+from rigrunner.rig import Rig
+from rigrunner.station import load_station
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.tape import ReplayedTape
+from rigrunner.workflow.planning import clock_for
+from rigrunner.workflow.prepare import make_devices, patience_of, with_lab_plugins
+from rigrunner.workflow.rig_lock import station_lock
+from rigrunner.workflow.taping import manifest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from rigrunner.api.devices import Clock, Device
+    from rigrunner.plan.actions import Interlock
+    from rigrunner.registry import Registry
+    from rigrunner.station import LoadedStation
+    from rigrunner.tape import Tape
+
+
+@dataclass(frozen=True, eq=False)
+class ReadyStation:
+    """A station whose devices are made; nothing of the rig is touched yet."""
+
+    station: LoadedStation
+    registry: Registry
+    devices: Mapping[str, Device]
+    interlocks: tuple[Interlock, ...]
+    clock: Clock
+    tape: Tape | None = None
+
+    def rig(self, roles: Collection[str]) -> Rig:
+        """Return the devices of these roles as a rig, with the station's rules and order."""
+        safety = self.station.model.safety
+        devices = {role: device for role, device in self.devices.items() if role in roles}
+        order = [each for each in safety.order if each.partition(".")[0] in devices]
+        rules = DriveRules(safety.drives, safety.combinations)
+        return Rig(devices, self.clock, patience_of(self.station), order, rules)
+
+    @contextmanager
+    def held(self, what: str) -> Iterator[ReadyStation]:
+        """Hold the rig for this process, and the tape if there is one; give what is to be used.
+
+        Raises DeviceError where another process has the rig.
+        """
+        if self.tape is None:
+            with self._lock(what):
+                yield self
+            return
+        with self.tape:
+            self.tape.begin(manifest_of(self.station, self.registry, self.clock.utc()))
+            ready = replace(self, clock=self.tape.clock(self.clock))
+            if self.tape.replays:
+                yield ready
+                return
+            with self._lock(what):
+                yield ready
+
+    def _lock(self, what: str) -> AbstractContextManager[None]:
+        return station_lock(self.station, self.registry, what)
+
+
+def ready_station(path: Path, *, realtime: bool = False, tape: Tape | None = None) -> ReadyStation:
+    """Load a station and make its devices; raise InvalidFileError with all that is wrong."""
+    station = load_station(path)
+    registry = with_lab_plugins(load_registry(), station, path.parent)
+    check_station_plugins(station, registry)
+    clock = clock_for(station.model, registry, realtime=realtime)
+    if isinstance(tape, ReplayedTape):
+        clock = SimulatedClock(tape.manifest.began_utc)
+    devices = make_devices(station, registry, clock, path.parent, tape)
+    interlocks = check_station(station, devices)
+    return ReadyStation(station, registry, devices, interlocks, clock, tape)
