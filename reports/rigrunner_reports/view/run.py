@@ -68,13 +68,16 @@ def restrictions(result: Result) -> tuple[str, ...]:
 
 def imported(result: Result) -> tuple[str, ...]:
     """Return by whom else the recordings were made, and by whose word the rest is known."""
-    runs = [("This run", result.run), ("The no-load run", result.no_load_run)]
+    runs: dict[tuple[str, str], list[str]] = {}
+    for name, run in (("this run", result.run), ("the no-load run", result.no_load_run)):
+        if run is not None and run.imported:
+            whose = run.imported.get("program", ""), run.imported.get("by", "")
+            runs.setdefault(whose, []).append(name)
     return tuple(
-        f"{name} was imported: {run.imported.get('program')} made the recordings, not Rigrunner."
-        f" Set-points, conditions, zeros and times are as {run.imported.get('by')} states them, and"
-        " what else the procedure asks for was not seen."
-        for name, run in runs
-        if run is not None and run.imported
+        f"{program} made the recordings of {' and of '.join(names)}, not Rigrunner. Set-points,"
+        f" conditions, zeros and times are as {by} states them; what else the procedure asks for"
+        " was not seen."
+        for (program, by), names in runs.items()
     )
 
 

@@ -351,3 +351,15 @@ def test_the_risk_of_the_rule_is_stated(result):
     assert shown.guard_band == "0.0100 N·m"
     without = decided.decision(result.decision, complete=True)
     assert (without.risk, without.guard_band) == ("not determined", "")
+
+
+def test_an_imported_run_says_who_made_it(result):
+    assert run.imported(result) == ()
+    by = {"program": "Old.vi", "by": "A. Jones"}
+    loaded, no_load = (replace(each, imported=by) for each in (result.run, result.run))
+    (text,) = run.imported(replace(result, run=loaded, no_load_run=no_load))
+    assert "Old.vi made the recordings of this run and of the no-load run, not Rigrunner." in text
+    other = replace(no_load, imported=by | {"by": "B. Lee"})
+    first, second = run.imported(replace(result, run=loaded, no_load_run=other))
+    assert "of this run, not" in first
+    assert "as B. Lee states them" in second

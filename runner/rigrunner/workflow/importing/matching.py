@@ -95,7 +95,8 @@ class _Matcher:
     def _fits(self, path: Path, symbol: str, needed: str, member: str) -> None:
         got, wanted = unit(symbol).dimension, unit(needed).dimension
         if got != wanted:
-            self._complain(path, f"'{symbol}' is a unit of {got}, but {member} is a {wanted}")
+            text = f"'{symbol}' is a unit of {got}, but {member} needs one of {wanted}"
+            self._complain(path, text)
 
     def _zeros(self) -> None:
         steps = [step.action for step in self._planned.plan.steps if isinstance(step.action, Zero)]

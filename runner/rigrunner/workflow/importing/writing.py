@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 BLOCK_SAMPLES = 1 << 16
 _DAY = timedelta(days=1)
 _SECOND = timedelta(seconds=1)
-_A_SAMPLE = 1.001
+_LITTLE = 1e-3
 
 
 def write_run(
@@ -132,7 +132,7 @@ class _Import:
                 wanted[name] = Wanted(each, (*base, name))
         read = read_part(self._checked.mapping, self._checked.importer, entry, at, wanted)
         samples = {member: read.columns[member] for member in members}
-        self._require_length(action, entry, read.rate_hz, len(samples[members[0]]))
+        self._require_length(step, action, entry, len(samples[members[0]]) / read.rate_hz)
         values, units = _conditions(conditions, read)
         started = self._start_of(entry, at, read)
         ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
@@ -140,13 +140,15 @@ class _Import:
         self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
         self._latest = max(self._latest, ended)
 
-    def _require_length(self, action: Record, part: Part, rate_hz: float, samples: int) -> None:
-        if samples + _A_SAMPLE < action.duration_s * rate_hz:
+    def _require_length(
+        self, step: PlannedStep, action: Record, part: Part, length_s: float
+    ) -> None:
+        if length_s < action.duration_s * (1 - _LITTLE):
             raise DataError(
-                f"the recording is {samples / rate_hz:.6g} s long, but the procedure asks for"
-                f" {action.duration_s:.6g} s",
+                f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
                 location=Location(str(self._checked.mapping.file(part.file))),
-                hint="import by a procedure that asks for what was done",
+                hint="import by a procedure that asks for what was done; as a recording may begin"
+                " anywhere in a cycle, there has to be one more than is counted",
             )
 
     def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:
