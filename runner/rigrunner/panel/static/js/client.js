@@ -1,0 +1,81 @@
+// Who this browser tab is, and requests to the server. The token comes in the address's fragment.
+
+const ID = "rigrunner.client";
+const TOKEN = "rigrunner.token";
+const NAME = "rigrunner.name";
+
+export class RefusedError extends Error {
+  constructor(status, body) {
+    super(body.message ?? `${status}`);
+    this.status = status;
+    this.code = body.code ?? "bug";
+    this.hint = body.hint ?? "";
+    this.problems = body.problems ?? [];
+  }
+}
+
+export function clientId() {
+  let id = sessionStorage.getItem(ID);
+  if (!id) {
+    id = Array.from(crypto.getRandomValues(new Uint8Array(12)), (n) => n.toString(16).padStart(2, "0")).join("");
+    sessionStorage.setItem(ID, id);
+  }
+  return id;
+}
+
+export function token() {
+  return sessionStorage.getItem(TOKEN) ?? "";
+}
+
+export function takeToken() {
+  const found = /(?:^#|&)token=([^&]+)/.exec(location.hash);
+  if (!found) return;
+  sessionStorage.setItem(TOKEN, decodeURIComponent(found[1]));
+  history.replaceState(null, "", location.pathname);
+}
+
+export function personName() {
+  return localStorage.getItem(NAME) ?? "";
+}
+
+export function keepPersonName(name) {
+  localStorage.setItem(NAME, name);
+}
+
+function headers(more = {}) {
+  return token() ? { Authorization: `Bearer ${token()}`, ...more } : more;
+}
+
+async function answerOf(request) {
+  let response;
+  try {
+    response = await request;
+  } catch {
+    throw new RefusedError(0, { code: "no_connection", message: "" });
+  }
+  const text = await response.text();
+  let body = {};
+  try {
+    body = text ? JSON.parse(text) : {};
+  } catch {
+    body = { message: text.slice(0, 200) };
+  }
+  if (!response.ok) throw new RefusedError(response.status, body);
+  return body;
+}
+
+export function get(path, query = {}) {
+  const known = Object.entries(query).filter(([, value]) => value !== "" && value !== null && value !== undefined);
+  const words = new URLSearchParams(known).toString();
+  return answerOf(fetch(`/api/${path}${words ? `?${words}` : ""}`, { headers: headers() }));
+}
+
+export function post(path, body = {}) {
+  return answerOf(
+    fetch(`/api/${path}`, {
+      method: "POST",
+      headers: headers({ "Content-Type": "application/json", "X-Rigrunner-Client": clientId() }),
+      body: JSON.stringify(body),
+    }),
+  );
+}

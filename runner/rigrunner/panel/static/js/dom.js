@@ -1,0 +1,32 @@
+// Elements from code: every text is set as text, so that no value is ever taken for HTML.
+
+export function h(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "class") element.className = value;
+    else if (name === "value") element.value = value;
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return element;
+}
+
+export function fill(element, ...children) {
+  element.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
+}
+
+export function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+export function show(element, visible) {
+  if (element.hidden === visible) element.hidden = !visible;
+}
+
+export function button(text, onclick, { kind = "", key = "", ...rest } = {}) {
+  const label = h("span", {}, text);
+  const hint = key ? [h("kbd", { "aria-hidden": "true" }, key)] : [];
+  return h("button", { type: "button", class: `button ${kind}`.trim(), onclick, ...rest }, label, ...hint);
+}

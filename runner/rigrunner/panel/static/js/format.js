@@ -1,0 +1,52 @@
+// Numbers as people read them. What comes in is SI; what is not known is shown as a dash.
+
+export const UNKNOWN = "–";
+
+export function fixed(value, decimals) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
+  const text = value.toFixed(decimals);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "\u2212");
+}
+
+// The decimals that show an uncertainty with two significant digits (GUM 7.2.6).
+export function decimalsFor(uncertainty, otherwise = 3) {
+  if (!Number.isFinite(uncertainty) || uncertainty <= 0) return otherwise;
+  const exponent = Math.floor(Math.log10(Number(uncertainty.toPrecision(2))));
+  return Math.min(Math.max(1 - exponent, 0), 6);
+}
+
+export function withUncertainty(value, uncertainty, unit) {
+  if (!Number.isFinite(value)) return UNKNOWN;
+  if (!Number.isFinite(uncertainty)) return `${fixed(value, 3)} ${unit}`;
+  const decimals = decimalsFor(uncertainty);
+  return `${fixed(value, decimals)} ± ${fixed(uncertainty, decimals)} ${unit}`;
+}
+
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return UNKNOWN;
+  const whole = Math.max(0, Math.round(seconds));
+  const two = (number) => String(number).padStart(2, "0");
+  const hours = Math.floor(whole / 3600);
+  const minutes = Math.floor(whole / 60) % 60;
+  return hours ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
+}
+
+export function bytes(count) {
+  const units = ["B", "kB", "MB", "GB", "TB"];
+  let value = count;
+  let step = 0;
+  while (value >= 1000 && step < units.length - 1) {
+    value /= 1000;
+    step += 1;
+  }
+  return `${fixed(value, value >= 100 || step === 0 ? 0 : 1)} ${units[step]}`;
+}
+
+export function localTime(utc) {
+  if (!utc) return UNKNOWN;
+  const moment = new Date(utc);
+  if (Number.isNaN(moment.getTime())) return utc;
+  const two = (number) => String(number).padStart(2, "0");
+  const day = [moment.getFullYear(), two(moment.getMonth() + 1), two(moment.getDate())].join("-");
+  return `${day} ${two(moment.getHours())}:${two(moment.getMinutes())}`;
+}

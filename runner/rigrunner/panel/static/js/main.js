@@ -1,0 +1,28 @@
+// Where it all begins: texts, top bar, link to the server, and the page that the address names.
+
+import { takeToken } from "./client.js";
+import { fill, h } from "./dom.js";
+import { openLink } from "./link.js";
+import { topBar } from "./parts/bar.js";
+import { dialogHost } from "./parts/dialogs.js";
+import { noticesElement } from "./parts/notices.js";
+import { keys } from "./parts/keys.js";
+import { startRouter } from "./router.js";
+import { takeChanges, takeConnected, takeFrame, takeState } from "./store.js";
+import { loadTexts, t } from "./texts.js";
+import { applyTheme, watchTheme } from "./theme.js";
+
+takeToken();
+applyTheme();
+watchTheme();
+await loadTexts();
+
+const page = h("main", { id: "page", tabindex: "-1" });
+const skip = h("a", { class: "skip", href: "#page", onclick: (event) => {
+  event.preventDefault();
+  page.focus();
+} }, t("skip"));
+fill(document.body, skip, topBar(), page, dialogHost(), noticesElement());
+document.addEventListener("keydown", keys);
+startRouter(page);
+openLink({ connected: takeConnected, state: takeState, changes: takeChanges, frame: takeFrame });

@@ -1,0 +1,96 @@
+// Choose a procedure and a station: what was used last comes first.
+
+import { get } from "../client.js";
+import { button, fill, h } from "../dom.js";
+import { draft, keepDraft } from "../draft.js";
+import { localTime } from "../format.js";
+import { isBusy } from "../parts/bar.js";
+import { go } from "../router.js";
+import { tried } from "../steer.js";
+import { listen, store } from "../store.js";
+import { t } from "../texts.js";
+
+const TYPING_MS = 150;
+
+export function choosePage() {
+  const chosen = { procedure: draft().procedure ?? "", station: draft().station ?? "" };
+  const next = button(t("choose.next"), proceed, { kind: "primary big" });
+  const busy = h("p", { class: "banner info", hidden: true });
+  const procedures = list("procedures", "procedure", chosen, update);
+  const stations = list("stations", "station", chosen, update);
+
+  function update() {
+    next.disabled = !(chosen.procedure && chosen.station);
+  }
+
+  function proceed() {
+    const before = draft();
+    const same = before.procedure === chosen.procedure && before.station === chosen.station;
+    keepDraft({ ...chosen, inputs: same ? before.inputs : {} });
+    go("#/setup");
+  }
+
+  function tellBusy() {
+    const running = isBusy(store.state) && store.state.job;
+    busy.hidden = !running;
+    if (!running) return;
+    const kind = store.state.job.kind === "manual" ? "#/manual" : "#/run";
+    fill(busy, h("span", {}, t("choose.busy", { title: store.state.job.title })), h("a", { class: "button", href: kind }, t("choose.watch")));
+  }
+
+  const forget = listen((changed) => {
+    if (changed.has("phase") || changed.has("job")) tellBusy();
+  });
+  update();
+  tellBusy();
+  return {
+    title: t("choose.title"),
+    element: h("div", { class: "page choose" },
+      h("h1", {}, t("choose.title")),
+      busy,
+      h("div", { class: "two" }, procedures, stations),
+      h("div", { class: "actions" }, next)),
+    leave: forget,
+  };
+}
+
+function list(path, kind, chosen, changed) {
+  const search = h("input", { type: "search", id: `search-${kind}`, autocomplete: "off", placeholder: t(`choose.search_${kind}`), oninput: later });
+  const items = h("div", { class: "items", role: "radiogroup", "aria-label": t(`choose.${kind}`) });
+  let timer = 0;
+
+  function later() {
+    clearTimeout(timer);
+    timer = setTimeout(load, TYPING_MS);
+  }
+
+  async function load() {
+    const found = await tried(() => get(path, { search: search.value.trim() }));
+    if (!found) return;
+    const known = found.items.map((item) => item.name);
+    if (!chosen[kind] && found.items.length) chosen[kind] = found.items.find((item) => !item.problem)?.name ?? "";
+    fill(items, known.length ? found.items.map(item) : h("p", { class: "nothing" }, t("choose.nothing")));
+    changed();
+  }
+
+  function item(each) {
+    const id = `${kind}-${each.name}`;
+    const input = h("input", { type: "radio", name: kind, id, value: each.name, checked: each.name === chosen[kind], disabled: Boolean(each.problem),
+      onchange: () => {
+        chosen[kind] = each.name;
+        changed();
+      } });
+    const facts = [each.id, each.note, each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
+    const marks = [each.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
+    return h("label", { class: "item", for: id }, input,
+      h("span", { class: "item-text" }, h("strong", {}, each.title || each.name), h("span", { class: "soft" }, facts.filter(Boolean).join(" · ")),
+        each.problem ? h("span", { class: "bad-text" }, each.problem) : null),
+      h("span", { class: "marks" }, marks));
+  }
+
+  load();
+  return h("section", { class: "card" },
+    h("h2", {}, t(`choose.${kind}`)),
+    h("label", { class: "visually-hidden", for: `search-${kind}` }, t(`choose.search_${kind}`)),
+    search, items);
+}

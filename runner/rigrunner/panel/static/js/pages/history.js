@@ -1,0 +1,84 @@
+// The stored runs: searched, filtered, and two of them compared.
+
+import { get } from "../client.js";
+import { button, fill, h, setText, show } from "../dom.js";
+import { localTime, withUncertainty } from "../format.js";
+import { verdictText } from "../parts/verdict.js";
+import { go } from "../router.js";
+import { tried } from "../steer.js";
+import { t } from "../texts.js";
+
+const TYPING_MS = 200;
+const PAGE = 50;
+
+export function historyPage() {
+  const chosen = [];
+  const filters = {
+    search: h("input", { type: "search", id: "history-search", autocomplete: "off", placeholder: t("history.search"), oninput: later }),
+    verdict: choice("history-verdict", "verdict.any", ["pass", "conditional pass", "inconclusive", "conditional fail", "fail"], verdictText),
+    outcome: choice("history-outcome", "outcome.any", ["completed", "aborted", "error"], (name) => t(`outcome.${name}`)),
+  };
+  const rows = h("tbody", {});
+  const nothing = h("p", { class: "nothing", hidden: true }, t("history.nothing"));
+  const more = button(t("history.more"), () => load(true), { kind: "big" });
+  const compare = button(t("history.compare"), () => go(`#/compare/${chosen.map(encodeURIComponent).join("/")}`), { kind: "primary big" });
+  let timer = 0;
+  let last = "";
+
+  function choice(id, any, names, words) {
+    return h("select", { id, onchange: () => load(false) }, h("option", { value: "" }, t(any)), names.map((name) => h("option", { value: name }, words(name))));
+  }
+
+  function later() {
+    clearTimeout(timer);
+    timer = setTimeout(() => load(false), TYPING_MS);
+  }
+
+  async function load(onwards) {
+    const query = { search: filters.search.value.trim(), verdict: filters.verdict.value, outcome: filters.outcome.value, limit: PAGE, before: onwards ? last : "" };
+    const found = await tried(() => get("runs", query));
+    if (!found) return;
+    if (!onwards) fill(rows);
+    rows.append(...found.items.map(row));
+    last = found.items.at(-1)?.run ?? last;
+    show(more, found.more);
+    show(nothing, rows.children.length === 0);
+  }
+
+  function row(item) {
+    const box = h("input", { type: "checkbox", "aria-label": t("history.choose", { run: item.run }), checked: chosen.includes(item.run), onchange: () => {
+      const at = chosen.indexOf(item.run);
+      if (at >= 0) chosen.splice(at, 1);
+      else chosen.push(item.run);
+      update();
+    } });
+    const verdict = item.verdict || (item.outcome && item.outcome !== "completed" ? item.outcome : "");
+    return h("tr", {},
+      h("td", {}, h("label", { class: "tick" }, box)),
+      h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
+      h("td", {}, item.title || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
+      h("td", {}, verdict ? h("span", { class: `mark ${verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${item.outcome}`)) : ""),
+      h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : ""));
+  }
+
+  function update() {
+    compare.disabled = chosen.length !== 2;
+    setText(compare.firstChild, t("history.compare_n", { count: chosen.length }));
+  }
+
+  const head = ["history.select", "history.when", "history.what", "history.specimen", "history.station", "history.verdict", "history.value"];
+  load(false);
+  update();
+  return {
+    title: t("history.title"),
+    element: h("div", { class: "page history" },
+      h("div", { class: "head" }, h("h1", {}, t("history.title")), compare),
+      h("div", { class: "filters" },
+        labelled("history-search", "history.search", filters.search), labelled("history-verdict", "history.verdict", filters.verdict), labelled("history-outcome", "history.outcome", filters.outcome)),
+      h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("history.title") }, h("table", { class: "runs" }, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), rows), nothing, more)),
+  };
+}
+
+function labelled(id, key, control) {
+  return h("div", { class: "field" }, h("label", { for: id }, t(key)), control);
+}

@@ -1,0 +1,109 @@
+// By hand: set frequency and load within limits, watch the torque, record a point.
+
+import { personName } from "../client.js";
+import { button, fill, h, setText, show } from "../dom.js";
+import { draft } from "../draft.js";
+import { fixed, localTime } from "../format.js";
+import { alarmStrip } from "../parts/alarms.js";
+import { readouts } from "../parts/readouts.js";
+import { swingChart } from "../plots/swing.js";
+import { frequencyChart } from "../plots/frequency.js";
+import { steer } from "../steer.js";
+import { listen, store } from "../store.js";
+import { t } from "../texts.js";
+
+const CYCLES = 10;
+
+export function manualPage() {
+  const swing = swingChart();
+  const frequency = frequencyChart();
+  const numbers = readouts();
+  const alarms = alarmStrip();
+  const opener = openCard();
+  const drives = h("div", { class: "drives" });
+  const recording = h("p", { class: "soft", role: "status" });
+  const cycles = h("input", { type: "number", id: "cycles", min: "3", max: "1000", value: String(CYCLES) });
+  const record = button(t("manual.record"), () => steer("manual/record", { cycles: Number(cycles.value) }), { kind: "primary big" });
+  const close = button(t("manual.close"), () => steer("manual/close"), { kind: "big" });
+  const points = h("ul", { class: "manual-points" });
+  const bench = h("div", { class: "manual-bench" },
+    numbers.element,
+    h("div", { class: "manual-plots" }, swing.element, frequency.element),
+    h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
+    h("section", { class: "card" }, h("h2", {}, t("manual.points")),
+      h("div", { class: "row" }, h("div", { class: "field narrow" }, h("label", { for: "cycles" }, t("manual.cycles")), cycles), record, close), recording, points),
+    alarms.element);
+  const element = h("div", { class: "page manual" }, h("h1", {}, t("manual.title")), opener.element, bench);
+  let built = "";
+
+  function update(changed) {
+    const { state } = store;
+    if (!state) return;
+    const open = state.phase === "manual" && state.manual;
+    show(bench, Boolean(open) || (state.job?.kind === "manual" && state.phase !== "idle" && state.phase !== "finished"));
+    show(opener.element, !open && state.job?.kind !== "manual" || state.phase === "finished" || state.phase === "idle");
+    opener.update();
+    numbers.update();
+    alarms.update();
+    record.disabled = close.disabled = !open;
+    if (changed.has("live")) frequency.show(state.live?.points ?? []);
+    if (!open) return;
+    const names = state.manual.drives.map((drive) => drive.name).join();
+    if (names !== built) {
+      built = names;
+      fill(drives, state.manual.drives.map(driveRow));
+    }
+    setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : state.manual.refused);
+    fill(points, state.manual.points.map((point) => h("li", {}, h("strong", {}, point.recording), h("time", {}, localTime(point.utc)))));
+  }
+
+  const forget = listen((changed) => {
+    if (changed.has("swing")) swing.show(store.lastSwing);
+    if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
+  });
+  queueMicrotask(() => {
+    update(new Set(["live", "manual"]));
+    swing.show(store.lastSwing);
+  });
+  return {
+    title: t("manual.title"),
+    element,
+    leave() {
+      forget();
+      swing.leave();
+      frequency.leave();
+    },
+  };
+}
+
+function openCard() {
+  const { procedure, station } = draft();
+  const text = h("p", {}, procedure && station ? t("manual.with", { procedure, station }) : t("manual.choose"));
+  const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
+  const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
+  return {
+    element: h("section", { class: "card manual-open" }, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose)),
+    update() {
+      const phase = store.state?.phase;
+      open.disabled = !(procedure && station) || !(phase === "idle" || phase === "finished");
+    },
+  };
+}
+
+function driveRow(drive) {
+  const id = `drive-${drive.name}`;
+  const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": `${id}-limits`, value: fixed(drive.set ?? 0, 1).replace("−", "-") });
+  const send = (text) => steer("manual/set", { drive: drive.name, value: /[a-z%°]/i.test(text) ? text : `${text} ${drive.unit}` });
+  const form = h("form", { class: "drive", onsubmit: (event) => {
+    event.preventDefault();
+    send(input.value.trim().replace(",", "."));
+  } },
+  h("div", { class: "field" }, h("label", { for: id }, `${drive.long_name} (${drive.unit})`), input,
+    h("p", { class: "field-note", id: `${id}-limits` }, t("manual.limits", { low: fixed(drive.minimum, 0), high: fixed(drive.maximum, 0), unit: drive.unit }))),
+  h("button", { type: "submit", class: "button primary" }, t("manual.set")),
+  button(t("manual.zero"), () => {
+    input.value = "0";
+    send("0");
+  }));
+  return form;
+}

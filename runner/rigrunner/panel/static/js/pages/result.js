@@ -1,0 +1,98 @@
+// A finished run: verdict, numbers, checks, report and certificate, and the next specimen.
+
+import { get } from "../client.js";
+import { button, fill, h } from "../dom.js";
+import { newDraft } from "../draft.js";
+import { bytes, fixed, localTime, withUncertainty } from "../format.js";
+import { certificateForm } from "../parts/certificate.js";
+import { SIGNS, verdictText } from "../parts/verdict.js";
+import { go } from "../router.js";
+import { tried } from "../steer.js";
+import { store } from "../store.js";
+import { t } from "../texts.js";
+
+export function resultPage(run) {
+  const body = h("div", { class: "result-body" }, h("p", { class: "soft" }, t("loading")));
+  const element = h("div", { class: "page result" }, body);
+
+  async function load() {
+    const found = await tried(() => get(`runs/${encodeURIComponent(run)}`));
+    if (found) show(found);
+    else fill(body, h("p", { class: "banner warn" }, t("result.gone")));
+  }
+
+  async function again() {
+    const next = await tried(() => get(`runs/${encodeURIComponent(run)}/again`));
+    if (!next) return;
+    if (!next.procedure || !next.station) {
+      go("#/");
+      return;
+    }
+    newDraft({ procedure: next.procedure, station: next.station, inputs: next.inputs });
+    go("#/setup");
+  }
+
+  function show(found) {
+    const report = found.files.find((file) => file.name === "report.html");
+    const frame = report ? h("iframe", { class: "report", src: report.url, title: t("result.report") }) : h("p", { class: "soft" }, t("result.no_report"));
+    fill(body,
+      head(found, again),
+      h("div", { class: "result-columns" },
+        h("div", { class: "stack" }, facts(found), points(found), checks(found), files(found), certificateForm(run, load)),
+        h("section", { class: "card report-card" },
+          h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
+  }
+
+  load();
+  return { title: t("result.title"), element };
+}
+
+function head({ item, reason }, again) {
+  const finished = store.state?.finished;
+  const mine = finished?.run === item.run ? finished : null;
+  const verdict = item.verdict;
+  const kind = verdict ? verdict.replaceAll(" ", "-") : item.outcome === "completed" ? "none" : "stopped";
+  const word = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(`outcome.${item.outcome || "unknown"}`);
+  const why = mine?.error || reason;
+  return h("div", { class: "result-head" },
+    h("div", {}, h("h1", {}, item.title || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
+    h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
+      h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : "")),
+    button(t("result.again"), again, { kind: "primary big" }),
+    why && item.outcome !== "completed" ? h("p", { class: "banner warn wide" }, why) : null);
+}
+
+function facts(found) {
+  const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]);
+  return h("section", { class: "card" }, h("h2", {}, t("result.facts")),
+    h("dl", { class: "facts" }, rows,
+      h("dt", {}, t("result.run")), h("dd", {}, found.item.run),
+      h("dt", {}, t("result.sealed")), h("dd", {}, found.sealed ? t("yes") : t("no")),
+      found.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, found.approval.state)] : null));
+}
+
+function points(found) {
+  const primary = found.result?.compensations?.find?.((each) => each.primary) ?? null;
+  const rows = primary?.points ?? [];
+  if (!rows.length) return null;
+  return h("section", { class: "card" }, h("h2", {}, t("result.points")),
+    h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("plot.compensated")))),
+      h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${fixed(row.frequency_hz, 0)} Hz`), h("td", {}, withUncertainty(row.value, row.expanded_uncertainty_95, "N·m")))))));
+}
+
+function checks(found) {
+  const all = found.result?.checks ?? [];
+  if (!all.length) return null;
+  const failed = all.filter((check) => !check.ok);
+  const item = (check) => h("li", { class: `light ${check.ok ? "ok" : "warn"}` },
+    h("span", { class: "sign", role: "img", "aria-label": check.ok ? t("preflight.ok") : t("preflight.warn") }, check.ok ? "✓" : "!"),
+    h("div", { class: "light-text" }, h("strong", {}, check.name), h("span", {}, check.text ?? ""), check.advice ? h("span", { class: "mend" }, check.advice) : null));
+  return h("section", { class: "card" }, h("h2", {}, t("result.checks")),
+    failed.length ? h("ul", { class: "lights" }, failed.map(item)) : h("p", { class: "good-text" }, t("result.all_good", { count: all.length })),
+    h("details", {}, h("summary", {}, t("result.all_checks", { count: all.length })), h("ul", { class: "lights" }, all.map(item))));
+}
+
+function files(found) {
+  return h("section", { class: "card" }, h("h2", {}, t("result.files")),
+    h("ul", { class: "files" }, found.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name), h("span", { class: "soft" }, bytes(file.size))))));
+}

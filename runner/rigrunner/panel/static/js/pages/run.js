@@ -1,0 +1,99 @@
+// The run as it is: state, steps, curves, numbers, and what can be done.
+
+import { button, fill, h, setText, show } from "../dom.js";
+import { alarmStrip } from "../parts/alarms.js";
+import { askReason } from "../parts/dialogs.js";
+import { abort, pauseOrResume } from "../parts/keys.js";
+import { promptCard } from "../parts/prompt.js";
+import { readouts } from "../parts/readouts.js";
+import { stepList } from "../parts/steps.js";
+import { verdictLine } from "../parts/verdict.js";
+import { frequencyChart } from "../plots/frequency.js";
+import { swingChart } from "../plots/swing.js";
+import { trendChart } from "../plots/trend.js";
+import { steer } from "../steer.js";
+import { listen, store } from "../store.js";
+import { t } from "../texts.js";
+
+const STEERABLE = new Set(["running", "asking", "pausing", "paused"]);
+
+export function runPage() {
+  const swing = swingChart();
+  const trend = trendChart();
+  const frequency = frequencyChart();
+  const steps = stepList();
+  const numbers = readouts();
+  const alarms = alarmStrip();
+  const prompt = promptCard();
+  const verdict = verdictLine();
+  const title = h("h1", {});
+  const step = h("p", { class: "now", role: "status" });
+  const paused = h("p", { class: "banner warn", hidden: true });
+  const nothing = h("p", { class: "banner info", hidden: true }, t("run.nothing"), h("a", { class: "button", href: "#/" }, t("choose.title")));
+  const pause = button(t("run.pause"), pauseOrResume, { kind: "big", key: "F8", "aria-keyshortcuts": "F8" });
+  const repeat = button(t("run.repeat"), () => because("run/repeat", "run.repeat", { required: false }), { kind: "big" });
+  const skip = button(t("run.skip"), () => because("run/skip", "run.skip", {}), { kind: "big" });
+  const override = button(t("run.override"), () => because("run/override", "run.override", {}), { kind: "big" });
+  const stopped = button(t("run.abort"), abort, { kind: "big danger" });
+  const element = h("div", { class: "page run" },
+    h("aside", { class: "run-side" }, steps.element),
+    h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
+    numbers.element,
+    h("div", { class: "run-plots" }, h("div", { class: "plot-swing" }, swing.element), trend.element, frequency.element),
+    h("div", { class: "run-foot" }, alarms.element, paused, nothing, h("div", { class: "run-buttons" }, pause, repeat, skip, override, stopped)),
+    prompt.element);
+
+  async function because(path, key, options) {
+    const reason = await askReason(t(`${key}.title`), { confirm: t(key), ...options });
+    if (reason !== null) await steer(path, { reason });
+  }
+
+  function update(changed) {
+    const { state } = store;
+    if (!state) return;
+    const can = STEERABLE.has(state.phase);
+    setText(title, state.job?.title ?? "");
+    setText(step, stepText(state));
+    show(nothing, state.phase === "idle" || state.phase === "checking");
+    for (const each of [pause, stopped]) each.disabled = !can;
+    repeat.disabled = !can;
+    skip.disabled = !can;
+    show(override, Boolean(state.pause?.choices.includes("override")));
+    setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
+    show(paused, Boolean(state.pause));
+    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...state.pause.moving].filter(Boolean).join(" · ")));
+    if (changed.has("live")) frequency.show(state.live?.points ?? []);
+    steps.update(changed);
+    numbers.update();
+    alarms.update();
+    prompt.update();
+    verdict.update();
+  }
+
+  const forget = listen((changed) => {
+    if (changed.has("swing")) swing.show(store.lastSwing);
+    if (changed.has("trend")) trend.show(store.trend);
+    if (changed.size > 1 || !(changed.has("swing") || changed.has("trend"))) update(changed);
+  });
+  queueMicrotask(() => {
+    update(new Set(["live", "plan", "progress"]));
+    swing.show(store.lastSwing);
+    trend.show(store.trend);
+  });
+  return {
+    title: t("run.title"),
+    element,
+    leave() {
+      forget();
+      for (const each of [swing, trend, frequency]) each.leave();
+    },
+  };
+}
+
+function stepText(state) {
+  if (state.phase === "analysing" && state.analysing) return t("run.analysing", { done: state.analysing.done, of: state.analysing.of });
+  if (state.asked && STEERABLE.has(state.phase)) return t(`run.asked.${state.asked}`);
+  const index = state.progress?.index ?? -1;
+  const step = state.plan?.steps.find((each) => each.index === index);
+  return step ? `${index + 1}/${state.plan.steps.length}  ${step.text}` : t(`phase.${state.phase}`);
+}

@@ -1,0 +1,103 @@
+// Before the run: what it will do, the answers that it needs, and the preflight.
+
+import { get, personName, post } from "../client.js";
+import { button, fill, h, setText } from "../dom.js";
+import { draft, keepDraft } from "../draft.js";
+import { bytes, duration, fixed } from "../format.js";
+import { inputForm } from "../parts/inputs.js";
+import { problemList, tell } from "../parts/notices.js";
+import { preflightCard } from "../parts/preflight.js";
+import { go } from "../router.js";
+import { steer } from "../steer.js";
+import { listen, store } from "../store.js";
+import { t } from "../texts.js";
+
+const NEARLY_FULL = 0.8;
+
+export function setupPage() {
+  const { procedure, station } = draft();
+  const heading = h("h1", {}, t("setup.title"));
+  const body = h("div", { class: "three" });
+  const element = h("div", { class: "page setup" },
+    h("div", { class: "head" }, heading, h("a", { class: "button", href: "#/" }, t("setup.back"))), body);
+  const forgets = [];
+  if (!procedure || !station) {
+    fill(body, h("p", { class: "banner info" }, t("setup.nothing"), h("a", { class: "button", href: "#/" }, t("choose.title"))));
+    return { title: t("setup.title"), element };
+  }
+  load();
+
+  async function load() {
+    let plan;
+    try {
+      plan = await post("plan", { procedure, station });
+    } catch (error) {
+      fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, error.message), error.hint ? h("p", { class: "hint" }, error.hint) : null, problemList(error.problems ?? [])));
+      return;
+    }
+    setText(heading, plan.procedure.title);
+    const inputs = inputForm(procedure, plan.inputs, draft().inputs ?? {}, (values) => keepDraft({ inputs: values }));
+    const realtime = h("input", { type: "checkbox", id: "realtime", checked: draft().realtime !== false, onchange: () => keepDraft({ realtime: realtime.checked }) });
+    const card = preflightCard({ procedure, station });
+    const start = button(t("setup.start"), () => begin(inputs, card, realtime, plan), { kind: "primary big" });
+    const why = h("p", { class: "soft", role: "status" });
+
+    function update() {
+      const ready = inputs.ready();
+      const may = card.may();
+      start.disabled = !(ready && may);
+      setText(why, !ready ? t("setup.needs_inputs") : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_mending") : t("setup.ready"));
+    }
+
+    inputs.onchange = update;
+    card.onchange = update;
+    forgets.push(listen((changed) => {
+      if (changed.has("preflight") || changed.has("phase")) {
+        card.update();
+        update();
+      }
+    }));
+    fill(body,
+      planCard(plan),
+      h("section", { class: "card" }, h("h2", {}, t("setup.inputs")), inputs.element,
+        plan.station.simulated ? h("label", { class: "check", for: "realtime" }, realtime, h("span", {}, t("setup.realtime"))) : null),
+      h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, why, start)));
+    card.update();
+    update();
+  }
+
+  return { title: t("setup.title"), element, leave: () => forgets.forEach((forget) => forget()) };
+}
+
+async function begin(inputs, card, realtime, plan) {
+  const values = inputs.values();
+  const { procedure, station } = draft();
+  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), no_load: plan.no_load.run || null, realtime: realtime.checked };
+  const override = card.override();
+  if (override) body.override = override;
+  if (await steer("run/start", body)) go("#/run");
+}
+
+function planCard(plan) {
+  const torques = plan.torques.map((torque) => {
+    const share = Math.min(torque.share, 1);
+    const kind = torque.share > 1 ? "bad" : torque.share > NEARLY_FULL ? "warn" : "";
+    return h("tr", {},
+      h("td", {}, `${fixed(torque.frequency_hz, 0)} Hz`),
+      h("td", {}, `${fixed(torque.peak_nm, 2)} N·m`),
+      h("td", {}, h("meter", { class: kind, min: 0, max: 1, value: String(share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} %`));
+  });
+  const noLoad = plan.no_load.needed ? [h("dt", {}, t("setup.no_load")), h("dd", { class: plan.no_load.problem ? "bad-text" : "" }, plan.no_load.run || plan.no_load.problem, plan.no_load.hint ? h("span", { class: "hint block" }, plan.no_load.hint) : null)] : [];
+  return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),
+    plan.procedure.draft ? h("p", { class: "banner warn" }, t("setup.draft")) : null,
+    plan.warnings.map((warning) => h("p", { class: "banner warn" }, warning)),
+    h("dl", { class: "facts" },
+      h("dt", {}, t("setup.station")), h("dd", {}, plan.station.title),
+      h("dt", {}, t("setup.revision")), h("dd", {}, `${plan.procedure.id} ${plan.procedure.revision}`),
+      h("dt", {}, t("setup.duration")), h("dd", {}, duration(plan.estimated_s)),
+      h("dt", {}, t("setup.steps")), h("dd", {}, String(plan.steps.length)),
+      h("dt", {}, t("setup.disk")), h("dd", {}, t("setup.disk_of", { needs: bytes(plan.disk_bytes), free: bytes(plan.disk_free_bytes) })),
+      noLoad),
+    torques.length ? h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("setup.torques") }, h("table", {}, h("caption", {}, t("setup.torques")), h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("setup.peak")), h("th", {}, t("setup.share")))), h("tbody", {}, torques))) : null,
+    h("details", {}, h("summary", {}, t("setup.all_steps")), h("ol", { class: "step-texts" }, plan.steps.map((step) => h("li", {}, step.text)))));
+}

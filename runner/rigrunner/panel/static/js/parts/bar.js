@@ -1,0 +1,73 @@
+// The top of every page: where one is, the state of the rig, who has control, and Stop.
+
+import { button, h, setText, show } from "../dom.js";
+import { releaseControl, stopNow, takeControl, tried } from "../steer.js";
+import { hasControl, listen, store } from "../store.js";
+import { chooseLanguage, languages, t } from "../texts.js";
+import { chooseTheme, themeNow } from "../theme.js";
+
+const PAGES = [["#/", "nav.run"], ["#/manual", "nav.manual"], ["#/history", "nav.history"]];
+const BUSY = new Set(["checking", "starting", "running", "asking", "pausing", "paused", "ending", "analysing", "manual"]);
+
+export function isBusy(state) {
+  return Boolean(state) && BUSY.has(state.phase);
+}
+
+export function topBar() {
+  const links = PAGES.map(([href, key]) => h("a", { href, class: "nav-link" }, t(key)));
+  const phase = h("span", { class: "chip", role: "status" });
+  const holder = h("span", { class: "holder" });
+  const take = button(t("control.take"), () => tried(takeControl), { kind: "small" });
+  const release = button(t("control.release"), () => releaseControl(), { kind: "small quiet" });
+  const stop = h("button", { type: "button", class: "stop", onclick: stopNow, "aria-keyshortcuts": "F9" },
+    h("span", { class: "stop-word" }, t("stop")), h("kbd", { "aria-hidden": "true" }, "F9"));
+
+  function update() {
+    const { state, connected } = store;
+    const key = connected && state ? `phase.${state.phase}` : "phase.disconnected";
+    phase.className = `chip ${connected && state ? state.phase : "disconnected"}`;
+    setText(phase, t(key));
+    const control = state?.control;
+    setText(holder, hasControl() ? t("control.you", { name: control.name }) : control ? t("control.other", { name: control.name }) : t("control.none"));
+    show(take, !hasControl());
+    show(release, hasControl());
+    stop.classList.toggle("idle", !isBusy(state));
+  }
+
+  function mark() {
+    const here = location.hash || "#/";
+    for (const link of links) {
+      const target = link.getAttribute("href");
+      const current = target === "#/" ? !here.startsWith("#/manual") && !here.startsWith("#/history") && !here.startsWith("#/compare") : here.startsWith(target);
+      if (current) link.setAttribute("aria-current", "page");
+      else link.removeAttribute("aria-current");
+    }
+  }
+
+  listen((changed) => {
+    if (["phase", "control", "connected", "you"].some((name) => changed.has(name))) update();
+  });
+  window.addEventListener("hashchange", mark);
+  update();
+  mark();
+  return h("header", { class: "bar" },
+    h("a", { class: "brand", href: "#/" }, "Rigrunner"),
+    h("nav", { "aria-label": t("nav.label") }, links),
+    phase,
+    h("div", { class: "control" }, holder, take, release),
+    h("div", { class: "choices" }, languageChoice(), themeChoice()),
+    stop);
+}
+
+function languageChoice() {
+  const { all, now } = languages();
+  const select = h("select", { "aria-label": t("language"), class: "small-select", onchange: () => chooseLanguage(select.value) },
+    all.map((code) => h("option", { value: code, selected: code === now }, code.toUpperCase())));
+  return select;
+}
+
+function themeChoice() {
+  const select = h("select", { "aria-label": t("theme"), class: "small-select", onchange: () => chooseTheme(select.value) },
+    ["auto", "light", "dark"].map((name) => h("option", { value: name, selected: name === themeNow() }, t(`theme.${name}`))));
+  return select;
+}

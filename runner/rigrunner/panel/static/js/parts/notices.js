@@ -1,0 +1,41 @@
+// What the person has to know now: errors of requests, shown until they are put away.
+
+import { button, h } from "../dom.js";
+import { t } from "../texts.js";
+
+const list = h("div", { class: "notices", role: "alert" });
+const LONGEST_MS = 15000;
+
+export function noticesElement() {
+  return list;
+}
+
+export function tell(message, { hint = "", problems = [], kind = "error" } = {}) {
+  const note = h(
+    "section",
+    { class: `notice ${kind}` },
+    h("div", { class: "notice-text" }, h("strong", {}, message), hint ? h("p", {}, hint) : null, problemList(problems)),
+    button(t("notice.close"), () => note.remove(), { kind: "quiet" }),
+  );
+  list.append(note);
+  if (kind !== "error") setTimeout(() => note.remove(), LONGEST_MS);
+  while (list.children.length > 3) list.firstChild.remove();
+}
+
+export function tellError(error) {
+  if (error.code === "no_connection") tell(t("error.no_connection"), { hint: t("error.no_connection.hint") });
+  else tell(error.message, { hint: error.hint, problems: error.problems });
+}
+
+export function problemList(problems) {
+  if (!problems.length) return null;
+  const item = (problem) =>
+    h(
+      "li",
+      {},
+      h("span", { class: "where" }, [problem.where, problem.field].filter(Boolean).join(" ")),
+      h("span", {}, problem.message),
+      problem.hint ? h("span", { class: "hint" }, problem.hint) : null,
+    );
+  return h("ul", { class: "problems" }, problems.map(item));
+}

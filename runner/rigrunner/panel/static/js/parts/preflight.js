@@ -1,0 +1,66 @@
+// The preflight: what was looked at, each with the way to mend it, and what may be let pass.
+
+import { personName } from "../client.js";
+import { button, fill, h, setText, show } from "../dom.js";
+import { steer } from "../steer.js";
+import { store } from "../store.js";
+import { t } from "../texts.js";
+
+const SIGNS = { ok: "✓", warn: "!", fail: "✗" };
+
+export function preflightCard({ procedure, station }) {
+  const passed = new Set();
+  const items = h("ul", { class: "lights" });
+  const note = h("p", { class: "soft", role: "status" });
+  const check = button(t("preflight.check"), () => steer("preflight", { procedure, station }), { kind: "big" });
+  const by = h("input", { type: "text", id: "override-by", value: personName(), autocomplete: "off", oninput: () => card.onchange() });
+  const reason = h("input", { type: "text", id: "override-reason", autocomplete: "off", oninput: () => card.onchange() });
+  const override = h("div", { class: "override", hidden: true },
+    h("h3", {}, t("preflight.override")),
+    h("div", { class: "field" }, h("label", { for: "override-by" }, t("preflight.by")), by),
+    h("div", { class: "field" }, h("label", { for: "override-reason" }, t("preflight.reason")), reason));
+
+  function mine() {
+    const found = store.state?.preflight;
+    return found && found.procedure === procedure && found.station === station ? found : null;
+  }
+
+  function fails() {
+    return (mine()?.items ?? []).filter((item) => item.state === "fail");
+  }
+
+  const card = {
+    element: h("section", { class: "card preflight" }, h("h2", {}, t("preflight.title")), note, items, override, check),
+    onchange: () => {},
+    done: () => Boolean(mine()?.done),
+    may: () => Boolean(mine()?.done) && fails().every((item) => item.override && passed.has(item.override)) && (!passed.size || Boolean(by.value.trim() && reason.value.trim())),
+    override: () => (passed.size ? { what: [...passed], by: by.value.trim(), reason: reason.value.trim() } : null),
+    update,
+  };
+
+  function update() {
+    const found = mine();
+    const checking = store.state?.phase === "checking";
+    check.disabled = checking;
+    setText(check.firstChild, checking ? t("preflight.checking") : found?.done ? t("preflight.again") : t("preflight.check"));
+    for (const word of [...passed]) if (!fails().some((item) => item.override === word)) passed.delete(word);
+    fill(items, (found?.items ?? []).map(light));
+    setText(note, !found ? t("preflight.not_yet") : !found.done ? t("preflight.checking") : found.may_start ? t("preflight.green") : t("preflight.red"));
+    show(override, passed.size > 0);
+    card.onchange();
+  }
+
+  function light(item) {
+    const pass = item.state === "fail" && item.override ? h("label", { class: "check" }, h("input", { type: "checkbox", checked: passed.has(item.override), onchange: (event) => {
+      if (event.target.checked) passed.add(item.override);
+      else passed.delete(item.override);
+      show(override, passed.size > 0);
+      card.onchange();
+    } }), h("span", {}, t("preflight.let_pass"))) : null;
+    return h("li", { class: `light ${item.state}` },
+      h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
+      h("div", { class: "light-text" }, h("strong", {}, t(`preflight.kind.${item.kind}`), " ", item.name), h("span", {}, item.text), item.mend ? h("span", { class: "mend" }, item.mend) : null, pass));
+  }
+
+  return card;
+}

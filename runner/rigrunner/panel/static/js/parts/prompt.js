@@ -1,0 +1,53 @@
+// A question of the run, over the page but below the bar, so that Stop stays in reach.
+
+import { button, fill, h } from "../dom.js";
+import { steer } from "../steer.js";
+import { store } from "../store.js";
+import { t } from "../texts.js";
+
+export function promptCard() {
+  const element = h("div", { class: "prompt-cover", hidden: true });
+  let shown = null;
+
+  function answer(text) {
+    const { prompt } = store.state;
+    if (prompt) steer("run/answer", { prompt: prompt.id, text });
+  }
+
+  function build(prompt) {
+    const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
+    const card = h("section", { class: "prompt", role: "dialog", "aria-labelledby": "prompt-text" },
+      h("span", { class: "soft" }, prompt.step), h("p", { id: "prompt-text", class: "prompt-text" }, prompt.text), picture,
+      prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : field(prompt));
+    fill(element, card);
+    (card.querySelector("input") ?? card.querySelector("button")).focus();
+  }
+
+  function choices(prompt, words) {
+    const label = (word) => (prompt.kind === "confirm" ? t(`prompt.${word}`) : word);
+    return h("div", { class: "prompt-buttons" }, words.map((word, i) => button(label(word), () => answer(word), { kind: i ? "huge" : "huge primary" })));
+  }
+
+  function field(prompt) {
+    const input = h("input", { type: "text", id: "prompt-input", autocomplete: "off", "aria-describedby": "prompt-expected" });
+    return h("form", { class: "prompt-form", onsubmit: (event) => {
+      event.preventDefault();
+      answer(input.value);
+    } },
+    h("label", { class: "visually-hidden", for: "prompt-input" }, prompt.text), input,
+    h("p", { class: "soft", id: "prompt-expected" }, prompt.expected || prompt.unit),
+    h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
+  }
+
+  return {
+    element,
+    update() {
+      const { prompt } = store.state;
+      if (prompt?.id === shown) return;
+      shown = prompt?.id ?? null;
+      element.hidden = !prompt;
+      if (prompt) build(prompt);
+      else fill(element);
+    },
+  };
+}

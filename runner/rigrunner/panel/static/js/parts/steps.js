@@ -1,0 +1,57 @@
+// The steps of the plan with how far each is, the share that is done, and the time that is left.
+
+import { fill, h, setText } from "../dom.js";
+import { duration } from "../format.js";
+import { store } from "../store.js";
+import { t } from "../texts.js";
+
+const SIGNS = { ".": "", r: "▶", o: "✓", x: "✗", s: "↷" };
+const WORDS = { ".": "to_come", r: "running", o: "done", x: "failed", s: "skipped" };
+
+export function stepList() {
+  const bar = h("progress", { max: "1", value: "0", "aria-label": t("steps.progress") });
+  const left = h("span", { class: "left" });
+  const list = h("ol", { class: "steps", tabindex: "0", "aria-label": t("steps.title") });
+  let rows = [];
+  let shown = null;
+
+  function build(plan) {
+    shown = plan;
+    rows = (plan?.steps ?? []).map((step) => {
+      const sign = h("span", { class: "step-sign", role: "img" });
+      const row = h("li", { class: "step" }, sign, h("span", {}, step.text));
+      return { row, sign, state: "" };
+    });
+    fill(list, rows.map((each) => each.row));
+  }
+
+  function mark(states) {
+    rows.forEach((each, i) => {
+      const state = states[i] ?? ".";
+      if (each.state === state) return;
+      each.state = state;
+      each.row.className = `step ${WORDS[state]}`;
+      each.sign.setAttribute("aria-label", t(`steps.${WORDS[state]}`));
+      setText(each.sign, SIGNS[state]);
+      if (state === "r") {
+        each.row.setAttribute("aria-current", "step");
+        list.scrollTop = each.row.offsetTop - list.clientHeight / 3;
+      } else each.row.removeAttribute("aria-current");
+    });
+  }
+
+  return {
+    element: h("section", { class: "steps-card" }, h("div", { class: "eta" }, bar, left), list),
+    update(changed) {
+      const { plan, progress } = store.state;
+      if (changed.has("plan") || shown !== plan) build(plan);
+      if (!progress) {
+        setText(left, "");
+        return;
+      }
+      mark(progress.states);
+      bar.value = progress.estimated_s ? Math.min(progress.done_s / (progress.done_s + progress.left_s || 1), 1) : 0;
+      setText(left, t("steps.left", { time: duration(progress.left_s) }));
+    },
+  };
+}

@@ -1,0 +1,33 @@
+// The verdict and the value that it is about, as large as it can be.
+
+import { h, setText } from "../dom.js";
+import { withUncertainty } from "../format.js";
+import { store } from "../store.js";
+import { has, t } from "../texts.js";
+
+export const SIGNS = { pass: "✓", fail: "✗" };
+
+export function verdictText(verdict) {
+  const key = `verdict.${verdict}`;
+  return has(key) ? t(key) : verdict;
+}
+
+export function verdictLine() {
+  const word = h("strong", { class: "verdict-word" });
+  const value = h("span", { class: "verdict-value" });
+  const element = h("div", { class: "verdict", role: "status" }, word, value);
+  return {
+    element,
+    update() {
+      const { live, finished, phase } = store.state;
+      const final = phase === "finished" && finished;
+      const verdict = final ? finished.verdict : live?.verdict ?? "";
+      const headline = final ? finished.headline : live?.headline;
+      const kind = verdict.replaceAll(" ", "-") || "none";
+      element.className = `verdict ${kind} ${final ? "" : "so-far"}`;
+      const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t("verdict.none");
+      setText(word, verdict && !final ? t("verdict.so_far", { verdict: said }) : said);
+      setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : "");
+    },
+  };
+}

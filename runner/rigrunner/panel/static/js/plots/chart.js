@@ -1,0 +1,76 @@
+// uPlot in the panel's colours. A chart is drawn once a frame at most, with the newest data alone.
+
+import uPlot from "../../vendor/uplot/uPlot.esm.js";
+import { h } from "../dom.js";
+import { colour, onTheme } from "../theme.js";
+
+const FONT = "14px system-ui, sans-serif";
+
+export function axis(label, more = {}) {
+  return {
+    label,
+    labelFont: FONT,
+    font: FONT,
+    labelSize: 24,
+    stroke: () => colour("ink-soft"),
+    grid: { stroke: () => colour("line"), width: 1 },
+    ticks: { stroke: () => colour("line"), width: 1, size: 4 },
+    ...more,
+  };
+}
+
+// `options` is made anew with the colours of the theme. Returns {element, set(data), leave}.
+export function chart(title, options, empty) {
+  const plotHost = h("div", { class: "plot-host" });
+  const summary = h("figcaption", { class: "plot-title" }, title);
+  const element = h("figure", { class: "plot", role: "group", "aria-label": title }, summary, plotHost);
+  let data = empty;
+  let plot = null;
+  let waits = false;
+
+  function size() {
+    return { width: Math.max(plotHost.clientWidth, 50), height: Math.max(plotHost.clientHeight, 50) };
+  }
+
+  function make() {
+    plot?.destroy();
+    plot = new uPlot({ ...options(), ...size(), cursor: { show: false }, legend: { show: false } }, data, plotHost);
+  }
+
+  function draw() {
+    waits = false;
+    if (!element.isConnected) return;
+    if (!plot) make();
+    plot.setData(data);
+  }
+
+  const watcher = new ResizeObserver(() => {
+    if (plot) plot.setSize(size());
+    else if (element.isConnected && plotHost.clientWidth) make();
+  });
+  watcher.observe(plotHost);
+  const forget = onTheme(() => {
+    if (plot) make();
+  });
+
+  return {
+    element,
+    set(newest) {
+      data = newest;
+      if (waits) return;
+      waits = true;
+      requestAnimationFrame(draw);
+    },
+    leave() {
+      watcher.disconnect();
+      forget();
+      plot?.destroy();
+      plot = null;
+    },
+  };
+}
+
+export function legend(entries) {
+  return h("div", { class: "legend", "aria-hidden": "true" },
+    entries.map(([kind, text]) => h("span", { class: `key ${kind}` }, text)));
+}

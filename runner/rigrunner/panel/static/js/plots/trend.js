@@ -1,0 +1,36 @@
+// Raw torque over the time of the run: between the least and the greatest sample of each column.
+
+import { colour } from "../theme.js";
+import { t } from "../texts.js";
+import { axis, chart } from "./chart.js";
+
+const EMPTY = [[0, 1], [null, null], [null, null]];
+
+export function trendChart() {
+  const options = () => ({
+    scales: { x: { time: false } },
+    axes: [axis(t("plot.time")), axis(t("plot.torque"), { size: 56 })],
+    bands: [{ series: [2, 1], fill: colour("raw-fill") }],
+    series: [
+      {},
+      { stroke: colour("raw"), width: 1, points: { show: false }, spanGaps: false },
+      { stroke: colour("raw"), width: 1, points: { show: false }, spanGaps: false },
+    ],
+  });
+  const made = chart(t("plot.trend"), options, EMPTY);
+  return {
+    ...made,
+    show(trend) {
+      if (!trend.minimum.length) {
+        made.set(EMPTY);
+        return;
+      }
+      const at = trend.minimum.map((_, i) => (trend.first + i) * trend.stepS);
+      made.set([at, trend.minimum.map(known), trend.maximum.map(known)]);
+    },
+  };
+}
+
+function known(value) {
+  return Number.isNaN(value) ? null : value;
+}

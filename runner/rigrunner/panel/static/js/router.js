@@ -1,0 +1,61 @@
+// From the address's fragment to a page. A page is made anew each time it is come to.
+
+import { fill } from "./dom.js";
+import { choosePage } from "./pages/choose.js";
+import { comparePage } from "./pages/compare.js";
+import { historyPage } from "./pages/history.js";
+import { manualPage } from "./pages/manual.js";
+import { resultPage } from "./pages/result.js";
+import { runPage } from "./pages/run.js";
+import { setupPage } from "./pages/setup.js";
+import { listen, store } from "./store.js";
+
+// A page is a function of the words of the address that returns {title, element, leave}.
+const PAGES = {
+  "": choosePage,
+  setup: setupPage,
+  run: runPage,
+  manual: manualPage,
+  history: historyPage,
+  runs: resultPage,
+  compare: comparePage,
+};
+
+const RUNNING = new Set(["starting", "running", "asking", "pausing", "paused", "ending", "analysing"]);
+
+export function go(hash) {
+  location.hash = hash;
+}
+
+export function startRouter(host) {
+  let present = null;
+
+  function open() {
+    const [name = "", ...words] = location.hash.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
+    present?.leave?.();
+    present = (PAGES[name] ?? choosePage)(...words);
+    document.title = `${present.title} - Rigrunner`;
+    fill(host, present.element);
+    host.focus({ preventScroll: true });
+    window.scrollTo(0, 0);
+  }
+
+  let before = null;
+  listen((changed) => {
+    if (!changed.has("phase") || !store.state) return;
+    const { phase, job, finished } = store.state;
+    const was = before;
+    before = phase;
+    if (was === phase) return;
+    const here = location.hash || "#/";
+    const steering = here === "#/" || here.startsWith("#/setup") || here.startsWith("#/run");
+    if (RUNNING.has(phase) && job?.kind === "run" && steering && !here.startsWith("#/runs/")) {
+      if (here !== "#/run") go("#/run");
+    } else if (phase === "finished" && was !== null && here === "#/run" && finished?.run) {
+      go(`#/runs/${encodeURIComponent(finished.run)}`);
+    }
+  });
+  window.addEventListener("hashchange", open);
+  open();
+
+}

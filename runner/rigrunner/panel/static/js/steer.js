@@ -1,0 +1,40 @@
+// Requests that steer: control is asked for first, and what is refused is shown.
+
+import { keepPersonName, personName, post } from "./client.js";
+import { askName, confirmTakeOver } from "./parts/dialogs.js";
+import { tellError } from "./parts/notices.js";
+import { hasControl, store } from "./store.js";
+
+// Takes control, asking for the name where none is known; returns whether it was had.
+export async function takeControl() {
+  if (hasControl()) return true;
+  const name = personName() || (await askName());
+  if (!name) return false;
+  keepPersonName(name);
+  const holder = store.state?.control;
+  if (holder && !(await confirmTakeOver(holder.name))) return false;
+  await post("control", { name, take_over: Boolean(holder) });
+  return true;
+}
+
+export async function releaseControl() {
+  await tried(() => post("control/release"));
+}
+
+// Does a request that needs control; returns its answer, or null where it was refused.
+export async function steer(path, body = {}) {
+  return tried(async () => ((await takeControl()) ? post(path, body) : null));
+}
+
+export async function tried(work) {
+  try {
+    return await work();
+  } catch (error) {
+    tellError(error);
+    return null;
+  }
+}
+
+export async function stopNow() {
+  await tried(() => post("stop", { reason: "stop button" }));
+}

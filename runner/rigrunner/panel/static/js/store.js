@@ -1,0 +1,74 @@
+// The state as the server last told it, and who wants to know when it changes.
+
+export const store = { state: null, connected: false, lastSwing: null, trend: newTrend() };
+
+const listeners = new Set();
+
+function newTrend() {
+  return { first: 0, stepS: 1, minimum: [], maximum: [] };
+}
+
+// `listener(changed)` gets the set of sections that changed; returns how to stop listening.
+export function listen(listener) {
+  listeners.add(listener);
+  return () => listeners.delete(listener);
+}
+
+function tell(changed) {
+  for (const listener of [...listeners]) listener(changed);
+}
+
+export function takeConnected(connected) {
+  if (store.connected === connected) return;
+  store.connected = connected;
+  tell(new Set(["connected"]));
+}
+
+export function takeState(state) {
+  store.state = state;
+  tell(new Set([...Object.keys(state), "connected"]));
+}
+
+export function takeChanges(seq, changes) {
+  if (!store.state) return;
+  Object.assign(store.state, changes);
+  store.state.seq = seq;
+  tell(new Set(Object.keys(changes)));
+}
+
+const WINDOW = 1200;
+
+export function takeFrame(frame) {
+  if (frame.kind === "swing") {
+    store.lastSwing = frame;
+    tell(new Set(["swing"]));
+  } else if (frame.kind === "trend") {
+    store.trend = joined(frame.reset ? newTrend() : store.trend, frame);
+    tell(new Set(["trend"]));
+  }
+}
+
+// The columns that were known with those of a frame, no more than the window.
+export function joined(trend, frame) {
+  const { min_nm: low, max_nm: high } = frame.curves;
+  const first = trend.minimum.length ? trend.first : frame.first;
+  const minimum = [...trend.minimum];
+  const maximum = [...trend.maximum];
+  for (let i = 0; i < low.length; i += 1) {
+    const at = frame.first + i - first;
+    if (at < 0) continue;
+    while (minimum.length < at) {
+      minimum.push(NaN);
+      maximum.push(NaN);
+    }
+    minimum[at] = low[i];
+    maximum[at] = high[i];
+  }
+  const over = Math.max(0, minimum.length - WINDOW);
+  return { first: first + over, stepS: frame.step_s, minimum: minimum.slice(over), maximum: maximum.slice(over) };
+}
+
+export function hasControl() {
+  const { state } = store;
+  return Boolean(state?.control && state.control.client === state.you);
+}

@@ -1,0 +1,33 @@
+// Light or dark, as the machine has it or as it was chosen; plots are told of a change.
+
+const KEPT = "rigrunner.theme";
+const listeners = new Set();
+
+export function themeNow() {
+  return localStorage.getItem(KEPT) ?? "auto";
+}
+
+export function applyTheme() {
+  const chosen = themeNow();
+  if (chosen === "auto") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = chosen;
+  for (const listener of [...listeners]) listener();
+}
+
+export function chooseTheme(name) {
+  localStorage.setItem(KEPT, name);
+  applyTheme();
+}
+
+export function onTheme(listener) {
+  listeners.add(listener);
+  return () => listeners.delete(listener);
+}
+
+export function watchTheme() {
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", applyTheme);
+}
+
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
