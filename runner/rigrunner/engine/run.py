@@ -75,7 +75,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     """
     emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
-    run = _Run(plan, Session(rig, emit, answers, stop, guard, pauses), overrides, seam)
+    run = Run(plan, Session(rig, emit, answers, stop, guard, pauses), overrides, seam)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
@@ -87,8 +87,8 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     return run.end(reports)
 
 
-class _Run:
-    """One run in progress."""
+class Run:
+    """One run in progress: its parts, in the order in which a run needs them."""
 
     def __init__(
         self,

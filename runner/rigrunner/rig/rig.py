@@ -142,6 +142,10 @@ class Rig:
         led = self._rules.is_led(member, info)
         return self._rules.narrowed(member, info).rate_per_s if led else None
 
+    def allowed(self, role: str, drive: str) -> DriveInfo:
+        """Return a drive with the limits that the station sets it."""
+        return self._rules.narrowed(f"{role}.{drive}", self._drive(role, drive))
+
     def standing(self, role: str, drive: str) -> float:
         """Return where a drive stands: its last set-point, or else what is read back."""
         return self._standing(f"{role}.{drive}")

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
-    from rigrunner.engine import AnswerSource, Override, Pauses, Seam
+    from rigrunner.engine import AnswerSource, Override, Pauses, RunSummary, Seam
     from rigrunner.workflow.finish import FinishedRun
     from rigrunner.workflow.prepare import Planned
 
@@ -91,6 +91,46 @@ def carry_out(
 
     `opened` is told who answered, and holds the folder until it is sealed. Raises as `execute`.
     """
+
+    def work(rig: Rig, bus: Bus, run_id: str) -> RunSummary:
+        if seam is not None:
+            rig.continue_after(streams_before(planned.plan.steps, seam))
+        return run_plan(
+            planned.plan,
+            rig,
+            bus,
+            planned.clock,
+            answers,
+            stop,
+            run_id,
+            overrides,
+            pauses=pauses,
+            seam=seam,
+        )
+
+    return into_folder(
+        planned,
+        opened,
+        work,
+        no_load=no_load,
+        listeners=listeners,
+        progress=stoppable(progress, stop),
+    )
+
+
+def into_folder(
+    planned: Planned,
+    opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
+    work: Callable[[Rig, Bus, str], RunSummary],
+    *,
+    no_load: Path | None,
+    listeners: Sequence[EventSink],
+    progress: Progress,
+) -> FinishedRun:
+    """Connect the rig, let `work` measure into the folder that is `opened`, seal it, report.
+
+    `work` is given the rig, the bus and the run's id. Raises as `execute`.
+    """
     errors: list[BaseException] = []
     told = [*_listeners(planned), *listeners]
     with ExitStack() as held:
@@ -99,21 +139,9 @@ def carry_out(
             identified = rig.connect()
             try:
                 writer = held.enter_context(opened(identified))
-                if seam is not None:
-                    rig.continue_after(streams_before(planned.plan.steps, seam))
                 with open_log(writer.folder) as log:
-                    summary = run_plan(
-                        planned.plan,
-                        rig,
-                        Bus(critical=[writer], guarded=[*log, *told]),
-                        planned.clock,
-                        answers,
-                        stop,
-                        writer.folder.name,
-                        overrides,
-                        pauses=pauses,
-                        seam=seam,
-                    )
+                    bus = Bus(critical=[writer], guarded=[*log, *told])
+                    summary = work(rig, bus, writer.folder.name)
             finally:
                 rig.make_safe()
                 with kept(errors):
@@ -121,7 +149,6 @@ def carry_out(
         if summary.error is not None:
             errors.insert(0, summary.error)
         end = (summary.outcome, summary.reason, summary.passed_over)
-        progress = stoppable(progress, stop)
         return finish(planned, writer, end, no_load, errors, progress=progress)
 
 

@@ -4,29 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.engine import Override
+from rigrunner.panel.jobs.overriding import overrides_of
 from rigrunner.panel.process.messages import Analysing, Ended, Planned
 from rigrunner.panel.process.person import PanelAnswers, PanelPauses
 from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
 from rigrunner.workflow.inputs import answer_inputs, with_operator
-from rigrunner.workflow.overrides import overrides_for
 from rigrunner.workflow.planning import planned_run
 from rigrunner.workflow.prepare import no_load_for
 from rigrunner.workflow.record import execute
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rigrunner.panel.process.link import Link
     from rigrunner.panel.process.messages import Job
-    from rigrunner.workflow.prepare import Planned as PlannedRun
 
 
 def run(job: Job, link: Link) -> Ended:
     """Do the run; raise what keeps it from starting."""
     planned = planned_run(job.procedure, job.station, realtime=job.realtime)
-    overrides = tuple(_overrides(planned, job))
+    overrides = tuple(overrides_of(planned, job))
     no_load = no_load_for(planned, job.runs, job.no_load)
     title = planned.procedure.model.title
     link.send(Planned(plan_view(planned.plan), no_load.name if no_load else "", title))
@@ -47,13 +43,3 @@ def run(job: Job, link: Link) -> Ended:
     )
     live = None if finished.result is None else live_view(finished.result, final=True)
     return Ended(finished_view(finished), live)
-
-
-def _overrides(planned: PlannedRun, job: Job) -> Iterator[Override]:
-    """Yield what was let pass: calibrations as everywhere, and what the preflight found besides."""
-    words = [each.override for each in job.items if each.kind == "calibration"]
-    by, reason = (job.by, job.reason) if words else ("", "")
-    yield from overrides_for(planned, words, by, reason)
-    for each in job.items:
-        if each.kind != "calibration":
-            yield Override(f"{each.kind} {each.name}", each.text, job.by, job.reason)

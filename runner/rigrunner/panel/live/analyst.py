@@ -39,7 +39,7 @@ class _Analyst:
         began_s = time.monotonic()
         try:
             registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
-            result = result_so_far(asked.folder, registry, no_load, asked.recording)
+            result = result_so_far(asked.folder, registry, no_load, asked.recording, asked.watched)
         except RigrunnerError as error:
             return Analysed(_problem(str(error), began_s))
         except Exception as error:  # noqa: BLE001  (of a plugin: the run itself will say so)

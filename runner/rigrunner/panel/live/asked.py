@@ -11,17 +11,23 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from rigrunner.api.data import Recording
     from rigrunner.panel.view.sections import LiveView
 
 
-@dataclass(frozen=True)
+LIVE = "live"
+"""The name of a recording that is watched and kept nowhere."""
+
+
+@dataclass(frozen=True, eq=False)
 class Analyse:
-    """Analyse a run as far as it is."""
+    """Analyse a run as far as it is; or what is watched, by the run's own analysis."""
 
     folder: Path
     station: Path
     no_load: Path | None
     recording: str
+    watched: Recording | None = None
 
 
 @dataclass(frozen=True, eq=False)

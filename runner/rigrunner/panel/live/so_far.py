@@ -14,20 +14,24 @@ from rigrunner.workflow.stored import NO_ANALYSIS, run_data
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.api.data import RunData
+    from rigrunner.api.data import Recording, RunData
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
 
 def result_so_far(
-    folder: Path, registry: Registry, no_load: StoredRun | None, recording: str = ""
+    folder: Path,
+    registry: Registry,
+    no_load: StoredRun | None,
+    recording: str = "",
+    watched: Recording | None = None,
 ) -> Result | None:
     """Return the result of the recordings so far; None where there is none yet.
 
     `recording` names the one that goes on: it takes part with its whole swings, once the analysis
-    accepts as few. Nothing is decided, and no validation made, before the run is over. Raises
-    DataError.
+    accepts as few. `watched` is analysed in the place of all of them. Nothing is decided, and no
+    validation made, before the run is over. Raises DataError.
     """
     stored = read(folder)
     procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
@@ -46,6 +50,8 @@ def result_so_far(
         )
 
     finished = run_data(stored)
+    if watched is not None:
+        return result(replace(finished, recordings=(watched,)))
     going_on = [each for each in stored.incomplete if each.name == recording][-1:]
     if going_on:
         try:

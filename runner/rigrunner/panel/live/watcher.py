@@ -7,14 +7,15 @@ import time
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import RunStarted, StepEnded
-from rigrunner.panel.live.asked import Analyse, Analysed
+from rigrunner.panel.live.asked import LIVE, Analyse, Analysed
 from rigrunner.panel.process.launch import Process
-from rigrunner.panel.process.messages import Curve, Ended, Failed, Happened
+from rigrunner.panel.process.messages import Curve, Ended, Failed, Happened, LiveRecording
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
+    from rigrunner.api.data import Recording
     from rigrunner.panel.view.story import Story
 
 ANALYST = "rigrunner.panel.live.analyst"
@@ -31,6 +32,7 @@ class Watcher:
         self._news = threading.Event()
         self._closed = threading.Event()
         self._folder: Path | None = None
+        self._watched: Recording | None = None
 
     def start(self, story: Story, lock: AbstractContextManager[object]) -> None:
         """Begin to work in a thread; the lock is held while the story is told."""
@@ -42,7 +44,13 @@ class Watcher:
         match message:
             case Happened(event=RunStarted(run_id=name)):
                 self._folder = self._runs / name
-            case Curve() | Happened(event=StepEnded(recording=str())):
+            case LiveRecording():
+                self._watched = message.recording
+                self._news.set()
+            case Happened(event=StepEnded(recording=name)) if name:
+                self._watched = None
+                self._news.set()
+            case Curve(recording=name) if name != LIVE:
                 self._news.set()
             case Ended() | Failed():
                 self.close()
@@ -62,7 +70,8 @@ class Watcher:
 
     def _ask(self, folder: Path, story: Story, lock: AbstractContextManager[object]) -> None:
         no_load = self._runs / story.no_load if story.no_load else None
-        asked = Analyse(folder, self._station, no_load, story.recording)
+        watched, self._watched = self._watched, None
+        asked = Analyse(folder, self._station, no_load, story.recording, watched)
         found = self._process.ask(asked)
         if not isinstance(found, Analysed):
             self._closed.set()

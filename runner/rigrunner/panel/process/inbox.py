@@ -81,6 +81,10 @@ class Inbox:
         """Return the next wish of the manual page, if there is one."""
         return _next(self._wishes, wait=False)
 
+    def has_wish(self) -> bool:
+        """Say whether somebody waits for the manual page to do something."""
+        return not self._wishes.empty()
+
     def records(self) -> list[Interference]:
         """Return what is to be put on record."""
         found = []

@@ -16,6 +16,7 @@ from rigrunner.api.errors import (
     UsageError,
 )
 from rigrunner.engine import StopNow
+from rigrunner.panel.jobs.manual import manual
 from rigrunner.panel.jobs.preflight import preflight
 from rigrunner.panel.jobs.run import run
 from rigrunner.panel.process.channel import Channel
@@ -28,7 +29,11 @@ from rigrunner.panel.process.switch import Switch
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_JOBS: dict[str, Callable[[Job, Link], Ended]] = {"preflight": preflight, "run": run}
+_JOBS: dict[str, Callable[[Job, Link], Ended]] = {
+    "preflight": preflight,
+    "run": run,
+    "manual": manual,
+}
 _CODES: dict[type[RigrunnerError], str] = {
     InvalidFileError: "invalid",
     DeviceError: "device",

@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from rigrunner.api.data import Recording
     from rigrunner.api.errors import Problem
     from rigrunner.api.events import Event
     from rigrunner.engine import Decision, Interference, Paused
-    from rigrunner.panel.view.manual import ManualPoint, ManualView
+    from rigrunner.panel.view.manual import ManualView
     from rigrunner.panel.view.sections import Finished, LiveView, PlanView, PreflightItem
     from rigrunner.procedure.answers import Expected
 
@@ -188,23 +189,18 @@ class Analysing:
 
 @dataclass(frozen=True)
 class ManualNow:
-    """What the manual session shows."""
+    """What the manual session shows, and at what frequency the rig swings."""
 
     view: ManualView
+    frequency_hz: float
 
 
-@dataclass(frozen=True)
-class ManualFound:
-    """A point of the manual session was analysed."""
+@dataclass(frozen=True, eq=False)
+class LiveRecording:
+    """What was watched, to be analysed; it is kept nowhere."""
 
-    point: ManualPoint
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A wish of the manual page that was not fulfilled."""
-
-    text: str
+    recording: Recording
+    frequency_hz: float
 
 
 @dataclass(frozen=True)

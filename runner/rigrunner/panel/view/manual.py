@@ -18,22 +18,12 @@ class DriveView(BaseModel):
     set: float | None
 
 
-class ManualPoint(BaseModel):
-    """A point that was recorded by hand."""
-
-    model_config = ConfigDict(frozen=True)
-
-    recording: str
-    utc: str
-
-
 class ManualView(BaseModel):
-    """The drives, what is being done, and the last refusal."""
+    """The drives, the recording that goes on, and why the last wish was refused."""
 
     model_config = ConfigDict(frozen=True)
 
     drives: tuple[DriveView, ...]
     channels: tuple[str, ...]
     recording: str
-    points: tuple[ManualPoint, ...]
     refused: str = ""

@@ -13,6 +13,7 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.panel.live.asked import LIVE
 from rigrunner.panel.live.curves import Curves
 from rigrunner.panel.process import messages as told
 from rigrunner.panel.view.journal import JournalView
@@ -32,7 +33,7 @@ from rigrunner.panel.view.track import Track
 if TYPE_CHECKING:
     from rigrunner.panel.live.asked import Analysed
     from rigrunner.panel.view.board import Board
-    from rigrunner.panel.view.sections import FileLink, Phase
+    from rigrunner.panel.view.sections import FileLink, LiveView, Phase, PointView
 
 
 class Links(Protocol):
@@ -63,6 +64,7 @@ class Story:
         self._journal = JournalView()
         self._track: Track | None = None
         self._started_s = 0.0
+        self._recorded: tuple[PointView, ...] = ()
         self._has_begun = self._has_ended = False
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
         cleared |= dict.fromkeys(("finished", "manual"))
@@ -76,7 +78,7 @@ class Story:
         self._board.put(asked=what)
         self._tell_phase()
 
-    def take(self, message: object) -> None:  # noqa: C901  (a line for each kind)
+    def take(self, message: object) -> None:  # noqa: C901, PLR0912  (a line for each kind)
         """Take a message of the process that does the job."""
         match message:
             case told.Curve():
@@ -107,6 +109,9 @@ class Story:
             case told.WentOn():
                 self.paused = False
                 self._board.put(pause=None, asked="")
+            case told.ManualNow(view=view, frequency_hz=frequency_hz):
+                self.curves.begin(view.recording or LIVE, frequency_hz)
+                self._board.put(manual=view)
             case told.Checked(item=item):
                 self._preflight((*self._items(), item))
             case told.Analysing(what=what, done=done, of=of):
@@ -128,9 +133,18 @@ class Story:
         """Show the analysis so far, unless the run's own is there already."""
         if self.is_over or found.view is None:
             return
-        self._board.put(live=found.view)
+        self._board.put(live=self._with_recorded(found.view))
         if found.correction_nm is not None:
             self.curves.correct(found.recording, found.correction_nm)
+
+    def _with_recorded(self, view: LiveView) -> LiveView:
+        """Return the analysis; by hand, what is watched stands behind what was recorded."""
+        if self.job.kind != "manual":
+            return view
+        if not any(each.recording == LIVE for each in view.points):
+            self._recorded = view.points
+            return view
+        return view.model_copy(update={"points": (*self._recorded, *view.points)})
 
     def lost(self, code: int | None) -> None:
         """Take note that the process is gone without a word of its end."""
@@ -177,7 +191,7 @@ class Story:
         self.recording = event.recording
         if self._track is not None:
             self._track.begin(event.index, event.recording)
-            if event.recording:
+            if event.recording and self.job.kind != "manual":
                 self.curves.begin(event.recording, self._track.frequency_hz(event.index))
 
     def _finish(self, event: StepEnded) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.panel.control import short_name
 from rigrunner.panel.view.sections import State
-from rigrunner.panel.web import answers, choosing, looking, requests, running
+from rigrunner.panel.web import answers, by_hand, choosing, looking, requests, running
 from rigrunner.panel.web.asked import Operation
 
 if TYPE_CHECKING:
@@ -104,6 +104,21 @@ _RUNNING = (
         requests.Why, answers.Stopped,
     ),
 )  # fmt: skip
+_BY_HAND = (
+    _steer(
+        "manual/open", "Let a person have the rig, after a preflight as for a run.",
+        by_hand.open_manual, requests.OpenManual, status=_BEGUN,
+    ),
+    _steer("manual/set", "Set a drive within its limits.", by_hand.set_drive, requests.SetDrive),
+    _steer(
+        "manual/record", "Record a point where the rig is.", by_hand.record_point,
+        requests.RecordPoint,
+    ),
+    _steer(
+        "manual/close", "Make the rig safe, and seal what was recorded.", by_hand.close_manual,
+        requests.Nothing,
+    ),
+)  # fmt: skip
 _LOOKING = (
     _get(
         "runs", "Stored runs, newest first.", looking.runs, answers.Runs, **_SEARCH,
@@ -128,5 +143,6 @@ OPERATIONS = (
     _get("state", "The whole state.", _state, State),
     *_CHOOSING,
     *_RUNNING,
+    *_BY_HAND,
     *_LOOKING,
 )

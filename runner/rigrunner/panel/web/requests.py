@@ -73,6 +73,7 @@ class OpenManual(Pair):
     operator: Annotated[str, Field(max_length=100)] = ""
     no_load: Name | None = None
     realtime: bool = True
+    override: Overridden | None = None
 
 
 class GiveAnswer(Body):

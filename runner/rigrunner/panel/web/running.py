@@ -22,13 +22,16 @@ from rigrunner.workflow.locate import find_run
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from rigrunner.panel.process.messages import Kind
     from rigrunner.panel.view.sections import Preflight
     from rigrunner.panel.web.asked import Asked
     from rigrunner.panel.web.panel import Panel
     from rigrunner.panel.web.requests import (
         BecauseOf,
         GiveAnswer,
+        OpenManual,
         Overridden,
+        Pair,
         Remark,
         StartPreflight,
         StartRun,
@@ -86,24 +89,33 @@ def start_preflight(panel: Panel, asked: Asked) -> Done:
 def start_run(panel: Panel, asked: Asked) -> Done:
     """Start a run that the preflight lets start."""
     body: StartRun = asked.body
+    procedure, _ = files(panel, body)
+    _check_inputs(procedure, body.inputs)
+    start_job(panel, "run", body, body.inputs)
+    return Done()
+
+
+def start_job(
+    panel: Panel, kind: Kind, body: StartRun | OpenManual, inputs: dict[str, str]
+) -> None:
+    """Start a job that moves the rig; raise PanelError where the preflight does not let it."""
     procedure, station = files(panel, body)
     overridden = _overridden(_preflight(panel, body, _digest(procedure, station)), body.override)
-    _check_inputs(procedure, body.inputs)
     view = JobView(
-        kind="run",
+        kind=kind,
         procedure=body.procedure,
         station=body.station,
-        inputs=body.inputs,
-        operator=body.operator,
+        inputs=inputs,
+        operator=body.operator.strip(),
         realtime=body.realtime,
         started_utc=utc_text(panel.now()),
     )
     job = Job(
-        kind="run",
+        kind=kind,
         procedure=procedure,
         station=station,
         runs=panel.settings.runs,
-        inputs=body.inputs,
+        inputs=inputs,
         operator=body.operator.strip(),
         no_load=_run_name(panel, body.no_load),
         realtime=body.realtime,
@@ -112,7 +124,6 @@ def start_run(panel: Panel, asked: Asked) -> Done:
         reason=body.override.reason.strip() if body.override else "",
     )
     panel.desk.start(job, view, panel)
-    return Done()
 
 
 def answer(panel: Panel, asked: Asked) -> Done:
@@ -175,7 +186,7 @@ def stop(panel: Panel, asked: Asked) -> Stopped:
     return Stopped(stopped=panel.desk.stop(asked.by, body.reason.strip()))
 
 
-def _preflight(panel: Panel, body: StartRun, digest: str) -> Preflight:
+def _preflight(panel: Panel, body: Pair, digest: str) -> Preflight:
     """Return the preflight that lets this run start; raise PanelError if there is none."""
     found: Preflight | None = panel.board.get("preflight")
     looked = panel.looked_at

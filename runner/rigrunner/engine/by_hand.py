@@ -1,0 +1,76 @@
+"""A run without a plan: a person says step by step what is done."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.bus import Emitter
+from rigrunner.engine.answers import UnattendedAnswers
+from rigrunner.engine.interlocks import Guard
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.run import Run
+from rigrunner.engine.session import Session
+from rigrunner.engine.tries import do_step
+from rigrunner.plan.actions import Plan
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.bus import Bus
+    from rigrunner.engine.overrides import Override
+    from rigrunner.engine.pausing import Pauses
+    from rigrunner.engine.run import RunSummary
+    from rigrunner.plan.actions import Interlock, PlannedStep
+    from rigrunner.rig import Rig, SafetyReport
+
+    Steps = Callable[[Session], Iterator[PlannedStep]]
+
+
+def run_by_hand(  # noqa: PLR0917  (the things that a run is made of)
+    steps: Steps,
+    rig: Rig,
+    bus: Bus,
+    clock: Clock,
+    stop: StopToken,
+    run_id: str,
+    overrides: Sequence[Override] = (),
+    *,
+    interlocks: Sequence[Interlock],
+    pauses: Pauses,
+) -> RunSummary:
+    """Do the steps as they come, on a connected rig, and return how it ended; never raises.
+
+    `steps` is given the session, to look at the rig between steps. What fails is on record, and
+    ends it unless the step's terms say otherwise; an interlock that would pause a run ends it too.
+    In the end the rig is made safe, whatever happened.
+    """
+    emit = Emitter(bus, clock)
+    session = Session(rig, emit, UnattendedAnswers(), stop, Guard(interlocks, rig, emit), pauses)
+    run = _ByHand(Plan((), tuple(interlocks)), session, overrides, None)
+    reports: tuple[SafetyReport, ...] = ()
+    try:
+        run.attempt(partial(run.follow, steps, run_id))
+    except BaseException as error:  # noqa: BLE001  (an interrupt that fell between two steps)
+        run.notes.note("run", error)
+    finally:
+        reports = rig.make_safe()
+    return run.end(reports)
+
+
+class _ByHand(Run):
+    """A run whose steps come one by one."""
+
+    def follow(self, steps: Steps, run_id: str) -> None:
+        """Do each step when it comes."""
+        self._begin(run_id)
+        tries: Counter[int] = Counter()
+        try:
+            for index, step in enumerate(steps(self._session)):
+                self._session.check(anew=True)
+                do_step(index, step, self._session, self.notes, tries)
+        except PauseWantedError as wanted:
+            raise AbortedError(wanted.message, by=wanted.by) from wanted
