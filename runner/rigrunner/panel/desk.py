@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from typing import TYPE_CHECKING
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from rigrunner.panel.view.board import Board
     from rigrunner.panel.view.sections import JobView
     from rigrunner.panel.view.story import Links
+
+_log = logging.getLogger("rigrunner.panel")
 
 RIG_PROCESS = "rigrunner.panel.process.main"
 
@@ -161,7 +164,10 @@ class Desk:
 
     def _hear(self, story: Story, message: object) -> None:
         with self._lock:
-            story.take(message)
+            try:
+                story.take(message)
+            except Exception:  # noqa: BLE001  (nothing on a screen may cost the run its listener)
+                _log.exception("a bug in the panel: the screen may be wrong, the run is not")
             watcher = self._watcher if story is self._story else None
         if watcher is not None:
             watcher.notice(message)

@@ -1,0 +1,187 @@
+"""What a run tells, as the screen shows it."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from rigrunner.api.events import (
+    Alarm,
+    InterlockCleared,
+    InterlockTripped,
+    Intervention,
+    Outcome,
+    RunEnded,
+    RunStarted,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.engine import Choice, Paused
+from rigrunner.panel.live.asked import Analysed
+from rigrunner.panel.process import messages as told
+from rigrunner.panel.view.board import Board
+from rigrunner.panel.view.sections import (
+    Finished,
+    JobView,
+    LiveView,
+    PlanView,
+    PreflightItem,
+    StepView,
+)
+from rigrunner.panel.view.story import Story
+from rigrunner.procedure.answers import Expected
+
+numbers = itertools.count()
+
+
+class NoLinks:
+    def picture(self, path):
+        return f"/api/pictures/{path}"
+
+    def of_run(self, _run):
+        return ()
+
+
+def step(index, point, frequency_hz=None):
+    return StepView(
+        index=index, path=f"main[{index}]", phase="main", action="record", text="",
+        point=point, estimated_s=10.0, frequency_hz=frequency_hz,
+    )  # fmt: skip
+
+
+PLAN = PlanView(
+    estimated_s=40.0, steps=(step(0, ""), step(1, "a", 5.0), step(2, "a", 5.0), step(3, "b", 9.0))
+)
+
+
+def event(kind, **fields):
+    return told.Happened(kind(seq=next(numbers), monotonic_s=0.0, utc="2026", **fields))
+
+
+def begun(index, recording=""):
+    known = {"step": f"main[{index}]", "index": index, "action": "record", "text": f"step {index}"}
+    return event(StepStarted, **known, recording=recording)
+
+
+def ended(index, *, ok=True, action="record", **more):
+    return event(StepEnded, step=f"main[{index}]", index=index, action=action, ok=ok, **more)
+
+
+@pytest.fixture
+def board():
+    return Board()
+
+
+@pytest.fixture
+def story(board):
+    job = JobView(kind="run", procedure="p", station="s", realtime=False)
+    story = Story(board, job, NoLinks())
+    story.take(told.Planned(PLAN, "nl", "Title"))
+    return story
+
+
+STARTED = {"run_id": "R1", "steps": 4, "estimated_s": 40.0}
+
+
+def test_phases_follow_what_happens(board, story):
+    def after(message):
+        story.take(message)
+        return board.get("phase")
+
+    assert board.get("phase") == "starting"
+    assert after(event(RunStarted, **STARTED)) == "running"
+    asked = told.Asked(7, "setup[0]", "confirm", "Ready?", "x.png", Expected(("yes", "no")))
+    assert after(asked) == "asking"
+    assert board.get("prompt").picture == "/api/pictures/x.png"
+    assert board.get("prompt").choices == ("yes", "no")
+    assert after(told.Answered(7)) == "running"
+    assert board.get("prompt") is None
+    story.asked("pause")
+    assert board.get("phase") == "pausing"
+    paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME, Choice.ABORT))
+    assert after(told.PausedNow(paused)) == "paused"
+    assert (board.get("asked"), board.get("pause").choices) == ("", ("resume", "abort"))
+    assert after(told.WentOn()) == "running"
+    assert after(event(Intervention, action="abort", by="interlock x")) == "ending"
+    assert after(event(RunEnded, outcome=Outcome.ABORTED)) == "analysing"
+    end = Finished(run="R1", folder="f", outcome="aborted", reason="", verdict="")
+    assert after(told.Ended(end)) == "finished"
+    assert board.get("finished") == end
+
+
+def test_steps_are_shown_as_they_go(board, story):
+    states = []
+    for message in (
+        begun(0), ended(0), begun(1, "001"), ended(1, ok=False), begun(1, "001"), ended(1),
+        begun(2, "002"), event(Intervention, action="skip", by="Ann"), begun(3, "003"),
+    ):  # fmt: skip
+        story.take(message)
+        states.append(board.get("progress").states)
+    assert states == [
+        "r...", "o...", "or..", "ox..", "or..", "oo..", "oor.", "oos.", "oosr",
+    ]  # fmt: skip
+    progress = board.get("progress")
+    assert (progress.recording, progress.done_s, progress.left_s) == ("003", 30.0, 10.0)
+
+
+def test_what_was_set_and_read_is_known_in_its_units(board, story):
+    units = {"t.frequency": "Hz", "t.load": "N", "t.temperature": "K"}
+    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
+    story.take(ended(0, action="set", values={"t.load": 1000.0}, units=units))
+    story.take(ended(1, values={"t.load": 998.0, "t.temperature": 296.15}, units=units))
+    found = board.get("readings")
+    assert (found.set_frequency_hz, found.set_load_n, found.load_n) == (5.0, 1000.0, 998.0)
+    assert found.temperature_c == pytest.approx(23.0)
+    assert found.values["t.temperature"].unit == "K"
+
+
+def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, story):
+    known = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
+    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **known))
+    assert [(one.text, one.active) for one in board.get("alarms")] == [("too hot", True)]
+    story.take(event(InterlockCleared, step="interlock hot", text="fine", interlock="hot"))
+    assert [one.active for one in board.get("alarms")] == [False]
+    for number in range(300):
+        story.take(event(Alarm, source="x", text=str(number)))
+    assert (len(board.get("alarms")), len(board.get("log"))) == (100, 100)
+    assert board.get("alarms")[-1].text == "299"
+
+
+LIVE = LiveView(recordings=1, final=False, method="m", problem="", taken_s=0.1)
+
+
+def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
+    story.take(event(RunStarted, **STARTED))
+    story.analysed(Analysed(LIVE))
+    assert board.get("live") == LIVE
+    final = LIVE.model_copy(update={"final": True, "recordings": 4})
+    end = Finished(run="R1", folder="f", outcome="completed", reason="", verdict="pass")
+    story.take(told.Ended(end, final))
+    story.analysed(Analysed(LIVE))  # an answer that came too late
+    assert board.get("live") == final
+
+
+def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story):
+    story.take(event(RunStarted, **STARTED))
+    story.lost(-9)
+    assert board.get("phase") == "finished"
+    assert "code -9" in board.get("finished").reason
+    assert "resume" in board.get("finished").hint
+    story.lost(-9)  # once is enough
+    assert board.get("phase") == "finished"
+
+
+def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
+    story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
+    assert (board.get("phase"), board.get("preflight").done) == ("checking", False)
+    good = PreflightItem(kind="disk", name="disk", state="warn", text="little")
+    story.take(told.Checked(good))
+    assert board.get("preflight").items == (good,)
+    story.take(told.Ended())
+    assert (board.get("phase"), board.get("preflight").may_start) == ("idle", True)
+    story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
+    story.take(told.Failed("no such file", "look", "invalid"))
+    found = board.get("preflight")
+    assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
+    assert found.items[0].mend == "look"
