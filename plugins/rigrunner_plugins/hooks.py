@@ -22,6 +22,7 @@ from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
 from rigrunner_plugins.devices.modbus.trial import TRIAL as MODBUS_TRIAL
+from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
 from rigrunner_plugins.devices.other_program.settings import OtherProgramSettings
 from rigrunner_plugins.devices.replay.settings import ReplaySettings
 from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
@@ -150,6 +151,14 @@ def rigrunner_devices() -> list[DeviceRecord]:
             trial=MODBUS_TRIAL,
             absent=MODBUS_ABSENT,
         ),
+        DeviceRecord(
+            name="opcua",
+            help="Nodes of an OPC UA server as channels and drives, no code",
+            settings=OpcUaSettings,
+            factory=_opcua,
+            wired=True,
+            absent={"endpoint": "opc.tcp://127.0.0.1:1"},
+        ),
         *TEXT_DEVICES,
     ]
 
@@ -202,6 +211,12 @@ def _fault(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
 
 def _composite(settings: CompositeSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.composite.device import make  # noqa: PLC0415  (when needed)
+
+    return make(settings, context)
+
+
+def _opcua(settings: OpcUaSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.opcua.device import make  # noqa: PLC0415  (when needed)
 
     return make(settings, context)
 

@@ -1,0 +1,1 @@
+"""Nodes of an OPC UA server, described wholly in the station."""

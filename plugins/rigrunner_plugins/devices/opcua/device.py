@@ -1,0 +1,189 @@
+"""Nodes of an OPC UA server, as channels and drives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.opcua.types import TYPES, encode
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rigrunner.api.devices import DeviceContext
+    from rigrunner_plugins.devices.declared import DeclaredQuantity
+    from rigrunner_plugins.devices.opcua.session import Session
+    from rigrunner_plugins.devices.opcua.settings import (
+        NodeValue,
+        OpcUaChannel,
+        OpcUaDrive,
+        OpcUaSettings,
+        ReadBack,
+        Write,
+    )
+    from rigrunner_plugins.devices.opcua.types import Type
+
+_NOT_TOLD = "not told"
+_PARTS = ("maker", "model", "serial", "firmware")
+
+
+class OpcUa(Driver):
+    """Reads nodes together, and writes set-points with the nodes that belong to them."""
+
+    def __init__(self, settings: OpcUaSettings, context: DeviceContext) -> None:
+        super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        self._settings = settings
+        self._folder = context.folder
+        self._opened: Session | None = None
+        self._types: dict[str, Type] = {}
+
+    def open(self, timeout_s: float) -> Identity:
+        """Connect, ask who answers, and compare each node with what the station says of it."""
+        self.shut()
+        self.exchange(f"connect to {self._settings.endpoint}", lambda: self._connect(timeout_s))
+        identity = self._identify()
+        self._types.clear()
+        for node in self._settings.channels.values():
+            self._compare(node)
+        for drive in self._settings.drives.values():
+            self._compare_drive(drive)
+        return identity
+
+    def shut(self) -> None:
+        """Close the session."""
+        if self._opened is not None:
+            self._opened.close()
+            self._opened = None
+
+    def get(self, channel: str) -> float:
+        """Return the present value of a channel."""
+        return self.get_all([channel])[channel]
+
+    def get_all(self, channels: Sequence[str]) -> dict[str, float]:
+        """Return the present values, in one request."""
+        nodes = {name: self._settings.channels[name] for name in channels}
+        numbers = self._read(list(nodes.values()))
+        return {name: nodes[name].to_si(each) for name, each in zip(nodes, numbers, strict=True)}
+
+    def put(self, drive: str, value: float) -> None:
+        """Write a set-point: with the nodes that let it run, or, to be safe, that stop it."""
+        given = self._settings.drives[drive]
+        stops = value == self._drives[drive].safe_value
+        try:
+            if stops:
+                self._write_all(given.stop)
+        finally:  # a stop that is refused must not keep the set-point up
+            self._write(given.node, given.from_si(value))
+        if not stops:
+            self._write_all(given.run)
+
+    def actual(self, drive: str) -> float:
+        """Return where a drive stands."""
+        given = self._settings.drives[drive]
+        back = given.read_back or given
+        return back.to_si(self._read([back])[0])
+
+    @property
+    def _session(self) -> Session:
+        if self._opened is None:
+            raise DeviceLostError("not connected")
+        return self._opened
+
+    def _connect(self, timeout_s: float) -> None:
+        try:
+            from rigrunner_plugins.devices.opcua.session import Session  # noqa: PLC0415  (asyncua)
+        except ModuleNotFoundError as error:
+            raise missing(error.name or "asyncua", "opcua") from error
+        self._opened = Session(self._settings, self._folder, self.clock)
+        self._opened.open(timeout_s)
+
+    def _identify(self) -> Identity:
+        found = self.exchange("read who it is", self._ask_identity)
+        texts = dict(zip(_PARTS, found, strict=False))
+        for part, expected in self._settings.identification.expect.items():
+            if texts.get(part) != expected:
+                raise DeviceNotFoundError(
+                    f"{self._settings.endpoint} has the {part} '{texts.get(part, '')}',"
+                    f" expected is '{expected}'",
+                    hint="is it another instrument, or the station out of date?",
+                )
+        maker, model, serial, firmware = (texts.get(part) or _NOT_TOLD for part in _PARTS)
+        return Identity(maker, model, serial, firmware)
+
+    def _ask_identity(self) -> list[str]:
+        return self._session.identity()
+
+    def _compare_drive(self, drive: OpcUaDrive) -> None:
+        rights = self._compare(drive)
+        try:
+            drive.fits(self._types[drive.node])
+        except ValueError as error:
+            raise DeviceRejectedError(f"{drive.node}: {error}") from error
+        if drive.read_back is not None:
+            self._compare(drive.read_back)
+        if "w" not in rights:
+            raise DeviceRejectedError(
+                f"{drive.node} cannot be written",
+                hint="see the user's rights, and whether the server allows it at all",
+            )
+        for write in (*drive.run, *drive.stop):
+            self._describe(write.node)
+
+    def _compare(self, node: OpcUaChannel | OpcUaDrive | ReadBack) -> str:
+        """Raise DeviceRejectedError unless type and unit are as declared; return the rights."""
+        type_, symbol, rights = self._describe(node.node)
+        if node.type not in (None, type_):
+            raise DeviceRejectedError(
+                f"{node.node} is a {type_}, the station says {node.type}",
+                hint="is it the right node? `type` may be left out",
+            )
+        if self._settings.check_units and symbol and _differs(node, symbol):
+            raise DeviceRejectedError(
+                f"{node.node} is in {symbol}, as its EngineeringUnits say;"
+                f" the station says {node.unit}",
+                hint="mend `unit`, or the server: then `check_units: no` passes over it",
+            )
+        return rights
+
+    def _describe(self, node: str) -> tuple[Type, str, str]:
+        found = self.exchange(f"describe {node}", lambda: self._session.describe(node))
+        known = next((each for each in TYPES if found and found[0] == each), None)
+        if known is None or len(found) != 3:  # noqa: PLR2004  (type, unit, rights)
+            what = found[0] if found else "nothing"
+            raise DeviceRejectedError(f"{node} holds {what}, needed is a number or a Boolean")
+        self._types[node] = known
+        return known, found[1], found[2]
+
+    def _read(self, nodes: Sequence[NodeValue]) -> list[float]:
+        asked = f"read {', '.join(each.node for each in nodes)}"
+        numbers = self.exchange(asked, lambda: self._session.read(nodes))
+        if len(numbers) != len(nodes):  # of a played-back exchange
+            raise DeviceRejectedError(f"{asked}: {len(numbers)} came, needed are {len(nodes)}")
+        return numbers
+
+    def _write_all(self, writes: Iterable[Write]) -> None:
+        for write in writes:
+            self._write(write.node, write.value)
+            self.clock.sleep(write.wait)
+
+    def _write(self, node: str, number: float) -> None:
+        type_ = self._types[node]
+        try:
+            value = encode(number, type_)
+        except ValueError as error:
+            raise DeviceRejectedError(f"write to {node}: {error}") from error
+        self.exchange(f"write {value} to {node}", lambda: self._session.write(node, value, type_))
+
+
+def _differs(node: DeclaredQuantity, symbol: str) -> bool:
+    """Say whether the server's unit is another one; a scale may well change it."""
+    return (node.scale, node.offset) == (1.0, 0.0) and node.unit != symbol
+
+
+def make(settings: OpcUaSettings, context: DeviceContext) -> OpcUa:
+    """Return the device; nothing is opened yet."""
+    return OpcUa(settings, context)

@@ -1,0 +1,109 @@
+"""Makes a client of asyncua and connects it: channel, certificates, user."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from asyncua import Client, ua
+from asyncua.crypto import security_policies, uacrypto
+from cryptography import x509
+
+from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, DeviceTimeoutError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner_plugins.devices.opcua.settings import OpcUaSettings, Security, User
+
+_MODES = {
+    "sign": ua.MessageSecurityMode.Sign,
+    "sign_and_encrypt": ua.MessageSecurityMode.SignAndEncrypt,
+}
+
+
+async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
+    """Return a connected client; raise a DeviceError."""
+    client = Client(settings.endpoint, timeout=settings.timeout)
+    client.name = client.description = "Rigrunner"
+    if settings.user is not None:
+        _log_in(client, settings.user, folder)
+    if settings.security is not None:
+        await _secure(client, settings.security, folder)
+    try:
+        await client.connect()
+    except TimeoutError as error:
+        raise DeviceTimeoutError(
+            f"{settings.endpoint} does not answer within {settings.timeout:g} s",
+            hint="is the server on, and is it an OPC UA server (opc.tcp)?",
+        ) from error
+    except OSError as error:
+        raise DeviceNotFoundError(
+            f"{settings.endpoint} cannot be reached: {error.strerror or error}",
+            hint="is the server on, are host and port right, and does it speak opc.tcp there?",
+        ) from error
+    except ua.UaError as error:
+        raise DeviceRejectedError(
+            f"{settings.endpoint} refuses the connection: {said(error)}",
+            hint="see `user` and `security`, and whether the server trusts our certificate",
+        ) from error
+    return client
+
+
+def said(error: Exception) -> str:
+    """Return what an error of OPC UA says, with the name of its status code."""
+    if isinstance(error, ua.UaStatusCodeError):
+        return status(error.code)
+    return str(error) or type(error).__name__
+
+
+def status(code: int) -> str:
+    """Return the name of a status code, and its meaning."""
+    name, meaning = ua.status_codes.get_name_and_doc(code)
+    return f"{name} ({meaning.rstrip('.')})"
+
+
+def _log_in(client: Client, user: User, folder: Path) -> None:
+    client.set_user(user.name)
+    client.set_password(_text(folder / user.password_file))
+
+
+async def _secure(client: Client, security: Security, folder: Path) -> None:
+    own = folder / security.certificate
+    try:
+        certificate = await uacrypto.load_certificate(own)
+        client.application_uri = _application_uri(certificate) or client.application_uri
+        await client.set_security(
+            getattr(security_policies, f"SecurityPolicy{security.policy}"),
+            own,
+            folder / security.private_key,
+            server_certificate=str(folder / security.server_certificate),
+            mode=_MODES[security.mode],
+        )
+    except OSError as error:
+        raise DeviceRejectedError(
+            f"{error.filename} cannot be read: {error.strerror}",
+            hint="files of `security` lie beside the station",
+        ) from error
+    except (ValueError, TypeError, ua.UaError) as error:
+        raise DeviceRejectedError(
+            f"the certificates of `security` cannot be used: {said(error)}",
+            hint="needed are X.509 certificates and a private key without a password, PEM or DER",
+        ) from error
+
+
+def _application_uri(certificate: x509.Certificate) -> str:
+    """Return the URI of the certificate's holder, which a server compares with the client's."""
+    try:
+        names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName)
+    except x509.ExtensionNotFound:
+        return ""
+    return next(iter(names.value.get_values_for_type(x509.UniformResourceIdentifier)), "")
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise DeviceRejectedError(
+            f"the password file {path} cannot be read: {error}", hint="it lies beside the station"
+        ) from error

@@ -1,0 +1,200 @@
+"""A session with a server: reads, writes and describes nodes, for one caller at a time."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+from asyncua import ua
+
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
+from rigrunner_plugins.devices.opcua.loop import LoopThread
+from rigrunner_plugins.devices.opcua.opening import open_client, said, status
+from rigrunner_plugins.devices.opcua.units import symbol_of
+
+if TYPE_CHECKING:
+    from collections.abc import Coroutine, Sequence
+    from pathlib import Path
+    from typing import Any, TypeVar
+
+    from asyncua import Client, Node
+
+    from rigrunner.api.devices import Clock
+    from rigrunner_plugins.devices.opcua.settings import NodeValue, OpcUaSettings
+    from rigrunner_plugins.devices.opcua.types import Type
+
+    _T = TypeVar("_T")
+
+# what it would print on stderr stands in our errors, in words
+logging.getLogger("asyncua").addHandler(logging.NullHandler())
+
+_STEPS_OF_CONNECTING = 6
+"""Hello, channel, endpoints, session, activation and certificates: each waits for an answer."""
+_BUILD_INFO = {
+    "maker": "i=2263",
+    "model": "i=2261",
+    "firmware": "i=2264",
+}
+"""ManufacturerName, ProductName and SoftwareVersion of the server (OPC 10000-6, annex A)."""
+
+
+class Session:
+    """A connection to one server, with an event loop of its own."""
+
+    def __init__(self, settings: OpcUaSettings, folder: Path, clock: Clock) -> None:
+        self._settings = settings
+        self._folder = folder
+        self._clock = clock
+        self._loop: LoopThread | None = None
+        self._client: Client | None = None
+
+    def open(self, timeout_s: float) -> None:
+        """Connect; raise a DeviceError."""
+        self._loop = LoopThread("opcua")
+        within_s = min(timeout_s, _STEPS_OF_CONNECTING * self._settings.timeout)
+        self._client = self._do("connect", open_client(self._settings, self._folder), within_s)
+
+    def close(self) -> None:
+        """End session, connection and thread."""
+        client, self._client = self._client, None
+        loop, self._loop = self._loop, None
+        if loop is None:
+            return
+        try:
+            if client is not None:
+                loop.do(client.disconnect(), 2 * self._settings.timeout)
+        except (OSError, ua.UaError):  # a connection that is lost cannot be ended politely
+            pass
+        finally:
+            loop.stop()
+
+    def identity(self) -> list[str]:
+        """Return maker, model, serial and firmware as texts, empty where nothing says so."""
+        wanted = self._settings.identification
+        nodes = [
+            getattr(wanted, part) or _BUILD_INFO.get(part)
+            for part in ("maker", "model", "serial", "firmware")
+        ]
+        return [self._do(f"read {node}", self._text(node)) if node else "" for node in nodes]
+
+    def describe(self, node: str) -> list[str]:
+        """Return the type of its value, the symbol of its unit if it says one, and 'r' or 'rw'."""
+        return self._do(f"look at {node}", self._described(node))
+
+    def read(self, wanted: Sequence[NodeValue]) -> list[float]:
+        """Return the numbers of nodes, asked for together."""
+        nodes = ", ".join(each.node for each in wanted)
+        values = self._do(f"read {nodes}", self._read([each.node for each in wanted]))
+        return [self._number(*each) for each in zip(wanted, values, strict=True)]
+
+    def write(self, node: str, value: float, type_: Type) -> None:
+        """Write a value of that type to a node."""
+        result = self._do(f"write {value} to {node}", self._write(node, value, type_))
+        if not result.is_good():
+            raise DeviceRejectedError(
+                f"write {value} to {node}: the server says {status(result.value)}",
+                hint="see the user's rights, the range of the node, and whether remote is enabled",
+            )
+
+    def _do(self, asked: str, work: Coroutine[Any, Any, _T], within_s: float = 0.0) -> _T:
+        if self._loop is None:
+            work.close()
+            raise DeviceLostError(f"{asked}: not connected")
+        try:
+            return self._loop.do(work, within_s or 2 * self._settings.timeout)
+        except TimeoutError as error:
+            raise DeviceTimeoutError(
+                f"{asked}: no answer from {self._settings.endpoint}",
+                hint="is the server on, and the cable in?",
+            ) from error
+        except OSError as error:
+            raise DeviceLostError(
+                f"{asked}: {self._settings.endpoint} closed the connection or was unplugged",
+                hint="see server, network and cable",
+            ) from error
+        except ua.UaError as error:
+            raise DeviceRejectedError(f"{asked}: the server says {said(error)}") from error
+
+    async def _node(self, written: str) -> Node:
+        client = self._open_client()
+        if written.startswith("nsu="):
+            uri, _, rest = written.removeprefix("nsu=").partition(";")
+            try:
+                written = f"ns={await client.get_namespace_index(uri)};{rest}"
+            except ValueError as error:
+                raise DeviceRejectedError(f"the server has no namespace '{uri}'") from error
+        return client.get_node(written)
+
+    async def _text(self, node: str) -> str:
+        value = await (await self._node(node)).read_value()
+        return "" if value is None else str(value)
+
+    async def _described(self, written: str) -> list[str]:
+        node = await self._node(written)
+        value = await node.read_data_value(raise_on_bad_status=False)
+        type_ = ua.VariantType.Null if value.Value is None else value.Value.VariantType
+        if type_ is ua.VariantType.Null:  # there is no value yet
+            type_ = await node.read_data_type_as_variant_type()
+        rights = await node.get_user_access_level()
+        writable = ua.AccessLevel.CurrentWrite in rights
+        return [type_.name, await _unit(node), "rw" if writable else "r"]
+
+    async def _read(self, nodes: Sequence[str]) -> list[ua.DataValue]:
+        wanted = [await self._node(node) for node in nodes]
+        return await self._open_client().read_attributes(wanted, ua.AttributeIds.Value)
+
+    async def _write(self, node: str, value: float, type_: Type) -> ua.StatusCode:
+        target = (await self._node(node)).nodeid
+        # without timestamps: many servers refuse to have them written
+        written = ua.DataValue(ua.Variant(value, ua.VariantType[type_]))
+        results = await self._open_client().uaclient.write_attributes([target], [written])
+        return results[0]
+
+    def _open_client(self) -> Client:
+        if self._client is None:
+            raise DeviceLostError("not connected")
+        return self._client
+
+    def _number(self, wanted: NodeValue, found: ua.DataValue) -> float:
+        node = wanted.node
+        if found.StatusCode is not None and not found.StatusCode.is_good():
+            raise DeviceRejectedError(
+                f"{node} has no good value: {status(found.StatusCode.value)}",
+                hint="see the server and what is behind the node",
+            )
+        value = None if found.Value is None else found.Value.Value
+        if not isinstance(value, (bool, int, float)):
+            raise DeviceRejectedError(f"{node} holds {_shown(value)}, needed is a number")
+        self._look_at_age(wanted, found)
+        return float(value)
+
+    def _look_at_age(self, wanted: NodeValue, found: ua.DataValue) -> None:
+        if wanted.stale is None:
+            return
+        if found.SourceTimestamp is None:
+            raise DeviceRejectedError(
+                f"{wanted.node} does not say how old its value is", hint="leave `stale` out"
+            )
+        age_s = (self._clock.utc() - found.SourceTimestamp).total_seconds()
+        if abs(age_s) > wanted.stale:
+            raise DeviceRejectedError(
+                f"{wanted.node} has a value that is {age_s:.3g} s old, allowed is"
+                f" {wanted.stale:g} s",
+                hint="is it still measured, and do the clocks of both computers agree?",
+            )
+
+
+async def _unit(node: Node) -> str:
+    try:
+        found = await (await node.get_child("0:EngineeringUnits")).read_value()
+    except ua.UaStatusCodeError:  # it has none
+        return ""
+    if not isinstance(found, ua.EUInformation):
+        return ""
+    return symbol_of(found.NamespaceUri, found.UnitId, found.DisplayName.Text)
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return "nothing"
+    return "an array" if isinstance(value, list) else f"a {type(value).__name__}: {value!r:.40}"

@@ -1,0 +1,153 @@
+"""What a station says of nodes on an OPC UA server."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from rigrunner.api.settings import Duration, ListOf, PositiveDuration, Settings, YesNo
+from rigrunner_plugins.devices.declared import (
+    DeclaredChannel,
+    DeclaredDrive,
+    DeclaredQuantity,
+    QuantityName,
+)
+from rigrunner_plugins.devices.opcua.types import Type, encode, step
+
+NodeId = Annotated[
+    str, StringConstraints(pattern=r"^(ns=[0-9]+;|nsu=[^;]+;)?(i=[0-9]+|s=.+|g=[0-9a-fA-F-]{36})$")
+]
+"""As OPC UA writes it: `ns=2;s=Rig.Torque`, `i=2258`, or by namespace: `nsu=urn:acme;s=Torque`."""
+
+
+class Security(Settings):
+    """A secure channel: both ends show certificates, and messages are signed."""
+
+    policy: Literal["Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = (
+        "Basic256Sha256"
+    )
+    """Which algorithms are used."""
+    mode: Literal["sign", "sign_and_encrypt"] = "sign_and_encrypt"
+    """Whether messages are also encrypted."""
+    certificate: str
+    """File of our own certificate, PEM or DER, beside the station."""
+    private_key: str
+    """File of the key that belongs to it."""
+    server_certificate: str
+    """File of the certificate of the server that is trusted, and no other."""
+
+
+class User(Settings):
+    """Who logs in."""
+
+    name: str
+    """The user's name."""
+    password_file: str
+    """File that holds the password; the station itself is kept in every run file."""
+
+
+class NodeValue(Settings):
+    """A node, and what its value is like."""
+
+    node: NodeId
+    """Its identifier."""
+    type: Type | None = None
+    """Its type, which must be the server's; left out, the server's is taken."""
+    stale: PositiveDuration | None = None
+    """How old its source timestamp may be; left out, its age is not looked at."""
+
+
+class Write(Settings):
+    """A number that is written to a node."""
+
+    node: NodeId
+    """Its identifier."""
+    value: Annotated[float, Field(strict=False)]
+    """What is written; 0 or 1 where the node is a Boolean."""
+    wait: Annotated[Duration, Field(ge=0)] = 0.0
+    """How long the instrument needs until the next one."""
+
+
+class IdentityNodes(Settings):
+    """Who the instrument is: nodes that say so, and what they must say."""
+
+    maker: NodeId | None = None
+    """Left out, the manufacturer of the server."""
+    model: NodeId | None = None
+    """Left out, the product name of the server."""
+    serial: NodeId | None = None
+    """A server itself has none."""
+    firmware: NodeId | None = None
+    """Left out, the software version of the server."""
+    expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
+    """What must answer; a run does not start with any other."""
+
+
+class OpcUaChannel(NodeValue, DeclaredChannel):
+    """A channel, and its node."""
+
+
+class ReadBack(NodeValue, DeclaredQuantity):
+    """The node of the actual value of a drive."""
+
+
+class OpcUaDrive(NodeValue, DeclaredDrive):
+    """A drive, and the node of its set-point."""
+
+    read_back: ReadBack | None = None
+    """The node of its actual value; left out, the set-point's own node is read."""
+    run: ListOf[Write] = ()
+    """What is written after a set-point, such as an enable."""
+    stop: ListOf[Write] = ()
+    """What is written before the safe value."""
+
+    @model_validator(mode="after")
+    def _can_be_driven(self) -> Self:
+        if self.read_back is not None and self.read_back.si_unit != self.si_unit:
+            raise ValueError(f"read_back is in {self.read_back.unit}, the drive in {self.unit}")
+        if self.type is not None:
+            self.fits(self.type)
+        return self
+
+    def fits(self, type_: Type) -> None:
+        """Raise ValueError unless limits and tolerance can be held in a node of that type."""
+        for name in ("min", "max", "safe"):
+            try:
+                encode(self.from_si(getattr(self, name).si), type_)
+            except ValueError as error:
+                raise ValueError(f"{name} is {getattr(self, name)}: {error}") from error
+        info = self.info("drive")
+        step_si = abs(self.to_si(step(type_)) - self.to_si(0.0))
+        if type_ != "Boolean" and step_si / 2 > info.allowed_deviation:
+            raise ValueError(
+                f"a node of type {type_} has steps of {step_si:g} {info.unit}, too coarse for the"
+                f" tolerance of {info.allowed_deviation:g} {info.unit}"
+            )
+
+
+class OpcUaSettings(Settings):
+    """Nodes of an OPC UA server."""
+
+    endpoint: Annotated[str, StringConstraints(pattern=r"^opc\.tcp://[^\s@]+$")]
+    """Such as opc.tcp://192.168.1.30:4840."""
+    timeout: PositiveDuration = 2.0
+    """How long an answer is waited for."""
+    security: Security | None = None
+    """Left out, the channel is neither signed nor encrypted."""
+    user: User | None = None
+    """Left out, nobody logs in."""
+    identification: IdentityNodes = IdentityNodes()
+    """Who must answer."""
+    check_units: YesNo = True
+    """Whether a node's EngineeringUnits, where it has them, must be the unit that is said here."""
+    channels: dict[QuantityName, OpcUaChannel] = Field(default_factory=dict)
+    """What can be read."""
+    drives: dict[QuantityName, OpcUaDrive] = Field(default_factory=dict)
+    """What can be set, in the order in which it is made safe."""
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Self:
+        if not self.channels and not self.drives:
+            raise ValueError("there are neither channels nor drives, needed is at least one")
+        return self

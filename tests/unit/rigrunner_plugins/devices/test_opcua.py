@@ -1,0 +1,324 @@
+"""OPC UA nodes against asyncua's own server: read, driven, compared, and what goes wrong."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+from asyncua import ua
+from pydantic import ValidationError
+
+from helpers_devices import plan_of, run
+from helpers_modbus import Cable
+from helpers_opcua import DRIVE, PASSWORD, Bench, device
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.api.events import Outcome
+from rigrunner.clock import WallClock
+from rigrunner.plan.actions import SetDrive
+from rigrunner.registry import load_registry
+from rigrunner.testing import checks, conform, subject
+from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
+from rigrunner_plugins.devices.opcua.types import TYPES, encode
+from rigrunner_plugins.devices.opcua.units import UNECE, symbol_of, unit_id
+
+TORQUE = {"node": "ns=2;s=Torque", "unit": "N·m"}
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    serving = Bench(tmp_path_factory.mktemp("opcua")).start()
+    yield serving
+    serving.stop()
+
+
+def settings(bench, **more):
+    given = {"endpoint": bench.endpoint, "timeout": "1 s", "channels": {"torque": TORQUE}, **more}
+    return {key: value for key, value in given.items() if value is not None}
+
+
+@contextmanager
+def connected(bench, **more):
+    unit = device(settings(bench, **more), bench.folder)
+    unit.connect(5.0)
+    try:
+        yield unit
+    finally:
+        unit.close()
+
+
+def refused(bench, **more):
+    with (
+        pytest.raises((DeviceRejectedError, DeviceNotFoundError)) as caught,
+        connected(bench, **more),
+    ):
+        pass
+    return str(caught.value)
+
+
+def test_nodes_are_read_in_their_units(bench):
+    channels = {
+        "torque": TORQUE,
+        "temperature": {"node": "ns=2;s=Temperature", "unit": "°C", "type": "Float"},
+        "count": {"node": "nsu=urn:rigrunner:test;s=Count", "unit": "mm", "scale": 0.5},
+        "enabled": {"node": "ns=2;s=Enable", "unit": "1"},
+    }
+    with connected(bench, channels=channels) as plc:
+        assert plc.read(list(channels)) == {
+            "torque": 1.25,
+            "temperature": pytest.approx(294.65),
+            "count": pytest.approx(0.0035),  # 7 * 0.5 mm
+            "enabled": 0.0,
+        }
+
+
+def test_a_drive_is_set_and_stopped(bench):
+    with connected(bench, drives={"frequency": DRIVE}) as plc:
+        plc.set("frequency", 12.5)
+        assert (bench.value("Set"), bench.value("Enable")) == (12.5, True)
+        assert plc.read_back("frequency") == 12.5
+        assert plc.make_safe() == {"frequency": 0.0}
+        assert (bench.value("Set"), bench.value("Enable")) == (0.0, False)
+
+
+def test_it_says_who_it_is(bench):
+    identification = {"serial": "ns=2;s=Label", "expect": {"serial": "bench 7"}}
+    unit = device(settings(bench, identification=identification), bench.folder)
+    identity = unit.connect(5.0)
+    unit.close()
+    assert (identity.maker, identity.serial) == ("FreeOpcUa", "bench 7")
+    told = refused(bench, identification={**identification, "expect": {"serial": "bench 8"}})
+    assert "has the serial 'bench 7', expected is 'bench 8'" in told
+
+
+@pytest.mark.parametrize("mode", ["sign", "sign_and_encrypt"])
+def test_a_signed_channel_and_a_user(bench, mode):
+    (bench.folder / "password").write_text(f"{PASSWORD}\n", encoding="utf-8")
+    security = {
+        "mode": mode,
+        "certificate": "client.der",
+        "private_key": "client.pem",
+        "server_certificate": "server.der",
+    }
+    user = {"name": "lab", "password_file": "password"}
+    with connected(bench, security=security, user=user) as plc:
+        assert plc.read(["torque"]) == {"torque": 1.25}
+        client = plc._session._client
+        assert client.security_policy.Mode.name.lower() == mode.replace("_and_", "and")
+
+
+def test_who_may_not_log_in_is_told_so(bench):
+    (bench.folder / "wrong").write_text("guess", encoding="utf-8")
+    told = refused(bench, user={"name": "lab", "password_file": "wrong"})
+    assert "refuses the connection: BadUserAccessDenied" in told or "BadIdentityToken" in told
+    told = refused(bench, user={"name": "lab", "password_file": "nowhere"})
+    assert "nowhere cannot be read" in told
+
+
+def test_certificates_that_are_none(bench):
+    files = {"certificate": "client.der", "private_key": "client.pem"}
+    told = refused(bench, security={**files, "server_certificate": "nowhere.der"})
+    assert "nowhere.der cannot be read: No such file" in told
+    (bench.folder / "text.der").write_text("text", encoding="utf-8")
+    told = refused(bench, security={**files, "server_certificate": "text.der"})
+    assert "the certificates of `security` cannot be used" in told
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ({"channels": {"torque": {**TORQUE, "unit": "N"}}}, "is in N·m, as its EngineeringUnits"),
+        ({"channels": {"torque": {**TORQUE, "unit": "mN·m"}}}, "the station says mN·m"),
+        ({"channels": {"torque": {**TORQUE, "type": "Float"}}}, "is a Double, the station says"),
+        ({"channels": {"torque": {**TORQUE, "node": "ns=2;s=Torqe"}}}, "BadNodeIdUnknown"),
+        ({"channels": {"torque": {**TORQUE, "node": "nsu=urn:x;s=T"}}}, "no namespace 'urn:x'"),
+        ({"channels": {"label": {"node": "ns=2;s=Label", "unit": "1"}}}, "holds String, needed"),
+        ({"drives": {"f": {**DRIVE, "node": "ns=2;s=Locked"}}}, "s=Locked cannot be written"),
+        ({"drives": {"f": {**DRIVE, "node": "ns=2;s=Coarse"}}}, "UInt16 has steps of 1 Hz"),
+        (
+            {"drives": {"f": {**DRIVE, "run": [{"node": "ns=2;s=No", "value": 1}]}}},
+            "BadNodeIdUnknown",
+        ),
+    ],
+)
+def test_what_does_not_agree_with_the_station_is_refused_before_anything_moves(bench, more, told):
+    assert told in refused(bench, **more)
+    assert bench.value("Enable") is False
+
+
+def test_a_unit_of_the_server_may_be_passed_over(bench):
+    other = {"torque": {**TORQUE, "unit": "N"}}
+    with connected(bench, channels=other, check_units="no") as plc:
+        assert plc.read(["torque"]) == {"torque": 1.25}
+
+
+def test_a_bad_value_is_none(bench):
+    with connected(bench) as plc:
+        for code, name in (
+            (ua.StatusCodes.BadSensorFailure, "BadSensorFailure"),
+            (ua.StatusCodes.UncertainLastUsableValue, "UncertainLastUsableValue"),
+        ):
+            bench.put("Torque", 9.9, ua.VariantType.Double, status=code)
+            with pytest.raises(DeviceRejectedError, match=rf"s=Torque has no good value: {name}"):
+                plc.read(["torque"])
+        bench.put("Torque", 1.25, ua.VariantType.Double)
+        assert plc.read(["torque"]) == {"torque": 1.25}
+
+
+def test_an_old_value_is_none(bench):
+    fresh = {"torque": {**TORQUE, "stale": "5 s"}}
+    with connected(bench, channels=fresh) as plc:
+        bench.put("Torque", 1.25, ua.VariantType.Double, age_s=4.0)
+        assert plc.read(["torque"]) == {"torque": 1.25}
+        for age_s in (6.0, -6.0):  # or the clocks do not agree
+            bench.put("Torque", 1.25, ua.VariantType.Double, age_s=age_s)
+            with pytest.raises(DeviceRejectedError, match=rf"is {age_s:g}\d* s old, allowed is 5"):
+                plc.read(["torque"])
+    bench.put("Torque", 1.25, ua.VariantType.Double)
+
+
+def test_arrays_and_nothing_are_no_numbers(bench):
+    many = {"many": {"node": "ns=2;s=Many", "unit": "1"}}
+    with (
+        connected(bench, channels=many) as plc,
+        pytest.raises(DeviceRejectedError, match="s=Many holds an array"),
+    ):
+        plc.read(["many"])
+
+
+def test_nobody_there(bench):
+    unit = device(settings(bench, endpoint="opc.tcp://127.0.0.1:1"))
+    with pytest.raises(DeviceNotFoundError, match=r"opc.tcp://127.0.0.1:1 cannot be reached"):
+        unit.connect(2.0)
+
+
+def test_a_server_that_does_not_answer(bench):
+    cable = Cable(bench.port)
+    cable.swallow()
+    before = threading.active_count()
+    began = time.monotonic()
+    unit = device(settings(bench, endpoint=f"opc.tcp://127.0.0.1:{cable.port}", timeout="300 ms"))
+    with pytest.raises(DeviceTimeoutError, match="does not answer within"):
+        unit.connect(5.0)
+    assert time.monotonic() - began < 3.0
+    cable.close()
+    time.sleep(0.1)
+    assert threading.active_count() <= before
+
+
+MAIN = (SetDrive("tester", "frequency", 10.0, "Hz"), SetDrive("tester", "frequency", 20.0, "Hz"))
+
+
+@pytest.fixture
+def cable(bench):
+    laid = Cable(bench.port)
+    yield laid
+    laid.close()
+
+
+def run_with(bench, cable, break_it):
+    endpoint = f"opc.tcp://127.0.0.1:{cable.port}/bench"
+    plc = device(settings(bench, endpoint=endpoint, drives={"frequency": DRIVE}, timeout="300 ms"))
+
+    def at(event):
+        if getattr(event, "index", None) == 1:
+            break_it()
+
+    summary = run(plc, plan_of((), MAIN, ()), critical=[at], clock=WallClock())
+    plc.close()
+    return summary
+
+
+def test_a_connection_that_drops_is_opened_anew_to_stop_the_motor(bench, cable):
+    summary = run_with(bench, cable, cable.drop)
+    assert summary.outcome is Outcome.ERROR
+    assert isinstance(summary.error, DeviceLostError)
+    assert "closed the connection or was unplugged" in str(summary.error)
+    assert summary.safe
+    assert (bench.value("Set"), bench.value("Enable")) == (0.0, False)
+
+
+def test_a_pulled_cable_is_said_to_leave_an_unsafe_rig(bench, cable):
+    summary = run_with(bench, cable, cable.swallow)
+    assert summary.outcome is Outcome.ERROR
+    assert isinstance(summary.error, DeviceTimeoutError)
+    assert "no answer from opc.tcp://127.0.0.1" in str(summary.error)
+    assert not summary.safe
+    with connected(bench, drives={"frequency": DRIVE}) as plc:
+        assert plc.make_safe() == {"frequency": 0.0}
+
+
+@pytest.mark.parametrize("check", checks("device"), ids=str)
+def test_it_conforms(bench, check):
+    given = settings(bench, drives={"frequency": DRIVE}, identification={"serial": "ns=2;s=Label"})
+    why_not = conform(
+        subject("device", "opcua", given, registry=load_registry(), folder=bench.folder), check
+    )
+    if why_not:
+        pytest.skip(why_not)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"endpoint": "http://127.0.0.1"}, "endpoint"),
+        ({"endpoint": "opc.tcp://lab:pw@127.0.0.1"}, "endpoint"),
+        ({"channels": {}}, "neither channels nor drives"),
+        ({"channels": {"a": {"node": "Torque", "unit": "N"}}}, "node"),
+        ({"channels": {"a": {**TORQUE, "type": "String"}}}, "type"),
+        ({"drives": {"f": {**DRIVE, "type": "UInt16"}}}, "UInt16 has steps of 1 Hz"),
+        (
+            {"drives": {"f": {**DRIVE, "type": "Byte", "max": "300 Hz", "tolerance": "1 Hz"}}},
+            "300 does not fit into Byte: 0 to 255",
+        ),
+        (
+            {"drives": {"f": {**DRIVE, "read_back": {"node": "i=1", "unit": "N"}}}},
+            "read_back is in N, the drive in Hz",
+        ),
+    ],
+)
+def test_settings_that_cannot_be(changes, told):
+    given = {"endpoint": "opc.tcp://plc:4840", "channels": {"torque": TORQUE}, **changes}
+    with pytest.raises(ValidationError, match=told):
+        OpcUaSettings.model_validate(given)
+
+
+@pytest.mark.parametrize(
+    ("code", "number", "symbol"),
+    [
+        # as the OPC Foundation's table UNECE_to_OPCUA.csv has them
+        ("CEL", 4408652, "°C"),
+        ("HTZ", 4740186, "Hz"),
+        ("NU", 20053, "N·m"),
+        ("NEW", 5129559, "N"),
+        ("C81", 4405297, "rad"),
+    ],
+)
+def test_units_by_their_common_code(code, number, symbol):
+    assert unit_id(code) == number
+    assert symbol_of(UNECE, number, None) == symbol
+
+
+def test_units_by_their_text():
+    assert symbol_of("urn:acme", 4408652, "Nm") == "N·m"
+    assert symbol_of(None, 0, "counts") == symbol_of(None, 0, None) == ""
+
+
+def test_every_type_has_its_bounds():
+    limits = {"Byte": (0, 255), "SByte": (-128, 127), "Int64": (-(2**63), 2**63 - 1)}
+    for type_, (low, high) in limits.items():
+        assert (encode(low, type_), encode(low + 0.4, type_)) == (low, low)
+        with pytest.raises(ValueError, match="does not fit"):
+            encode(high * 1.01 + 1, type_)
+    for type_ in TYPES:
+        with pytest.raises(ValueError, match="no number"):
+            encode(float("nan"), type_)
+    with pytest.raises(ValueError, match=r"0\.5 does not fit into Boolean"):
+        encode(0.5, "Boolean")
+    assert encode(1.0, "Boolean") is True
