@@ -42,8 +42,11 @@ class PluginRecord:
     """What every plugin declares: its name in YAML, its settings and one line of help."""
 
     name: str
+    """In YAML: small letters, digits and '_'."""
     help: str
+    """One line for lists, of at most 100 characters."""
     settings: type[Settings] = NoSettings
+    """What it can be told; a docstring under a field explains it to users."""
     trial: Mapping[str, Any] = field(default_factory=dict)
     """Settings with which it can be tried, a device without an instrument."""
 
@@ -53,7 +56,9 @@ class DeviceRecord(PluginRecord):
     """A device: `factory(settings, context)` does no I/O."""
 
     factory: Callable[[Any, DeviceContext], Device]
+    """Makes the device of its settings and what it is given beside them."""
     simulated: bool = False
+    """Whether there is no instrument at all; of SimulableSettings, the settings say so."""
     wired: bool = False
     """Whether every exchange with the instrument goes through `context.wire`."""
     stop_latency_s: float = 1.0
@@ -78,6 +83,7 @@ class OutlierRuleRecord(PluginRecord):
     """A rule for gross errors: `factory(settings)`."""
 
     factory: Callable[[Any], OutlierRule]
+    """Makes the rule, of the settings."""
     rejects: bool = True
     """False for a rule that keeps every value."""
     leaves_at_least: int = 2
@@ -104,6 +110,7 @@ class FitRecord(PluginRecord):
     """A fit of torque over frequency: `factory(settings)`."""
 
     factory: Callable[[Any], Fit]
+    """Makes the fit, of the settings."""
     examples: tuple[FitExample, ...] = ()
     """What the conformance kit holds it to, beside what is the same for every fit."""
 
@@ -113,6 +120,7 @@ class CompensationRecord(PluginRecord):
     """A way to take out the rig's part: `factory(settings)`."""
 
     factory: Callable[[Any], CompensationMethod]
+    """Makes the method, of the settings."""
     yields: MeasurandKind | None = None
     """Which torque comes out; without it no limit can be applied to the result.
 
@@ -125,7 +133,9 @@ class ReportFormatRecord(PluginRecord):
     """A report: `factory(settings)` gives a function from ReportInput to the file's bytes."""
 
     suffix: str
+    """Of the file, with its dot."""
     factory: Callable[[Any], Callable[[ReportInput], bytes]]
+    """Makes the function that writes, of the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +147,9 @@ class CertificateFormatRecord(PluginRecord):
     """
 
     suffix: str
+    """Of the file, with its dot."""
     factory: Callable[[Any], Callable[[CertificateInput], bytes]]
+    """Makes the function that writes, of the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,6 +160,7 @@ class ImporterRecord(PluginRecord):
     """
 
     factory: Callable[[Any], Importer]
+    """Makes the reader, of the settings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,6 +172,7 @@ class EventSinkRecord(PluginRecord):
     """
 
     factory: Callable[[Any], EventSink]
+    """Makes the listener, of the settings."""
 
 
 class HookSpecs:

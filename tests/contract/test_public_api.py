@@ -1,0 +1,119 @@
+"""The public API: its pages are those of its source, every name has words, every hook is used."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import shutil
+import sys
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from helpers_docs import ROOT
+from rigrunner.api.hooks import API_VERSION, OLDEST_API_VERSION, HookSpecs
+from rigrunner.registry import HOOK_OF_KIND, load_registry
+
+PAGES = ROOT / "docs/reference"
+HOOKS = [name for name in vars(HookSpecs) if name.startswith("rigrunner_")]
+ANEW = "python docs/reference/api_pages.py docs/reference"
+
+
+@pytest.fixture(scope="module")
+def api_pages():
+    spec = importlib.util.spec_from_file_location("api_pages", PAGES / "api_pages.py")
+    module = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "api_pages", module)  # its dataclasses look there
+        spec.loader.exec_module(module)
+        yield module
+
+
+@pytest.fixture(scope="module")
+def anew(api_pages, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reference")
+    for name in ("hooks.md", "api.md"):
+        shutil.copy(PAGES / name, folder)
+    api_pages.main(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["hooks.md", "api.md", "api.txt"])
+def test_the_pages_are_those_of_the_source(anew, name):
+    """The API changed? Decide by docs/reference/api.md whether API_VERSION is raised."""
+    made, committed = ((folder / name).read_text("utf-8") for folder in (anew, PAGES))
+    differing = sorted(set(made.splitlines()) ^ set(committed.splitlines()))
+    assert made == committed, f"'{ANEW}' writes it anew; lines that differ: {differing}"
+
+
+@pytest.mark.parametrize("name", ["hooks.md", "api.md"])
+def test_every_public_name_is_explained(name):
+    bare = [
+        line for line in (PAGES / name).read_text("utf-8").splitlines() if line.endswith("|  |")
+    ]
+    assert bare == []
+
+
+def test_a_change_of_the_api_changes_its_snapshot(api_pages):
+    source = (
+        "LIMIT: float = 2.0\n"
+        "_hidden = 1\n"
+        "from x import imported\n"
+        "@dataclass(frozen=True)\n"
+        "class Press(Driver):\n"
+        "    force_n: float\n"
+        "    _own: int = 0\n"
+        "    def __init__(self, force_n: float) -> None: ...\n"
+        "    @property\n"
+        "    def safe(self) -> bool: ...\n"
+        "    def push(self, *, hard: bool = True) -> None: ...\n"
+        "def load(path: Path, /, *names: str) -> Press: ...\n"
+    )
+    names = api_pages.defined(ast.parse(source).body)
+    assert [line for name in names for line in api_pages.signatures(name, "")] == [
+        "LIMIT: float = 2.0",
+        "@dataclass(frozen=True) class Press(Driver)",
+        "Press.__init__(self, force_n: float) -> None",
+        "Press.force_n: float",
+        "@property Press.safe(self) -> bool",
+        "Press.push(self, *, hard: bool=True) -> None",
+        "load(path: Path, /, *names: str) -> Press",
+    ]
+
+
+def test_all_that_is_public_can_be_imported(api_pages):
+    package, exported = api_pages.kit()
+    everything = {module.name: module.names for module in api_pages.public_modules()}
+    for module, names in (everything | {package.name: exported}).items():
+        found = importlib.import_module(module)
+        assert [name.name for name in names if not hasattr(found, name.name)] == [], module
+    assert {"rigrunner.api.hooks", "rigrunner.signal.cycles"} <= set(everything)
+    assert exported
+
+
+def test_each_hook_is_asked_for_by_one_kind():
+    assert sorted(HOOK_OF_KIND.values()) == sorted(HOOKS)
+
+
+def test_each_hook_is_documented_with_its_record():
+    text = (PAGES / "hooks.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(rigrunner_\w+)` \| \[`(\w+)`\]", text, re.MULTILINE)
+    assert [hook for hook, _ in rows] == HOOKS
+    assert set(re.findall(r"^## (\w+)$", text, re.MULTILINE)) == {
+        "PluginRecord", *(record for _, record in rows)
+    }  # fmt: skip
+
+
+def test_each_hook_is_implemented_by_a_plugin(monkeypatch):
+    """Of ours, or of the stranger that the tests keep."""
+    monkeypatch.syspath_prepend(str(ROOT / "tests/e2e"))
+    strangers = load_registry([EntryPoint("stranger", "stranger", "rigrunner")])
+    assert strangers.disabled == ()
+    assert {each.kind for each in strangers.plugins} == set(HOOK_OF_KIND)
+    ours = {each.kind for each in load_registry().plugins}
+    assert set(HOOK_OF_KIND) - ours <= {"event_sink"}
+
+
+def test_old_versions_are_kept_in_a_row():
+    assert 1 <= OLDEST_API_VERSION <= API_VERSION
