@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import time
 import venv
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -18,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers_docs import ROOT
+from helpers_docs import ROOT, code_blocks, matches
 from rigrunner.workflow.new_plugin import KINDS, NewPlugin
 
 STRANGER = Path(__file__).parent / "stranger"
@@ -43,7 +44,7 @@ class Author:
         return subprocess.run(
             [self.bin / words[0], *words[1:]],
             cwd=cwd or self.folder,
-            env=kept | {"PATH": path},
+            env=kept | {"PATH": path, "MYPY_CACHE_DIR": str(self.folder / "mypy")},
             capture_output=True,
             text=True,
             check=False,
@@ -69,6 +70,14 @@ def pip(*words):
     succeeded(done)
 
 
+SCRIPTS = {
+    "pip": 'exec {outer} -m pip --disable-pip-version-check --python {own} "$@"',
+    "pytest": 'exec {own} -m pytest "$@"',
+    "mypy": 'exec {own} -m mypy "$@"',
+}
+"""Programs of packages that are borrowed: they are to see what is installed here."""
+
+
 @pytest.fixture(scope="module")
 def author(tmp_path_factory) -> Author:
     folder = tmp_path_factory.mktemp("author")
@@ -81,6 +90,11 @@ def author(tmp_path_factory) -> Author:
     (wheel,) = folder.glob("rigrunner-*.whl")
     python = made.bin / "python"
     pip("--python", python, "install", *QUIETLY, wheel)
+    for name, line in SCRIPTS.items():
+        (made.bin / name).write_text(
+            f"#!/bin/sh\n{line}\n".format(outer=sys.executable, own=python)
+        )
+        (made.bin / name).chmod(0o755)
     for word, plugin in PLUGINS.items():
         succeeded(made.run("rigrunner", "new", word, plugin.name))
     projects = [made.package(word) for word in PLUGINS]
@@ -148,3 +162,39 @@ def test_a_strangers_plugin_is_taken_by_the_wheel(author):
     shown = succeeded(author.run("python", "-c", code))
     kinds = sorted([*KINDS.values(), "certificate_format", "event_sink"])
     assert shown.strip() == f"{kinds} ()"
+
+
+def test_every_check_of_the_kit_is_met(author):
+    for plugin in PLUGINS.values():
+        done = author.run("rigrunner", "check-plugin", plugin.name, "--kind", plugin.kind)
+        assert ", 0 fail, " in succeeded(done)
+
+
+TUTORIAL = ROOT / "docs/tutorial/first-device-plugin.md"
+LONGEST_S = 180
+"""For all commands of the tutorial, on a slow machine; the rest of its ten minutes is reading."""
+
+
+def test_the_tutorial_works_as_it_stands_in_its_time(author, tmp_path):
+    """Each block in the folder in which the last one ended, as a reader's shell has it."""
+    folder, output, began = tmp_path, "", time.monotonic()
+    for block in code_blocks(TUTORIAL):
+        where = f"{TUTORIAL.name}:{block.line}"
+        if block.file:
+            (tmp_path / block.file).write_text(block.code, encoding="utf-8")
+        elif block.language == "text":
+            assert matches(block.code, output), f"{where} does not match\n{output}"
+        else:
+            assert block.language == "sh", where
+            code = f"{{\n{block.code}}} 2>&1; pwd > {tmp_path}/pwd"
+            done = author.run("/bin/bash", "-euo", "pipefail", "-c", code, cwd=folder)
+            output = succeeded(done)
+            folder = Path((tmp_path / "pwd").read_text().strip())
+    assert time.monotonic() - began < LONGEST_S
+
+
+def test_the_tutorial_counts_its_lines_right():
+    (module,) = (block for block in code_blocks(TUTORIAL) if block.file.endswith("__init__.py"))
+    lines = sum(bool(line.strip()) for line in module.code.splitlines())
+    assert f"{lines} lines that are not blank" in TUTORIAL.read_text(encoding="utf-8")
+    assert lines < 40
