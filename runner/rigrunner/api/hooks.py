@@ -7,6 +7,7 @@ is listed, and a procedure checked, without loading numpy.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import pluggy
@@ -115,6 +116,15 @@ class FitRecord(PluginRecord):
     """What the conformance kit holds it to, beside what is the same for every fit."""
 
 
+class Influence(StrEnum):
+    """What a compensation's result does not depend on, unless its record says so."""
+
+    TIME_SHIFT = "when a recording begins"
+    SAMPLE_RATE = "the sampling rate"
+    TORQUE_OFFSET = "an offset of the torque in both runs"
+    ORDER = "the order of the recordings"
+
+
 @dataclass(frozen=True, kw_only=True)
 class CompensationRecord(PluginRecord):
     """A way to take out the rig's part: `factory(settings)`."""
@@ -126,6 +136,10 @@ class CompensationRecord(PluginRecord):
 
     A method that yields the total torque yields the no-load torque where there is no load.
     """
+    moved_by: frozenset[Influence] = frozenset()
+    """Which influences move its result, by its principle."""
+    not_covered: str = ""
+    """Of a method with a known bias: why its interval need not hold the truth."""
 
 
 @dataclass(frozen=True, kw_only=True)

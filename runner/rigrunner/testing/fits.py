@@ -150,7 +150,9 @@ def scale_does_not_matter(subject: Subject) -> None:
     assert given.u_y is not None  # noqa: S101  (it was made so)
     curve = fit(given)
     value, u = curve.predict(BETWEEN_HZ)
-    scaled_value, scaled_u = fit(Points(X_HZ, 3 * given.y, 3 * given.u_y)).predict(BETWEEN_HZ)
+    scaled_value, scaled_u = fit(Points(X_HZ.copy(), 3 * given.y, 3 * given.u_y)).predict(
+        BETWEEN_HZ
+    )
     same = np.allclose(scaled_value, 3 * value, rtol=SAME)
     demand(same, f"three times as high it is {scaled_value}, not 3 times {value}")
     demand(
@@ -227,7 +229,7 @@ def _fit(subject: Subject) -> Fit:
 
 
 def _points() -> Points:
-    return Points(X_HZ, no_load_torque_nm(X_HZ), np.full(len(X_HZ), U_NM))
+    return Points(X_HZ.copy(), no_load_torque_nm(X_HZ), np.full(len(X_HZ), U_NM))
 
 
 def _noisy(seed: int) -> Points:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry, with_drop_ins
 from rigrunner.testing import fits, outlier_rules, settings
+from rigrunner.testing.compensation import CHECKS as COMPENSATION_CHECKS
+from rigrunner.testing.compensation import CompensationSubject
 from rigrunner.testing.device import CHECKS as DEVICE_CHECKS
 from rigrunner.testing.device import DeviceSubject
 from rigrunner.testing.subject import Subject
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "device": DEVICE_CHECKS,
     "fit": fits.CHECKS,
+    "compensation": COMPENSATION_CHECKS,
     "outlier_rule": outlier_rules.CHECKS,
 }
 
@@ -53,6 +56,8 @@ def subject(
     _need_valid(known, kind, name, told)
     if kind == "device":
         return DeviceSubject(plugin, known, told, folder=folder or Path())
+    if kind == "compensation":
+        return CompensationSubject(plugin, known, told)
     return Subject(plugin, known, told)
 
 

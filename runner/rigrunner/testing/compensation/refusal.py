@@ -1,0 +1,68 @@
+"""Checks on what a compensation says where its inputs are missing: a reason, never a number."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.measurand import Nature
+from rigrunner.testing.check import Nonconformity, applies, check, demand
+from rigrunner.testing.compensation.recordings import each_recording
+from rigrunner.testing.compensation.subject import refused
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Recording
+    from rigrunner.testing.compensation.subject import CompensationSubject
+
+ANGLE = "tester.angle"
+
+
+@check(mend="without `sweep.no_load` raise DataError, or say it in `not_applicable`")
+def without_no_load_run_it_refuses(subject: CompensationSubject) -> None:
+    """What load adds cannot be told without a no-load run: it says so, and gives no number."""
+    yields = subject.record.yields
+    load_induced = yields is not None and yields.nature is Nature.LOAD_INDUCED
+    applies(load_induced, "it yields no load-induced torque")
+    words = refused(subject, replace(subject.runs, no_load=None))
+    demand(words, "it gives a number without a no-load run")
+    demand("no-load" in words, f"it refuses without naming the no-load run: {words}")
+
+
+@check(mend="look at `point.motion`: without an angle refuse, or widen the uncertainty")
+def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
+    """Without a channel that shows the motion it refuses, or is less sure."""
+    runs = subject.runs.changed(each_recording(_without_angle))
+    if refused(subject, runs):
+        return
+    for sure, unsure in zip(subject.plain.points, subject.number(runs).points, strict=True):
+        demand(
+            unsure.torque.u >= sure.torque.u,
+            f"at {sure.set_frequency_hz:g} Hz u is {sure.torque.u:g} N·m with an angle, and only"
+            f" {unsure.torque.u:g} N·m without",
+        )
+
+
+@check(mend="look at the points' type: SwingPoint, StartPoint, or the peaks alone")
+def other_motion_is_refused(subject: CompensationSubject) -> None:
+    """Starts given to a method for swings, or swings to one for starts, give no number."""
+    try:
+        found = subject.answer_to_other_motion()
+    except DataError:
+        return
+    given = "swings" if subject.of_starts else "starts from rest"
+    demand(not found.points, f"it gives a number for {given}")
+    if not found.not_applicable.strip():
+        raise Nonconformity(f"it gives neither a number nor a reason for {given}")
+
+
+def _without_angle(recording: Recording) -> Recording:
+    channels = {name: each for name, each in recording.channels.items() if name != ANGLE}
+    return replace(recording, channels=channels)
+
+
+CHECKS = (
+    without_no_load_run_it_refuses,
+    without_angle_it_refuses_or_doubts,
+    other_motion_is_refused,
+)

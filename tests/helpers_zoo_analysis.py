@@ -1,0 +1,253 @@
+"""Fits, rules and compensations that are each broken in one way, one for each check of the kit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from helpers_zoo import registry_of
+from rigrunner.api.analysis import (
+    CompensatedPoint,
+    Compensation,
+    Component,
+    MotionSource,
+    Rejection,
+)
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import (
+    CompensationRecord,
+    FitExample,
+    FitRecord,
+    NoSettings,
+    OutlierExample,
+    OutlierRuleRecord,
+)
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner.registry import load_registry
+
+SHIPPED = load_registry()
+STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+
+
+@dataclass
+class Tampered:
+    """A curve of which some parts are replaced."""
+
+    curve: object
+    parts: dict
+
+    def __getattr__(self, name):
+        return self.parts[name] if name in self.parts else getattr(self.curve, name)
+
+
+def line(points, **told):
+    """Return the parabola that the shipped fit gives; it keeps to everything."""
+    return SHIPPED.make("fit", "polynomial", told)(points)
+
+
+def with_curve(make):
+    """Return a fit that gives what `make` makes of the good curve and the points."""
+    return lambda points: Tampered(line(points), make(line(points), points))
+
+
+def forgets_units(points):
+    return line(replace(points, x_unit="Hz", y_unit="N·m"))
+
+
+def draws_in(points):
+    return line(replace(points, y=0.99 * points.y))
+
+
+def sees_order(points):
+    return line(replace(points, y=points.y + 1e-3 * np.arange(len(points.y))))
+
+
+def sees_scale(points):
+    return line(replace(points, y=points.y + 0.01))
+
+
+def extrapolates(points):
+    return with_curve(lambda curve, _: {"predict": lambda x: curve.predict(np.clip(x, 1, 35))})(
+        points
+    )
+
+
+def takes_anything(points):
+    return line(replace(points, y=np.nan_to_num(points.y), x=np.nan_to_num(points.x, posinf=5)))
+
+
+def takes_few(points):
+    if len(points.x) < 3:
+        raise DataError("too few points")
+    return line(points)
+
+
+def turns_in_place(points):
+    points.x[:], points.y[:] = points.x[::-1].copy(), points.y[::-1].copy()
+    return line(points)
+
+
+FITS = {
+    "recovers_its_own_curve": draws_in,
+    "published_examples_hold": line,
+    "curve_is_whole": with_curve(lambda curve, _: {"units": [*curve.units, "N·m"]}),
+    "units_are_kept": forgets_units,
+    "uncertainty_is_the_scatter": with_curve(
+        lambda curve, _: {"predict": lambda x: (curve.predict(x)[0], 2 * curve.predict(x)[1])}
+    ),
+    "order_does_not_matter": sees_order,
+    "scale_does_not_matter": sees_scale,
+    "never_extrapolates": extrapolates,
+    "too_few_points_refused": takes_few,
+    "not_a_number_refused": takes_anything,
+    "leaves_the_points_alone": turns_in_place,
+}
+"""By check, the fit that fails it."""
+WRONG_FIT = FitExample(
+    source="a wrong book", x=(1, 2, 3, 4), y=(1, 4, 9, 16), coefficients=(0, 0, 2)
+)
+
+
+def fit_registry(fit, examples=(WRONG_FIT,)):
+    record = FitRecord(
+        name="fit", help="A fit.", settings=NoSettings, factory=lambda _: fit, examples=examples
+    )
+    return registry_of("fit", record)
+
+
+def grubbs(values):
+    """Return what the shipped rule rejects, under the zoo's name; it keeps to everything."""
+    found = SHIPPED.make("outlier_rule", "grubbs", {})(values)
+    return [replace(each, rule="rule") for each in found]
+
+
+def rejects_the_last(values):
+    return [Rejection(len(values) - 1, values[-1], "rule", 9.0, 1.0), *grubbs(values[:-1])]
+
+
+def rejects_the_high(values):
+    return [Rejection(i, v, "rule", v, 2.5) for i, v in enumerate(values) if v > 2.5]
+
+
+def rejects_nearly_all(values):
+    return [
+        Rejection(i, v, "rule", 9.0, 1.0) for i, v in enumerate(values) if v != np.median(values)
+    ]
+
+
+RULES = {
+    "nothing_of_constant_values": rejects_the_last,
+    "finds_a_gross_error": lambda _: [],
+    "published_rejections_hold": grubbs,
+    "order_of_values_does_not_matter": rejects_the_last,
+    "shift_and_scale_do_not_matter": rejects_the_high,
+    "leaves_as_many_as_it_says": rejects_nearly_all,
+    "leaves_the_values_alone": lambda values: values.sort() or [],
+}
+"""By check, the rule that fails it."""
+WRONG_RULE = OutlierExample(source="a wrong book", values=(1, 2, 3, 4, 5, 90), rejected=(0,))
+
+
+def rule_registry(rule, examples=(WRONG_RULE,)):
+    record = OutlierRuleRecord(
+        name="rule", help="A rule.", factory=lambda _: rule, examples=examples
+    )
+    return registry_of("outlier_rule", record)
+
+
+def peaks(sweep):
+    return SHIPPED.make("compensation", "peak_same_frequency", {})(sweep)
+
+
+def moved(by):
+    """Return a method of which each torque is moved by `by(place, sweep)`."""
+
+    def method(sweep):
+        found = peaks(sweep)
+        points = [
+            replace(
+                point,
+                torque=replace(point.torque, value=point.torque.value + by(place, sweep)),
+                rig_nm=point.rig_nm - by(place, sweep),
+                model=None,
+            )
+            for place, point in enumerate(found.points)
+        ]
+        return replace(found, points=tuple(points))
+
+    return method
+
+
+class Moody:
+    calls = 0
+
+    def __call__(self, sweep):
+        self.calls += 1
+        return moved(lambda *_: 1e-6 * self.calls)(sweep)
+
+
+def parts_do_not_add_up(sweep):
+    found = peaks(sweep)
+    return replace(found, points=tuple(replace(p, rig_nm=p.rig_nm + 0.1) for p in found.points))
+
+
+def u_of_its_own(sweep):
+    found = peaks(sweep)
+    points = [replace(p, torque=replace(p.torque, u=2 * p.torque.u)) for p in found.points]
+    return replace(found, points=tuple(points))
+
+
+def knows_no_sensor(sweep):
+    accuracy = sweep.instrument.accuracy.model_copy(update={"gain": 0.003, "drift": 0.02})
+    known = sweep.instrument.model_copy(update={"accuracy_": accuracy})
+    return peaks(replace(sweep, instrument=known))
+
+
+def needs_no_reference(sweep):
+    return peaks(sweep) if sweep.no_load else peaks(replace(sweep, no_load=sweep.loaded))
+
+
+def surer_without_angle(sweep):
+    found = peaks(sweep)
+    if sweep.loaded[0].motion is not MotionSource.ENTERED:
+        return found
+    points = [replace(p, torque=replace(p.torque, u=1e-6), model=None) for p in found.points]
+    return replace(found, points=tuple(points))
+
+
+def takes_starts_for_swings(sweep):
+    part = Component("all", 0.1, 10.0, "normal", common=True)
+    point = CompensatedPoint(1.0, 1.0, 1.0, 0.0, Estimate(1.0, 0.1, 10.0), (part,))
+    return peaks(sweep) if sweep.no_load else Compensation("torque", (point,))
+
+
+COMPENSATIONS = {
+    "measurand_stated": {"yields": None},
+    "points_are_whole": {"method": parts_do_not_add_up},
+    "uncertainty_is_made_of_its_parts": {"method": u_of_its_own},
+    "sensor_is_in_the_budget": {"method": knows_no_sensor},
+    "same_recordings_same_numbers": {"method": Moody()},
+    "truth_is_within_its_interval": {"method": moved(lambda *_: 1.0)},
+    "truth_is_within_it_on_another_rig": {"method": moved(lambda *_: 1.0)},
+    "time_shift_does_not_matter": {
+        "method": moved(lambda _, s: sum(each.cycles for each in s.loaded))
+    },
+    "sample_rate_does_not_matter": {
+        "method": moved(lambda i, s: 1e-4 * s.loaded[i].sample_rate_hz)
+    },
+    "common_offset_falls_out": {"method": moved(lambda i, s: 0.5 * s.no_load[i].peak_nm.mean())},
+    "order_of_recordings_does_not_matter": {"method": moved(lambda place, _: 0.1 * place)},
+    "without_no_load_run_it_refuses": {"method": needs_no_reference},
+    "without_angle_it_refuses_or_doubts": {"method": surer_without_angle},
+    "other_motion_is_refused": {"method": takes_starts_for_swings},
+}
+"""By check: the method that fails it, or what is changed of its record."""
+
+
+def compensation_registry(method=peaks, yields=STARTING):
+    record = CompensationRecord(
+        name="method", help="A method.", factory=lambda _: method, yields=yields
+    )
+    return registry_of("compensation", record)
