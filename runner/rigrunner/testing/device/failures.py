@@ -15,6 +15,7 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
 )
+from rigrunner.api.settings import MadeOfOthers
 from rigrunner.testing.check import Nonconformity, applies, check, demand
 from rigrunner.testing.device.doing import move, names, safely, streamed_names
 from rigrunner.testing.device.subject import CONNECT_S, DeviceSubject
@@ -72,6 +73,8 @@ def nonsense(answer: Any) -> Any:
 def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
     """What says that it is wired exchanges nothing past the wire: what it does is seen there."""
     applies(subject.record.wired, "its record does not say that it is wired")
+    made_of_others = issubclass(subject.record.settings, MadeOfOthers)
+    applies(not made_of_others, "the exchanges are those of the devices that it is made of")
     wire = FaultyWire()
     with subject.connected(wire=wire) as device:
         demand(wire.exchanges, "it connects without one exchange over the wire")
