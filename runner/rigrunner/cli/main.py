@@ -40,6 +40,7 @@ SUMMARIES = {
     "new": "Make a plugin of your own, which works at once.",
     "check-plugin": "Check that a plugin keeps to what every plugin must.",
     "devices": "Connect each device of a station: who it is, calibrated, safe.",
+    "jog": "Set and read one device by hand, within limits.",
     "init": "Make a lab folder with station, procedures and a plugin.",
     "schema": "Print the JSON Schema of procedures, stations and our other kinds of files.",
     "doctor": "Look at the installation and the machine, and say how to mend what is not right.",

@@ -150,6 +150,11 @@ class Rig:
         """Return where a drive stands: its last set-point, or else what is read back."""
         return self._standing(f"{role}.{drive}")
 
+    def read_back(self, role: str, drive: str) -> float:
+        """Return where a drive is read back to stand."""
+        device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
+        return self._call(role, f"read back {drive}", lambda: device.read_back(drive))
+
     def leads_away(self, role: str, drive: str, value: float) -> bool:
         """Say whether a set-point is farther from the safe value than where the drive stands."""
         safe = self._drive(role, drive).safe_value
@@ -270,9 +275,7 @@ class Rig:
     def _standing(self, member: str) -> float:
         if member in self._set_points:
             return self._set_points[member]
-        role, drive = split_member(member)
-        device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
-        return self._call(role, f"read back {drive}", lambda: device.read_back(drive))
+        return self.read_back(*split_member(member))
 
     def _away(self, role: str) -> list[str]:
         drives = {info.name: info for info in self.devices[role].drives}

@@ -126,7 +126,7 @@ def _with_drives(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
     stands: list[Stands] = []
     for info in device.drives:
         try:
-            found = rig.standing(report.role, info.name)
+            found = rig.read_back(report.role, info.name)
         except Exception as error:  # noqa: BLE001  (the next drive has its turn)
             report = report.failed(error)
             continue

@@ -1,0 +1,99 @@
+"""`rigrunner jog`: one device set and read by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.completing import stations
+from rigrunner.cli.options import json_option, named_values, record_option, replay_option
+from rigrunner.cli.output import message, result_json
+from rigrunner.workflow.locate import find_station
+
+if TYPE_CHECKING:
+    from rigrunner.api.events import Event
+    from rigrunner.workflow.jog import Jog
+
+
+@click.command(name="jog")
+@click.argument("station", shell_complete=stations)
+@click.argument("role")
+@click.option(
+    "--set",
+    "given",
+    multiple=True,
+    metavar="DRIVE=VALUE",
+    help="Set a drive, such as --set frequency='5 Hz'; may be repeated.",
+)
+@click.option("--read", "names", multiple=True, metavar="CHANNEL", help="Read it after that.")
+@click.option(
+    "--log",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=Path("jog.log"),
+    show_default=True,
+    help="What is done is added to this file.",
+)
+@click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@record_option
+@replay_option
+@json_option
+def command(  # noqa: PLR0917  (click hands over each option)
+    station: str,
+    role: str,
+    given: tuple[str, ...],
+    names: tuple[str, ...],
+    log: Path,
+    record: Path | None,
+    replay: Path | None,
+    *,
+    realtime: bool,
+    as_json: bool,
+) -> None:
+    """Set and read one device by hand, within the limits of its station.
+
+    Without --set and --read it asks what is to be done. Limits, combinations and interlocks hold as
+    in a run; however it ends, the rig is made safe.
+    """
+    from rigrunner.cli.jogging import converse
+    from rigrunner.cli.stopping import stop_on_signals
+    from rigrunner.workflow.by_hand import ready_station
+    from rigrunner.workflow.jog import jogging
+    from rigrunner.workflow.taping import tape_for
+
+    wanted = named_values(given)
+    tape = tape_for(record, replay)
+    ready = ready_station(find_station(station), realtime=realtime, tape=tape)
+    with stop_on_signals() as stop, jogging(ready, role, log, stop, [_tell]) as jog:
+        if wanted or names:
+            _once(jog, wanted, names, as_json=as_json)
+        else:
+            converse(jog, stop)
+    for text in tape.notes() if tape else ():
+        message(f"note: {text}")
+
+
+def _once(jog: Jog, wanted: dict[str, str], names: tuple[str, ...], *, as_json: bool) -> None:
+    from rigrunner.cli.jogging import show_set, show_values
+
+    actual = {}
+    for drive, text in wanted.items():
+        actual[drive] = jog.set(drive, text)
+        if not as_json:
+            show_set(jog, drive, actual[drive])
+    values = jog.read(names) if names else {}
+    if as_json:
+        result_json({"set": actual, "read": values})
+    else:
+        show_values(jog, values)
+
+
+def _tell(event: Event) -> None:
+    """Print what the rig does by itself: alarms, interlocks, and how it was made safe."""
+    from rigrunner.api.events import InterlockCleared, InterlockTripped, MadeSafe
+    from rigrunner.workflow.log import event_text
+
+    of_a_drive = isinstance(event, MadeSafe) and "." in event.what and not event.problems
+    if isinstance(event, (InterlockTripped, InterlockCleared, MadeSafe)) and not of_a_drive:
+        message(event_text(event))

@@ -1,0 +1,166 @@
+"""The prompt of `rigrunner jog`: a command a line, until quit, the end of the input, or Ctrl-C."""
+
+from __future__ import annotations
+
+import difflib
+import select
+import sys
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.cli.boundary import show_error
+from rigrunner.cli.output import message, prompt, result
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from rigrunner.cli.stopping import SignalStop
+    from rigrunner.workflow.jog import Jog
+
+LOOK_EVERY_S = 0.5
+_WATCH_S = 10.0
+HELP: Mapping[str, str] = {
+    "set DRIVE VALUE": "such as 'set frequency 5 Hz'; waits until it is there",
+    "read [CHANNEL ...]": "all channels if none is named",
+    "watch CHANNEL [TIME]": "its value again and again, for 10 s if no time is given",
+    "zero CHANNEL": "takes its present value for zero, in what is shown from now on",
+    "stands": "where each drive stands",
+    "safe": "brings every drive to its safe value",
+    "help": "shows this",
+    "quit": "makes the rig safe and ends",
+}
+
+
+class _Quit(Exception):  # noqa: N818  (no failure)
+    """Ends the prompt."""
+
+
+def converse(jog: Jog, stop: SignalStop) -> None:
+    """Read commands and do them. An error of the rig has made it safe.
+
+    An abort ends this, and a log that cannot be written.
+    """
+    _show_help(jog)
+    while True:
+        try:
+            line = _answer(f"{jog.role}> ", jog, stop)
+            if line is None:
+                return
+            _do(jog, line.split())
+        except _Quit:
+            return
+        except (AbortedError, DataError):
+            raise
+        except RigrunnerError as error:
+            show_error(error)
+            if not isinstance(error, UsageError):
+                message("The rig was made safe.")
+
+
+def show_values(jog: Jog, values: Mapping[str, float]) -> None:
+    """Print values with their units, and from which the zero was taken."""
+    for name, value in values.items():
+        zeroed = "  (less its zero)" if name in jog.zeros else ""
+        result(f"{name} {value:.6g} {jog.channels[name].unit}{zeroed}")
+
+
+def show_set(jog: Jog, drive: str, actual: float) -> None:
+    """Print the read-back of a drive."""
+    result(f"{drive} reads back {actual:.6g} {jog.drives[drive].unit}")
+
+
+def _do(jog: Jog, words: list[str]) -> None:
+    if not words:
+        return
+    name, *rest = words
+    commands: dict[str, Callable[[Jog, list[str]], None]] = {
+        "set": _set,
+        "read": lambda jog, names: show_values(jog, jog.read(names)),
+        "watch": _watch,
+        "zero": _zero,
+        "stands": _stands,
+        "safe": _safe,
+        "help": lambda jog, _: _show_help(jog),
+        "quit": _quit,
+        "exit": _quit,
+    }
+    if name not in commands:
+        near = difflib.get_close_matches(name, commands, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else "'help' shows what there is"
+        raise UsageError(f"there is no command '{name}'", hint=hint)
+    commands[name](jog, rest)
+
+
+def _set(jog: Jog, words: list[str]) -> None:
+    if len(words) < 2:  # noqa: PLR2004  (drive and value)
+        raise UsageError("set what to what?", hint="such as 'set frequency 5 Hz'")
+    show_set(jog, words[0], jog.set(words[0], " ".join(words[1:])))
+
+
+def _watch(jog: Jog, words: list[str]) -> None:
+    if not words:
+        raise UsageError("watch what?", hint=f"one of: {', '.join(jog.channels)}")
+    name, seconds = words[0], _WATCH_S
+    if len(words) > 1:
+        seconds = parse_quantity(" ".join(words[1:]), "time").si
+    unit = jog.channels[name].unit if name in jog.channels else ""
+    seen: list[float] = []
+    for value in jog.watch(name, seconds):
+        seen.append(value)
+        prompt(f"\r{name} {value:<12.6g} {unit}  " if sys.stderr.isatty() else "")
+    if sys.stderr.isatty():
+        message("")
+    mean = sum(seen) / len(seen)
+    result(
+        f"{name} mean {mean:.6g}, from {min(seen):.6g} to {max(seen):.6g} {unit},"
+        f" {len(seen)} readings in {seconds:g} s"
+    )
+
+
+def _zero(jog: Jog, words: list[str]) -> None:
+    if len(words) != 1:
+        raise UsageError("zero what?", hint=f"one of: {', '.join(jog.channels)}")
+    value = jog.zero(words[0])
+    result(f"the zero of {words[0]} is {value:.6g} {jog.channels[words[0]].unit}")
+
+
+def _stands(jog: Jog, _: list[str]) -> None:
+    for drive, value in jog.stands().items():
+        show_set(jog, drive, value)
+
+
+def _safe(jog: Jog, _: list[str]) -> None:
+    jog.safe()
+
+
+def _quit(_jog: Jog, _words: list[str]) -> None:
+    raise _Quit
+
+
+def _show_help(jog: Jog) -> None:
+    for words, text in HELP.items():
+        message(f"  {words:22} {text}")
+    for info in jog.drives.values():
+        span = f"{info.minimum:g} to {info.maximum:g} {info.unit}"
+        message(f"  drive {info.name}: {span}, safe at {info.safe_value:g} {info.unit}")
+    message(f"  channels: {', '.join(jog.channels) or 'none'}")
+
+
+def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
+    """Return a line; None at the end of the input. Interlocks are watched meanwhile."""
+    prompt(question)
+    with stop.while_asking():
+        while not _may_be_read():
+            jog.look()
+        line = sys.stdin.readline()
+    if not sys.stdin.isatty():
+        message(line.rstrip("\n"))  # what was piped in is seen like what is typed
+    return line or None
+
+
+def _may_be_read() -> bool:
+    """Wait a moment for a line; say at once that it may be read where waiting cannot be done."""
+    if sys.platform == "win32" or not sys.stdin.isatty():
+        return True
+    return bool(select.select([sys.stdin], [], [], LOOK_EVERY_S)[0])

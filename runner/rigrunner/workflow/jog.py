@@ -1,0 +1,273 @@
+"""One device set and read by hand, within the limits and interlocks of its station."""
+
+from __future__ import annotations
+
+import difflib
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
+
+from rigrunner.api.devices import Readable, Streaming
+from rigrunner.api.errors import (
+    DataError,
+    DeviceError,
+    DeviceRejectedError,
+    RigrunnerError,
+    UsageError,
+)
+from rigrunner.api.events import Alarm, MadeSafe, Note
+from rigrunner.api.quantity import QuantityError, parse_quantity, unit
+from rigrunner.bus import Bus, Emitter
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.engine.interlocks import Guard
+from rigrunner.engine.notes import words
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.session import Session
+from rigrunner.engine.steps import perform
+from rigrunner.plan.actions import Measure, SetDrive
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.workflow.log import RunLog
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import ChannelInfo, DriveInfo, StopToken
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner.rig import Rig, SafetyReport
+    from rigrunner.workflow.by_hand import ReadyStation
+
+_T = TypeVar("_T")
+_STEP = "jog"
+_MEAN_S, _ZERO_S, _WATCH_EVERY_S = 0.2, 1.0, 0.2
+_ROUNDING_S = 1e-9
+
+
+class Jog:
+    """A connected device, and what may be done with it.
+
+    A UsageError is raised before anything is sent. After any other error the rig is made safe.
+    """
+
+    def __init__(self, ready: ReadyStation, role: str, rig: Rig, session: Session) -> None:
+        safety = ready.station.model.safety
+        rules = DriveRules(safety.drives, safety.combinations)
+        device = ready.devices[role]
+        self.role = role
+        self.channels: Mapping[str, ChannelInfo] = {info.name: info for info in device.channels}
+        self.drives: Mapping[str, DriveInfo] = {
+            info.name: rules.narrowed(f"{role}.{info.name}", info) for info in device.drives
+        }
+        self.zeros: dict[str, float] = {}
+        """What is taken from a channel's values, in SI units."""
+        self._device = device
+        self._rig = rig
+        self._session = session
+
+    def look(self) -> None:
+        """Read all interlocks, and raise what must not be gone on with."""
+        self._guarded("look", lambda: self._session.check(anew=True))
+
+    def set(self, drive: str, text: str) -> float:
+        """Give a drive a set-point such as '5 Hz', and return its read-back in SI."""
+        info = _found("drive", drive, self.drives)
+        value = _quantity(text, info)
+        if not info.minimum <= value <= info.maximum:
+            allowed = f"{info.minimum:g} to {info.maximum:g} {info.unit}"
+            raise UsageError(f"{drive} cannot be set to {text}", hint=f"allowed: {allowed}")
+        self.look()
+        action = SetDrive(self.role, drive, value, info.unit)
+        what = f"set {drive} {text}"
+        measured = self._guarded(what, lambda: perform(_STEP, action, self._session))
+        actual = measured.values[f"{self.role}.{drive}"]
+        self._note(f"{what}: reads back {actual:g} {info.unit}")
+        return actual
+
+    def read(self, names: Sequence[str] = ()) -> dict[str, float]:
+        """Return the value of each channel, of all if none is named, less its zero; in SI."""
+        for name in names:
+            _found("channel", name, self.channels)
+        values = self._values(tuple(names) or tuple(self._readable()))
+        self._note("read " + ", ".join(f"{name} {value:g}" for name, value in values.items()))
+        return values
+
+    def watch(self, name: str, seconds: float) -> Iterator[float]:
+        """Yield a channel's value, less its zero, again and again for so long."""
+        _found("channel", name, self.channels)
+        clock = self._session.rig.clock
+        until_s = clock.monotonic_s() + seconds - _ROUNDING_S
+        self._note(f"watch {name} for {seconds:g} s")
+        while clock.monotonic_s() < until_s:
+            self.look()
+            yield self._values((name,))[name]
+            clock.sleep(_WATCH_EVERY_S)
+
+    def zero(self, name: str) -> float:
+        """Take a channel's present value, its mean where it streams, for its zero; return it."""
+        _found("channel", name, self.channels)
+        self.zeros.pop(name, None)
+        self.zeros[name] = self._values((name,), mean=True)[name]
+        self._note(f"zero {name}: {self.zeros[name]:g} {self.channels[name].unit}")
+        return self.zeros[name]
+
+    def stands(self) -> dict[str, float]:
+        """Return where each drive is read back to stand, in SI."""
+        return {
+            name: self._guarded("read back", partial(self._rig.read_back, self.role, name))
+            for name in self.drives
+        }
+
+    def safe(self) -> tuple[SafetyReport, ...]:
+        """Make the rig safe, and put on record how."""
+        reports = self._rig.make_safe()
+        for each in reports:
+            read_back = {f"{each.role}.{name}": value for name, value in each.read_back.items()}
+            known = {"read_back": read_back, "problems": each.problems}
+            self._session.emit(MadeSafe, what=each.what, **known)
+        return reports
+
+    def _values(self, names: Sequence[str], *, mean: bool = False) -> dict[str, float]:
+        """Return values less their zeros; a mean of some time, or of what can only be streamed."""
+        rate_hz = self._rate_hz(names) if mean or not isinstance(self._device, Readable) else None
+        duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
+        units = {f"{self.role}.{name}": self.channels[name].unit for name in names}
+        action = Measure(_STEP, tuple(units), duration_s, {}, units, rate_hz)
+        what = f"read {', '.join(names)}"
+        found = self._guarded(what, lambda: perform(_STEP, action, self._session)).values
+        return {name: found[f"{self.role}.{name}"] - self.zeros.get(name, 0.0) for name in names}
+
+    def _rate_hz(self, names: Sequence[str]) -> float | None:
+        """Return the rate of the channels' stream; None where they have none."""
+        device = self._device
+        if isinstance(device, Streaming) and all(self.channels[name].streams for name in names):
+            return device.sample_rate_hz
+        return None
+
+    def _readable(self) -> list[str]:
+        if isinstance(self._device, Readable):
+            return list(self.channels)
+        return [name for name, info in self.channels.items() if info.streams]
+
+    def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
+        """Do something with the rig; whatever goes wrong, make it safe before that is told."""
+        try:
+            return work()
+        except PauseWantedError as held:
+            self._trouble(what, held)
+            raise DeviceRejectedError(held.message, hint="nothing is set until it clears") from held
+        except BaseException as error:
+            self._trouble(what, error)
+            raise
+
+    def _trouble(self, what: str, error: BaseException) -> None:
+        try:
+            self._session.emit(Alarm, source=f"{_STEP}: {what}", text=words(error))
+        finally:
+            self.safe()
+
+    def _note(self, text: str) -> None:
+        try:
+            self._session.emit(Note, step=f"{_STEP} {self.role}", text=text)
+        except BaseException:  # nothing is done by hand that is not on record
+            self._rig.make_safe()
+            raise
+
+
+@contextmanager
+def jogging(
+    ready: ReadyStation,
+    role: str,
+    log: Path,
+    stop: StopToken,
+    listeners: Iterable[EventSink] = (),
+) -> Iterator[Jog]:
+    """Connect a device, and all that its interlocks and combinations look at, and give it.
+
+    However the block ends, the rig is made safe and closed. All that is done is in the log, whose
+    failure ends it. Raises UsageError for a role that is not there, DataError where the log cannot
+    be written, and a DeviceError if the rig cannot be connected, or is not safe in the end.
+    """
+    _found("device in the role", role, ready.devices)
+    with ready.held(f"jog {role}") as held, _opened(log) as sink:
+        rig = held.rig(_needed(held, role))
+        emit = Emitter(Bus(critical=[sink], guarded=listeners), held.clock)
+        emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}")
+        with rig:
+            guard = Guard(held.interlocks, rig, emit)
+            session = Session(rig, emit, UnattendedAnswers(), stop, guard)
+            jog = Jog(held, role, rig, session)
+            try:
+                yield jog
+            except BaseException as error:
+                _note_unsafe(jog, error)
+                raise
+            unsafe = _unsafe(jog.safe())
+            if unsafe:
+                raise DeviceError(f"the rig is not safe: {unsafe}")
+
+
+def _note_unsafe(jog: Jog, error: BaseException) -> None:
+    """Make safe after an error, which is told first; what is not safe is told beside it."""
+    try:
+        unsafe = _unsafe(jog.safe())
+    except RigrunnerError as second:
+        unsafe = second.message
+    if unsafe:
+        error.add_note(f"the rig is not safe: {unsafe}")
+
+
+def _unsafe(reports: Iterable[SafetyReport]) -> str:
+    return "; ".join(
+        f"{each.role}: {text}" for each in reports if not each.drive for text in each.problems
+    )
+
+
+@contextmanager
+def _opened(log: Path) -> Iterator[EventSink]:
+    with _writing(log):
+        sink = RunLog(log)
+
+    def write(event: Event) -> None:
+        with _writing(log):
+            sink(event)
+
+    with sink:
+        yield write
+
+
+@contextmanager
+def _writing(log: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise DataError(
+            f"cannot write the log {log}: {error.strerror or error}",
+            hint="what is done by hand must be on record; name another file with --log",
+        ) from error
+
+
+def _needed(ready: ReadyStation, role: str) -> set[str]:
+    """Return the role, and those that its limits and any interlock look at."""
+    looked_at = {split_member(each.member)[0] for each in ready.interlocks}
+    beside = [
+        {split_member(drive)[0] for drive in each.drives}
+        for each in ready.station.model.safety.combinations
+    ]
+    return {role, *looked_at, *(other for roles in beside if role in roles for other in roles)}
+
+
+def _found(what: str, name: str, known: Mapping[str, _T]) -> _T:
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        there = f"there are: {', '.join(known) or 'none'}"
+        hint = f"did you mean '{near[0]}'?" if near else there
+        raise UsageError(f"there is no {what} '{name}'", hint=hint)
+    return known[name]
+
+
+def _quantity(text: str, info: DriveInfo) -> float:
+    try:
+        return parse_quantity(text, unit(info.unit).dimension).si
+    except QuantityError as error:
+        raise UsageError(f"{info.name}: {error.message}", hint=error.hint) from error
