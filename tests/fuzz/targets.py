@@ -14,8 +14,11 @@ from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+from scipy.io import savemat
 
 from helpers_certificate import issue, make_letterhead
+from helpers_importing import lvm_text, write_matlab_73
 from helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
 from helpers_workflow import run
 from rigrunner.api.data import Block
@@ -33,6 +36,7 @@ from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records
 from rigrunner.station import load_station
 from rigrunner.workflow.approval import ApprovalFile
+from rigrunner.workflow.importing.mapping import load_mapping
 from rigrunner.workflow.inputs import read_answers
 from rigrunner.workflow.labfolder import TEMPLATE
 from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
@@ -42,7 +46,10 @@ from rigrunner_plugins.devices.replay.manifest import load_manifest
 from rigrunner_plugins.devices.replay.settings import ColumnSettings
 from rigrunner_plugins.importers.csv_file import read_csv
 from rigrunner_plugins.importers.hdf5_file import read_hdf5
-from rigrunner_plugins.importers.settings import TableSettings
+from rigrunner_plugins.importers.lvm_file import LvmImporter
+from rigrunner_plugins.importers.matlab_file import MatlabImporter
+from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
+from rigrunner_plugins.importers.tdms_file import TdmsImporter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -277,6 +284,63 @@ def _private_key_seeds(folder: Path) -> list[bytes]:
     return [(folder / "lab.key").read_bytes()]
 
 
+COLUMNS = {"angle": "Angle", "torque": "Torque"}
+IMPORT = """rigrunner: import/1
+procedure: starting_torque_1000n
+station: simulated
+format: {csv: {delimiter: ";"}}
+program: Old.vi 3
+by: Zoë
+started: 2026-03-02T09:15:00+01:00
+sampling: {time: {column: 1, unit: ms}}
+channels: {tester.torque: {column: Torque, unit: mN·m, file_says: Volts}}
+zeros: {tester.torque: {file: rest.csv, to: 3 s}}
+conditions: {tester.load: {column: Load, unit: kN}, tester.temperature: 23 °C}
+recordings:
+  - {file: a.csv, group: "1", from: 1 s, set_points: {tester.frequency: 5 Hz}}
+"""
+
+
+def _lvm(path: Path) -> object:
+    return LvmImporter(LvmSettings()).read(path, COLUMNS, "")
+
+
+def _lvm_seeds(_: Path) -> list[bytes]:
+    columns = {"Angle": [0.5, -1.25, 3e-7], "Torque": [1.0, 2.0, 3.0]}
+    forms = [{"x": "No"}, {"x": "Multi", "sep": ","}, {"x": "One", "mark": ","}]
+    return [lvm_text([columns], **form).encode() for form in forms]
+
+
+def _tdms(path: Path) -> object:
+    return TdmsImporter().read(path, COLUMNS, "")
+
+
+def _tdms_seeds(folder: Path) -> list[bytes]:
+    wave = {"wf_increment": 1e-4, "unit_string": "Nm", "wf_start_offset": 0.0}
+    with TdmsWriter(folder / "a.tdms") as writer:
+        for _ in range(2):
+            channels = [
+                ChannelObject("r", name, np.arange(20.0), properties=wave)
+                for name in COLUMNS.values()
+            ]
+            writer.write_segment([RootObject(), GroupObject("r"), *channels])
+    return [(folder / "a.tdms").read_bytes()]
+
+
+def _matlab(path: Path) -> object:
+    return MatlabImporter().read(path, {"angle": "s.Angle", "torque": "data(:,2)"}, "")
+
+
+def _matlab_seeds(folder: Path) -> list[bytes]:
+    content = {"s": {"Angle": np.arange(20.0)[:, None]}, "data": np.ones((20, 2))}
+    write_matlab_73(folder / "73.mat", content)
+    found = [(folder / "73.mat").read_bytes()]
+    for packed in (False, True):
+        savemat(folder / "5.mat", content, do_compression=packed)
+        found.append((folder / "5.mat").read_bytes())
+    return found
+
+
 TARGETS = (
     Target("procedure", ".yaml", lambda _: _shipped("*.yaml"), load_procedure),
     Target("station", ".yaml", lambda _: _shipped("stations/*.yaml"), load_station),
@@ -284,6 +348,10 @@ TARGETS = (
     Target("replay manifest", ".yaml", lambda _: [MANIFEST.encode()], _manifest),
     Target("replay csv", ".csv", _csv_seeds, _csv),
     Target("replay hdf5", ".h5", _hdf5_seeds, _hdf5),
+    Target("mapping", ".yaml", lambda _: [IMPORT.encode()], load_mapping),
+    Target("lvm", ".lvm", _lvm_seeds, _lvm),
+    Target("tdms", ".tdms", _tdms_seeds, _tdms),
+    Target("matlab", ".mat", _matlab_seeds, _matlab),
     Target("run file", ".h5", _run_seeds, _run),
     Target("journal", ".journal", _journal_seeds, _journal),
     Target("journal record", ".record", _record_seeds, _record),

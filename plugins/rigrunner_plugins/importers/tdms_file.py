@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
+import struct
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import nptdms
 import numpy as np
+from nptdms.log import log_manager
 
 from rigrunner.api.errors import DataError, Location, RigrunnerError
 from rigrunner.api.importing import Column, NotInFileError
@@ -16,9 +19,12 @@ from rigrunner_plugins.importers.finding import near, numbers
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
+    from typing import BinaryIO
 
 _BEGINS = b"TDSm"
 _INDEX_BEGINS = b"TDSh"
+_LEAD_IN = 28
+_BIG_ENDIAN = 1 << 6
 _NEVER = datetime(1904, 1, 2, tzinfo=UTC)
 """Up to here a start is LabVIEW's zero: nobody entered one."""
 
@@ -45,8 +51,8 @@ def _opened(path: Path) -> Iterator[nptdms.TdmsFile]:
     try:
         with path.open("rb") as source:
             _refuse_other_kinds(source.read(len(_BEGINS)), place)
-            source.seek(0)
-            with nptdms.TdmsFile.open(source) as file:
+            refuse_torn(source, path.stat().st_size, place)
+            with _silent(), nptdms.TdmsFile.open(source) as file:
                 yield file
     except RigrunnerError:
         raise
@@ -55,6 +61,45 @@ def _opened(path: Path) -> Iterator[nptdms.TdmsFile]:
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
         raise DataError(f"is damaged or cut short: {what[:120]}", location=place) from error
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep npTDMS from writing to the terminal: what it warns of is told as an error."""
+    before = log_manager.log_level
+    log_manager.set_level(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log_manager.set_level(before)
+
+
+def refuse_torn(source: BinaryIO, size: int, place: Location) -> None:
+    """Raise DataError where the file ends within what says which samples follow.
+
+    npTDMS leaves such a segment out without a word, and nobody would miss its samples. Each segment
+    begins with a lead-in: tag, contents, version, and the distances from its end to the next
+    segment and to its own samples (NI, TDMS File Format Internal Structure).
+    """
+    at = 0
+    while at < size:
+        source.seek(at)
+        lead_in = source.read(_LEAD_IN)
+        if len(lead_in) < _LEAD_IN or lead_in[: len(_BEGINS)] != _BEGINS:
+            break
+        order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
+        to_next, to_samples = struct.unpack(f"{order}QQ", lead_in[12:])
+        if at + _LEAD_IN + to_samples > size:
+            break
+        at += _LEAD_IN + to_next
+    else:
+        source.seek(0)
+        return
+    raise DataError(
+        f"is cut short or damaged in the segment that begins at byte {at}",
+        location=place,
+        hint="was the program that wrote it broken off, or the copy?",
+    )
 
 
 def _refuse_other_kinds(begins: bytes, place: Location) -> None:

@@ -103,6 +103,19 @@ def test_every_cut_of_a_file_is_refused(tmp_path):
             read(path)
 
 
+def test_a_recording_that_goes_on_in_a_torn_segment_is_refused(tmp_path, capsys):
+    whole = write(tmp_path / "a.tdms", torque(data=np.arange(50.0)), parts=2).read_bytes()
+    second = whole.index(b"TDSm", 4)
+    path = tmp_path / "cut.tdms"
+    for length in (*range(second + 1, len(whole), 3), len(whole) - 1):
+        path.write_bytes(whole[:length])
+        with pytest.raises(DataError):
+            read(path)
+    assert capsys.readouterr() == ("", "")
+    path.write_bytes(whole[:second])
+    assert len(read(path).values) == 50
+
+
 def test_a_cut_file_still_gives_the_channels_that_are_whole(tmp_path):
     path = write(tmp_path / "a.tdms", torque("r1"))
     with TdmsWriter(path, mode="a") as writer:
