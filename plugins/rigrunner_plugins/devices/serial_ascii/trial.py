@@ -13,3 +13,4 @@ TRIAL: dict[str, Any] = {
     "rate": "10 Hz",
 }
 """Of a balance that sends A&D's standard format."""
+ABSENT: dict[str, Any] = {"port": "/dev/ttyNobody", "simulated": "no"}

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import DeviceRecord
+from rigrunner_plugins.devices.pymeasure import trial as of_pymeasure
+from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
+from rigrunner_plugins.devices.serial_ascii import trial as of_serial_ascii
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
-from rigrunner_plugins.devices.serial_ascii.trial import TRIAL as SERIAL_TRIAL
+from rigrunner_plugins.devices.visa import trial as of_visa
 from rigrunner_plugins.devices.visa.settings import VisaSettings
-from rigrunner_plugins.devices.visa.trial import TRIAL as VISA_TRIAL
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
@@ -30,6 +32,12 @@ def _serial_ascii(settings: SerialAsciiSettings, context: DeviceContext) -> Devi
     return streaming.StreamingSerialAscii(settings, settings.rate, context)
 
 
+def _pymeasure(settings: PyMeasureSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.pymeasure.device import make  # noqa: PLC0415  (numpy)
+
+    return make(settings, context)
+
+
 TEXT_DEVICES = (
     DeviceRecord(
         name="visa",
@@ -37,7 +45,8 @@ TEXT_DEVICES = (
         settings=VisaSettings,
         factory=_visa,
         wired=True,
-        trial=VISA_TRIAL,
+        trial=of_visa.TRIAL,
+        absent=of_visa.ABSENT,
     ),
     DeviceRecord(
         name="serial_ascii",
@@ -45,6 +54,16 @@ TEXT_DEVICES = (
         settings=SerialAsciiSettings,
         factory=_serial_ascii,
         wired=True,
-        trial=SERIAL_TRIAL,
+        trial=of_serial_ascii.TRIAL,
+        absent=of_serial_ascii.ABSENT,
+    ),
+    DeviceRecord(
+        name="pymeasure",
+        help="Instrument for which PyMeasure has a driver: its properties as channels and drives",
+        settings=PyMeasureSettings,
+        factory=_pymeasure,
+        wired=True,
+        trial=of_pymeasure.TRIAL,
+        absent=of_pymeasure.ABSENT,
     ),
 )

@@ -6,14 +6,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Identity
-from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
     DeviceError,
-    DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
 )
+from rigrunner_plugins.devices.commanded import CommandedDriver
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos
 from rigrunner_plugins.devices.text.commands import with_value
 from rigrunner_plugins.devices.text.numbers import shown
@@ -21,8 +20,6 @@ from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.link import VisaLink
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.devices import DeviceContext
     from rigrunner_plugins.devices.text.patterns import Check
     from rigrunner_plugins.devices.visa.settings import VisaChannel, VisaDrive, VisaSettings
@@ -31,12 +28,13 @@ _MOST_ERRORS = 20
 """How many errors are taken out of the queue; SCPI instruments keep 2 to 20 or so."""
 
 
-class Visa(Driver):
+class Visa(CommandedDriver):
     """An instrument that is asked and told in text."""
 
     def __init__(self, settings: VisaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
         self._settings = settings
+        self.safe_commands = settings.safe_commands
         self._link = VisaLink(settings, context.folder, context.clock)
 
     def open(self, timeout_s: float) -> Identity:
@@ -68,19 +66,6 @@ class Visa(Driver):
         """Ask where a drive stands."""
         asked = self._settings.drives[drive]
         return self._number(asked.read_back, asked)
-
-    def make_safe(self) -> Mapping[str, float]:
-        """Bring all drives to their safe values and then send the safe commands."""
-        try:
-            read_back = super().make_safe()
-        except DeviceError as error:
-            try:
-                self._send_safe_commands()
-            except DeviceError as second:
-                error.add_note(str(second))
-            raise
-        self._send_safe_commands()
-        return read_back
 
     def send(self, command: str) -> None:
         """Send a command; raise DeviceRejectedError for what the instrument then tells of it."""
@@ -161,17 +146,6 @@ class Visa(Driver):
             return  # it answers nothing at all
         if told:
             error.message += f"; the instrument says: {'; '.join(told)}"
-
-    def _send_safe_commands(self) -> None:
-        for command in self._settings.safe_commands:
-            try:
-                self.send(command)
-            except DeviceLostError:
-                if self._timeout_s is None:
-                    raise
-                self.close()
-                self.connect(self._timeout_s)
-                self.send(command)
 
 
 def identity_of(answer: str, *, simulated: bool = False) -> Identity:

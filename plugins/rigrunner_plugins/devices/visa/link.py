@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -10,15 +9,17 @@ from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
-    DeviceTimeoutError,
 )
+from rigrunner_plugins.devices.commanded import OneAtATime
 from rigrunner_plugins.devices.text.numbers import shown
 from rigrunner_plugins.devices.text.termination import decoded, termination_name
 from rigrunner_plugins.devices.visa.blocks import data_length, digits_of_length, whole_block
-from rigrunner_plugins.devices.visa.opening import close_resource, is_gone, open_resource
+from rigrunner_plugins.devices.visa.errors import visa_errors
+from rigrunner_plugins.devices.visa.opening import close_resource, open_resource
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from rigrunner.api.devices import Clock
@@ -42,7 +43,11 @@ class VisaLink:
         self._settings = settings
         self._folder = folder
         self._clock = clock
-        self._lock = threading.RLock()
+        self._one = OneAtATime()
+        self._hint = (
+            "is the instrument on, does it know this message, and does it end its own with"
+            f" {termination_name(settings.termination)}, as `termination` says?"
+        )
         self._resource: Any = None
         self._was_open = False
         self._open_s = settings.timeout
@@ -153,44 +158,14 @@ class VisaLink:
                 self._open()
             try:
                 self._resource.timeout = timeout_s * 1000
-                with self._errors(problem, timeout_s):
+                with visa_errors(problem, timeout_s, self._resource, self._hint):
                     yield self._resource
             except BaseException:
                 self._drop()
                 raise
 
-    @contextmanager
-    def _errors(self, problem: str, timeout_s: float) -> Iterator[None]:
-        from pyvisa.constants import StatusCode  # noqa: PLC0415  (slow, and optional)
-        from pyvisa.errors import Error, VisaIOError  # noqa: PLC0415
-
-        try:
-            yield
-        except VisaIOError as error:
-            if error.error_code != StatusCode.error_timeout:
-                raise DeviceLostError(f"{problem}: {error.description}") from error
-            if is_gone(self._resource):
-                raise DeviceLostError(f"{problem}: the other end has hung up") from error
-            named = termination_name(self._settings.termination)
-            raise DeviceTimeoutError(
-                f"{problem} within {timeout_s:g} s",
-                hint=f"is the instrument on, does it know this message, and does it end its own"
-                f" with {named}, as `termination` says?",
-            ) from error
-        except Error as error:
-            raise DeviceLostError(f"{problem}: {error}") from error
-        except OSError as error:  # of sockets; also pyserial's SerialException
-            raise DeviceLostError(f"{problem}: {error.strerror or error}") from error
-
-    @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Let one thread talk at a time; one that makes safe may come while another one waits."""
-        if not self._lock.acquire(timeout=self._settings.timeout + self._open_s + _NOBODY_S):
-            raise DeviceTimeoutError("an earlier exchange with the instrument still hangs")
-        try:
-            yield
-        finally:
-            self._lock.release()
+    def _alone(self) -> AbstractContextManager[None]:
+        return self._one.alone(self._settings.timeout + self._open_s + _NOBODY_S)
 
     def _open(self) -> None:
         self._drop()

@@ -24,12 +24,12 @@ def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any
     try:
         resource = manager.open_resource(name, open_timeout=int(timeout_s * 1000))
     except Exception as error:  # pyvisa-py raises nothing more special for many of its failures
-        raise _not_opened(name, error) from error
+        raise not_opened(name, error) from error
     try:
         _set_up(resource, settings)
     except Exception as error:
         close_resource(resource)
-        raise _not_opened(name, error) from error
+        raise not_opened(name, error) from error
     if is_gone(resource):
         close_resource(resource)
         raise DeviceNotFoundError(f"nobody answers at {name}", hint=_hint(name, ""))
@@ -59,15 +59,25 @@ def is_gone(resource: Any) -> bool:
     return False
 
 
+def library(backend: str, folder: Path) -> str:
+    """Return the backend as PyVISA takes it; `folder` is that of the station."""
+    return str(folder / backend) if backend.endswith(".yaml@sim") else backend
+
+
+def not_opened(name: str, error: Exception) -> DeviceNotFoundError:
+    """Return the error for a resource that cannot be opened."""
+    text = str(error) or type(error).__name__
+    return DeviceNotFoundError(f"{name} cannot be opened: {text}", hint=_hint(name, text))
+
+
 def _manager(backend: str, folder: Path) -> Any:
     """Return the resource manager, which all share and nobody closes."""
     try:
         import pyvisa  # noqa: PLC0415  (slow, and optional)
     except ImportError as error:
         raise missing("pyvisa", "visa") from error
-    library = str(folder / backend) if backend.endswith(".yaml@sim") else backend
     try:
-        return pyvisa.ResourceManager(library)
+        return pyvisa.ResourceManager(library(backend, folder))
     except Exception as error:  # of any kind, from whatever library that is
         raise DeviceNotFoundError(
             f"the backend '{backend}' cannot be loaded: {error}",
@@ -92,11 +102,6 @@ def _set_up_serial_line(resource: Any, line: SerialLine) -> None:
     resource.parity = constants.Parity[line.parity]
     resource.stop_bits = stop_bits[line.stop_bits]
     resource.flow_control = constants.ControlFlow[line.flow_control]
-
-
-def _not_opened(name: str, error: Exception) -> DeviceNotFoundError:
-    text = str(error) or type(error).__name__
-    return DeviceNotFoundError(f"{name} cannot be opened: {text}", hint=_hint(name, text))
 
 
 def _hint(name: str, told: str) -> str:

@@ -25,3 +25,6 @@ TRIAL: dict[str, Any] = {
     },
 }
 """Of the generator that pyvisa-sim simulates by itself."""
+NOBODY = "TCPIP::192.0.2.1::5025::SOCKET"
+"""An address that documents use and nobody has (RFC 5737)."""
+ABSENT: dict[str, Any] = {"resource": NOBODY, "backend": "@py", "simulated": "no"}

@@ -1,0 +1,1 @@
+"""Instruments for which PyMeasure has a driver: its properties as channels and drives."""

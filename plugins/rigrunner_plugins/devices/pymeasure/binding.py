@@ -1,0 +1,109 @@
+"""PyMeasure's classes: which there are, what properties they have, and whether one can be used."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import inspect
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import PluginError
+from rigrunner_plugins.devices.extras import missing
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+    from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
+
+
+def instrument_class(name: str) -> type[Any]:
+    """Return the class of that dotted name; raise PluginError, or MissingPackageError.
+
+    It is one of PyMeasure's own instruments, or it is refused: the settings see to its package,
+    and what is found there has to derive from PyMeasure's Instrument.
+    """
+    try:
+        from pymeasure.instruments import Instrument  # noqa: PLC0415  (a second, and optional)
+    except ImportError as error:
+        raise missing("pymeasure", "pymeasure") from error
+    module_name, _, class_name = name.rpartition(".")
+    try:
+        module = importlib.import_module(module_name)
+    except ImportError as error:
+        raise PluginError(
+            f"PyMeasure's {module_name} cannot be loaded: {error}",
+            hint="its documentation lists the instruments by maker",
+        ) from error
+    found = getattr(module, class_name, None)
+    if not inspect.isclass(found) or not issubclass(found, Instrument) or found is Instrument:
+        known = [each for each, one in vars(module).items() if _is_one(one, Instrument)]
+        raise PluginError(
+            f"{module_name} has no instrument '{class_name}'", hint=_near(class_name, known)
+        )
+    return found
+
+
+def properties_of(owner: type[Any]) -> list[str]:
+    """Return the names of the properties that an instrument or channel class has of its own."""
+    return [
+        name
+        for name in dir(owner)
+        if not name.startswith("_") and isinstance(inspect.getattr_static(owner, name), property)
+    ]
+
+
+def check_names(found: type[Any], settings: PyMeasureSettings) -> None:
+    """Raise PluginError for a property or method that the class does not have.
+
+    Those of its channels are known only once it is connected.
+    """
+    properties = properties_of(found)
+    for name in sorted(settings.properties):
+        if "." not in name:
+            need_property(found, name, properties)
+    methods = [name for name in dir(found) if is_callable_alone(found, name)]
+    for name in (*settings.calls, *settings.safe_calls):
+        if name not in methods:
+            raise PluginError(
+                f"{found.__name__} has no method '{name}' that needs no arguments",
+                hint=_near(name, methods),
+            )
+
+
+def need_property(owner: type[Any], name: str, properties: Collection[str] | None = None) -> None:
+    """Raise PluginError unless the class has that property."""
+    known = properties_of(owner) if properties is None else properties
+    if name not in known:
+        raise PluginError(f"{owner.__name__} has no property '{name}'", hint=_near(name, known))
+
+
+def is_callable_alone(owner: type[Any], name: str) -> bool:
+    """Say whether a public method of a class can be called without arguments."""
+    method = inspect.getattr_static(owner, name)
+    if name.startswith("_") or not inspect.isfunction(method):
+        return False
+    _, *others = inspect.signature(method).parameters.values()
+    return all(
+        each.default is not each.empty or each.kind in {each.VAR_POSITIONAL, each.VAR_KEYWORD}
+        for each in others
+    )
+
+
+def obstacle(found: type[Any]) -> str:
+    """Return why a class cannot be used by its station settings; empty if it can."""
+    parameters = inspect.signature(found.__init__).parameters
+    if "adapter" not in parameters:
+        return "it does not take the name of a VISA resource"
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+        return "it takes nothing that says how to connect"
+    return "" if properties_of(found) else "it has no properties"
+
+
+def _is_one(found: object, base: type[Any]) -> bool:
+    return inspect.isclass(found) and issubclass(found, base) and found is not base
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, n=3)
+    return f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(names)}"

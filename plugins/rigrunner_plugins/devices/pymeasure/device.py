@@ -1,0 +1,230 @@
+"""An instrument that a class of PyMeasure drives."""
+
+from __future__ import annotations
+
+import warnings
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from rigrunner.api.devices import Identity
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    MissingPackageError,
+    PluginError,
+)
+from rigrunner_plugins.devices.commanded import CommandedDriver, OneAtATime
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.pymeasure.binding import (
+    check_names,
+    instrument_class,
+    need_property,
+)
+from rigrunner_plugins.devices.pymeasure.settings import FAKES
+from rigrunner_plugins.devices.pymeasure.values import number_of
+from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.patterns import fits
+from rigrunner_plugins.devices.visa.device import identity_of
+from rigrunner_plugins.devices.visa.errors import visa_errors
+from rigrunner_plugins.devices.visa.opening import is_gone, library, not_opened
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.devices import DeviceContext
+    from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
+
+_T = TypeVar("_T")
+_HINT = "is the instrument on, and is it the one that the class is for?"
+
+
+def make(settings: PyMeasureSettings, context: DeviceContext) -> PyMeasureDevice:
+    """Return the device; raise PluginError for a class, property or method that there is not.
+
+    Where PyMeasure is not installed, as at a desk, that is known only once it is connected.
+    """
+    with suppress(MissingPackageError):
+        check_names(instrument_class(settings.instrument), settings)
+    return PyMeasureDevice(settings, context)
+
+
+class PyMeasureDevice(CommandedDriver):
+    """An instrument whose channels and drives are properties of a class of PyMeasure.
+
+    After a failure of the connection the class is made anew for what comes next.
+    """
+
+    def __init__(self, settings: PyMeasureSettings, context: DeviceContext) -> None:
+        super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        self.safe_commands = settings.safe_calls
+        self._settings = settings
+        self._folder = context.folder
+        self._one = OneAtATime()
+        self._instrument: Any = None
+        self._open_s = settings.timeout
+
+    def open(self, timeout_s: float) -> Identity:
+        """Make the instrument's class, identify, and set up what is to be set up."""
+        self._open_s = timeout_s
+        self.exchange(f"open {self._settings.resource}", self._open)
+        identity = self._identify()
+        for name, value in self._settings.setup.items():
+            self._set(name, value)
+        for name in self._settings.calls:
+            self.send(name)
+        return identity
+
+    def shut(self) -> None:
+        """Give the connection back."""
+        self._drop()
+
+    def get(self, channel: str) -> float:
+        """Read the property of a channel."""
+        asked = self._settings.channels[channel]
+        return asked.to_si(self._get(asked.property, asked.item))
+
+    def put(self, drive: str, value: float) -> None:
+        """Set the property of a drive."""
+        told = self._settings.drives[drive]
+        self._set(told.property, told.from_si(value))
+
+    def actual(self, drive: str) -> float:
+        """Read the property that tells where a drive stands."""
+        asked = self._settings.drives[drive]
+        return asked.to_si(self._get(asked.read_back or asked.property))
+
+    def send(self, command: str) -> None:
+        """Call a method of the instrument."""
+
+        def call(instrument: Any) -> None:
+            getattr(instrument, command)()
+
+        self._exchange(f"call {command}", call)
+        self._check_errors(command)
+
+    def _get(self, name: str, item: int | None = None) -> float:
+        def get(instrument: Any) -> float:
+            owner, attribute = _owner(instrument, name)
+            return number_of(getattr(owner, attribute), name, item)
+
+        which = f"{name} {item}" if item else name
+        return self._exchange(f"get {which}", get)
+
+    def _set(self, name: str, value: float | str) -> None:
+        def put(instrument: Any) -> None:
+            owner, attribute = _owner(instrument, name)
+            setattr(owner, attribute, value)
+
+        self._exchange(f"set {name} {value}", put)
+        self._check_errors(f"{name} = {value}")
+
+    def _check_errors(self, what: str) -> None:
+        if not self._settings.check_errors:
+            return
+        errors = self._exchange(
+            "check errors", lambda instrument: [str(each) for each in instrument.check_errors()]
+        )
+        if errors:
+            raise DeviceRejectedError(f"the instrument does not take {what}: {'; '.join(errors)}")
+
+    def _identify(self) -> Identity:
+        *_, maker, name = self._settings.instrument.split(".")
+        simulated = self._settings.simulated
+        if not self._settings.expect:
+            return Identity(maker, name, "", simulated=simulated)
+        answer = self._exchange("get *IDN?", lambda instrument: str(instrument.ask("*IDN?")))
+        if not fits(self._settings.expect, answer):
+            raise DeviceNotFoundError(
+                f"at {self._settings.resource} answers {shown(answer)} to '*IDN?',"
+                f" which does not fit '{self._settings.expect}'",
+                hint="is it the right instrument? in `expect`, .* stands for anything",
+            )
+        return identity_of(answer, simulated=simulated)
+
+    def _exchange(self, request: str, work: Callable[[Any], _T]) -> _T:
+        return self.exchange(request, partial(self._perform, request, work))
+
+    def _perform(self, request: str, work: Callable[[Any], _T]) -> _T:
+        """Do something with the instrument; what fails in PyMeasure is the instrument's refusal."""
+        timeout_s = self._settings.timeout
+        with self._one.alone(timeout_s + self._open_s):
+            instrument = self._linked()
+            connection = getattr(instrument.adapter, "connection", None)
+            try:
+                with visa_errors(f"no answer to '{request}'", timeout_s, connection, _HINT):
+                    return work(instrument)
+            except PluginError as error:
+                raise DeviceRejectedError(error.message, hint=error.hint) from error
+            except DeviceError:
+                self._drop()
+                raise
+            except ValueError as error:  # of a validator, before anything is sent
+                raise _refused(request, error) from error
+            except Exception as error:  # whatever a class of somebody else's raises
+                self._drop()
+                raise _refused(request, error) from error
+
+    def _linked(self) -> Any:
+        if self._instrument is None:
+            try:
+                self._open()
+            except DeviceNotFoundError as error:
+                raise DeviceLostError(error.message, hint=error.hint) from error
+        return self._instrument
+
+    def _open(self) -> None:
+        self._drop()
+        settings = self._settings
+        found = instrument_class(settings.instrument)
+        check_names(found, settings)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # those of PyMeasure are for its own developers
+                self._instrument = self._made(found)
+        except Exception as error:  # whatever a class of somebody else's raises
+            raise not_opened(settings.resource, error) from error
+        connection = getattr(self._instrument.adapter, "connection", None)
+        if connection is not None:
+            connection.timeout = settings.timeout * 1000
+            if is_gone(connection):
+                self._drop()
+                raise DeviceNotFoundError(f"nobody answers at {settings.resource}", hint=_HINT)
+
+    def _made(self, found: type[Any]) -> Any:
+        settings = self._settings
+        if settings.instrument.startswith(FAKES):
+            return found()  # it is connected to nothing
+        how = {
+            "visa_library": library(settings.backend, self._folder),
+            "open_timeout": int(self._open_s * 1000),
+        }
+        return found(settings.resource, **how, **settings.connection)
+
+    def _drop(self) -> None:
+        instrument, self._instrument = self._instrument, None
+        if instrument is not None:
+            with suppress(Exception):  # it is given up, whatever state it is in
+                instrument.adapter.close()
+
+
+def _refused(request: str, error: Exception) -> DeviceRejectedError:
+    return DeviceRejectedError(f"PyMeasure does not {request}: {type(error).__name__}: {error}")
+
+
+def _owner(instrument: Any, name: str) -> tuple[Any, str]:
+    """Return the instrument, or its channel, and the name of the property of that."""
+    from pymeasure.instruments import Channel  # noqa: PLC0415  (optional)
+
+    channel, _, attribute = name.rpartition(".")
+    owner = getattr(instrument, channel, None) if channel else instrument
+    if channel and not isinstance(owner, Channel):
+        known = [each for each, one in vars(instrument).items() if isinstance(one, Channel)]
+        raise PluginError(
+            f"{type(instrument).__name__} has no channel '{channel}'",
+            hint=f"there are: {', '.join(known) or 'none'}",
+        )
+    need_property(type(owner), attribute)
+    return owner, attribute

@@ -1,0 +1,88 @@
+"""Settings of an instrument that PyMeasure drives; loads without pymeasure."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from rigrunner.api.settings import ListOf, PositiveDuration, SimulableSettings, YesNo
+from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
+from rigrunner_plugins.devices.text.patterns import Regex
+from rigrunner_plugins.devices.visa.settings import Backend, ResourceName, check_simulation
+
+FAKES = "pymeasure.instruments.fakes."
+
+ClassName = Annotated[
+    str, StringConstraints(pattern=r"^pymeasure\.instruments(\.[A-Za-z]\w*){2,}$")
+]
+"""Of PyMeasure's own package alone: whoever writes a station must not choose what is loaded."""
+PropertyName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*(\.[A-Za-z]\w*)?$")]
+"""Of the instrument, or of one of its channels: ch_1.voltage."""
+MethodName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$")]
+
+
+class PropertyChannel(DeclaredChannel):
+    """A channel that a property gives."""
+
+    property: PropertyName
+    """The property that is read."""
+    item: Annotated[int, Field(ge=1)] | None = None
+    """Which one, counted from 1, where the property gives several numbers."""
+
+
+class PropertyDrive(DeclaredDrive):
+    """A drive that a property sets."""
+
+    property: PropertyName
+    """The property that is set, and read back."""
+    read_back: PropertyName | None = None
+    """The property that tells where the drive really stands; left out, the same."""
+
+
+class PyMeasureSettings(SimulableSettings):
+    """A class of PyMeasure, where its instrument is, and what of it is used."""
+
+    instrument: ClassName
+    """The class, such as pymeasure.instruments.keithley.Keithley2000."""
+    resource: ResourceName
+    """The VISA name of the instrument, such as GPIB0::16::INSTR."""
+    backend: Backend = "@py"
+    """@py is pyvisa-py, @ivi the library of a vendor, FILE.yaml@sim a simulation of pyvisa-sim."""
+    timeout: PositiveDuration = 2.0
+    """How long an answer is waited for."""
+    connection: dict[MethodName, bool | int | float | str] = Field(default_factory=dict)
+    """What else the class is told of the connection, such as {baud_rate: 9600}."""
+    expect: Regex = ""
+    """What the answer to *IDN? fits as a whole; left out, nobody is asked."""
+    setup: dict[PropertyName, bool | int | float | str] = Field(default_factory=dict)
+    """Properties that are set after connecting."""
+    calls: ListOf[MethodName] = ()
+    """Methods that are called after that, without arguments."""
+    safe_calls: ListOf[MethodName] = ()
+    """Methods that are called once all drives are safe, such as shutdown."""
+    check_errors: YesNo = False
+    """Whether the class is asked for the instrument's errors whenever something was set."""
+    channels: dict[QuantityName, PropertyChannel] = Field(default_factory=dict)
+    """What can be read."""
+    drives: dict[QuantityName, PropertyDrive] = Field(default_factory=dict)
+    """What can be set, in the order of making safe."""
+
+    @property
+    def properties(self) -> set[str]:
+        """The names of all properties that are used."""
+        read = {each.property for each in self.channels.values()}
+        moved = {each.property for each in self.drives.values()}
+        back = {each.read_back for each in self.drives.values() if each.read_back}
+        return read | moved | back | set(self.setup)
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> Self:
+        if self.instrument.startswith(FAKES):
+            if not self.simulated:
+                raise ValueError(f"{self.instrument} is a simulation: say 'simulated: yes'")
+        else:
+            check_simulation(self.backend, simulated=self.simulated)
+        if not self.channels and not self.drives:
+            raise ValueError("it has neither channels nor drives")
+        return self

@@ -1,0 +1,128 @@
+"""Every instrument class of PyMeasure: can a station use it, without a line of code?
+
+The number stands in docs/how-to/use-a-pymeasure-driver.md, and this test holds it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+import re
+import warnings
+from contextlib import suppress
+from pathlib import Path
+from typing import ClassVar
+from unittest.mock import MagicMock
+
+import pymeasure
+import pymeasure.instruments
+import pytest
+from pymeasure.adapters import Adapter
+from pymeasure.instruments import Instrument
+
+from helpers_instruments import instrument
+from rigrunner.api.devices import Device
+from rigrunner.api.errors import DeviceError
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class, obstacle, properties_of
+
+PAGE = Path(__file__).parents[2] / "docs/how-to/use-a-pymeasure-driver.md"
+NO_INSTRUMENTS = {"pymeasure.instruments.fakes"}
+
+
+def _modules():
+    """Return the modules that can be loaded; some need a package or driver of their maker's."""
+    for found in pkgutil.walk_packages(pymeasure.instruments.__path__, "pymeasure.instruments."):
+        if found.name in NO_INSTRUMENTS:
+            continue
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                yield importlib.import_module(found.name)
+            except (ImportError, OSError, AttributeError):
+                continue
+
+
+def _classes():
+    """Return each class once, by the shortest name under which it is found."""
+    found = {}
+    for module in _modules():
+        for name, one in vars(module).items():
+            if (
+                inspect.isclass(one)
+                and issubclass(one, Instrument)
+                and one.__module__.startswith("pymeasure.instruments.")
+                and one.__module__ not in {*NO_INSTRUMENTS, "pymeasure.instruments.instrument"}
+                and not name.startswith("_")
+            ):
+                found.setdefault(one, set()).add(f"{module.__name__}.{name}")
+    return sorted(min(names, key=lambda name: (len(name), name)) for names in found.values())
+
+
+CLASSES = _classes()
+USABLE = [name for name in CLASSES if not obstacle(instrument_class(name))]
+MAKERS = {name.split(".")[2] for name in USABLE}
+
+
+def test_most_instruments_can_be_used():
+    assert len(USABLE) > 150
+    assert len(USABLE) >= 0.95 * len(CLASSES)
+
+
+def test_how_many_there_are_is_told():
+    told = re.search(r"(\d+) of its (\d+) instrument classes, from (\d+) makers", PAGE.read_text())
+    assert told is not None
+    version = re.search(r"of PyMeasure\s+([\d.]+)", PAGE.read_text())[1]
+    if not pymeasure.__version__.startswith(version):
+        pytest.skip(f"they were counted in {version}, this is {pymeasure.__version__}")
+    assert [int(each) for each in told.groups()] == [len(USABLE), len(CLASSES), len(MAKERS)]
+
+
+class Connection(Adapter):
+    """Stands where PyMeasure would open a VISA resource, and answers 1 to everything."""
+
+    opened: ClassVar[list[tuple]] = []
+
+    def __init__(self, resource, **keywords):
+        super().__init__()
+        self.connection = MagicMock()
+        self.opened.append((resource, keywords))
+
+    def _write(self, command, **keywords):
+        pass
+
+    _write_bytes = _write
+
+    def _read(self, **_keywords):
+        return "1"
+
+    def _read_bytes(self, count, **_keywords):
+        return b"1" * count
+
+
+@pytest.mark.parametrize("name", USABLE)
+def test_the_class_takes_the_resource_and_the_backend_of_a_station(name, monkeypatch):
+    monkeypatch.setattr("pymeasure.instruments.instrument.VISAAdapter", Connection)
+    Connection.opened.clear()
+    settings = {
+        "instrument": name,
+        "resource": "GPIB0::5::INSTR",
+        "channels": {"first": {"property": properties_of(instrument_class(name))[0], "unit": "1"}},
+    }
+    with suppress(DeviceError):  # of the few that talk at once, and do not like to hear 1
+        instrument("pymeasure", settings).connect(1.0)
+    ((resource, keywords),) = Connection.opened
+    assert resource == "GPIB0::5::INSTR"
+    assert keywords["visa_library"] == "@py"
+
+
+@pytest.mark.parametrize("name", USABLE)
+def test_a_station_can_bind_each_property_of_the_class(name):
+    channels = {
+        f"channel_{number}": {"property": each, "unit": "1"}
+        for number, each in enumerate(properties_of(instrument_class(name)))
+    }
+    settings = {"instrument": name, "resource": "GPIB0::5::INSTR", "channels": channels}
+    device = instrument("pymeasure", settings)
+    assert isinstance(device, Device)
+    assert len(device.channels) == len(channels)

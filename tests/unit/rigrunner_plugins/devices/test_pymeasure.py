@@ -1,0 +1,272 @@
+"""PyMeasure's real classes as instruments of a station."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from helpers_instruments import REGISTRY, instrument, merged
+from helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
+from rigrunner.api.devices import Approaching, Device, Identity, Readable
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    PluginError,
+)
+
+HERE = Path(__file__).parent
+SIMULATED = {"backend": "instruments.yaml@sim", "simulated": "yes"}
+TERMINATED = {"read_termination": "\n", "write_termination": "\n"}
+KEITHLEY = {
+    "instrument": "pymeasure.instruments.keithley.Keithley2000",
+    "resource": "GPIB0::16::INSTR",
+    "connection": TERMINATED,
+    "expect": "KEITHLEY.*MODEL 2000.*",
+    # a bridge of 2 mV/V at 10 N·m, fed with 1 V: 5 N·m per mV, which is 5000 N·m per volt
+    "channels": {"torque": {"property": "voltage", "unit": "N·m", "scale": 5000}},
+}
+FREQUENCY = {"property": "frequency", "unit": "Hz", "min": "1 Hz", "max": "20 kHz", "safe": "1 Hz"}
+AGILENT = {
+    "instrument": "pymeasure.instruments.agilent.Agilent33220A",
+    "resource": "GPIB0::10::INSTR",
+    "connection": TERMINATED,
+    "check_errors": "yes",
+    "drives": {"frequency": FREQUENCY},
+}
+STANFORD = {
+    "instrument": "pymeasure.instruments.srs.SR830",
+    "resource": "GPIB0::8::INSTR",
+    "connection": TERMINATED,
+    "channels": {"signal": {"property": "x", "unit": "mV", "scale": 1000}},
+    "drives": {"reference": {**FREQUENCY, "min": "0.01 Hz"}},
+}
+LAKESHORE = {
+    "instrument": "pymeasure.instruments.lakeshore.LakeShore211",
+    "resource": "GPIB0::12::INSTR",
+    "connection": TERMINATED,
+    "expect": "LSCI,MODEL211S,.*",
+    "channels": {"bearing": {"property": "temperature_celsius", "unit": "°C"}},
+}
+
+
+def simulated(settings, **changes):
+    return instrument("pymeasure", merged({**settings, **SIMULATED}, **changes), folder=HERE)
+
+
+def test_its_abilities():
+    assert all(isinstance(simulated(KEITHLEY), each) for each in (Device, Readable, Approaching))
+
+
+class TestFourMakers:
+    def test_a_multimeter_of_keithley(self):
+        device = simulated(KEITHLEY)
+        assert device.connect(2.0) == Identity(
+            "KEITHLEY INSTRUMENTS INC.", "MODEL 2000", "0612345", "A02", simulated=True
+        )
+        assert device.read(["torque"]) == {"torque": pytest.approx(7.5)}  # 1.5 mV * 5 N·m/mV
+        device.close()
+
+    def test_a_generator_of_agilent(self):
+        device = simulated(AGILENT)
+        assert device.connect(2.0) == Identity("agilent", "Agilent33220A", "", simulated=True)
+        device.set("frequency", 12.5)
+        assert device.read_back("frequency") == 12.5
+        with pytest.raises(DeviceRejectedError, match="allowed: 1 to 20000 Hz"):
+            device.set("frequency", 30e3)
+        assert device.make_safe() == {"frequency": 1.0}
+        device.close()
+
+    def test_an_amplifier_of_stanford(self):
+        device = simulated(STANFORD)
+        device.connect(2.0)
+        device.set("reference", 35.0)
+        assert device.read(["signal"]) == {"signal": pytest.approx(0.0125)}
+        device.close()
+
+    def test_a_thermometer_of_lake_shore(self):
+        device = simulated(LAKESHORE)
+        device.connect(2.0)
+        assert device.read(["bearing"]) == {"bearing": pytest.approx(296.65)}
+        device.close()
+
+
+class TestWhatASocketSays:
+    """PyMeasure over pyvisa-py, to a peer that breaks off."""
+
+    @pytest.fixture
+    def answers(self):
+        return {
+            "*IDN?": b"KEITHLEY INSTRUMENTS INC.,MODEL 2000,0612345,A02\n",
+            ":READ?": b"+1.500000E-03\n",
+        }
+
+    @pytest.fixture
+    def bench(self, answers):
+        with peer(SocketPeer, Lines(lambda line: answers.get(line, SILENCE))) as made:
+            yield made
+
+    @pytest.fixture
+    def device(self, bench):
+        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="300 ms"))
+        yield made
+        made.close()
+
+    def test_it_works(self, device):
+        assert device.connect(2.0).model == "MODEL 2000"
+        assert device.read(["torque"]) == {"torque": pytest.approx(7.5)}
+
+    def test_another_instrument(self, device, answers):
+        answers["*IDN?"] = b"OTHER,PSU,1,2\n"
+        with pytest.raises(DeviceNotFoundError, match=r"'OTHER,PSU,1,2'.*does not fit 'KEITHLEY"):
+            device.connect(2.0)
+
+    def test_nobody(self, device, bench):
+        bench.close()
+        with pytest.raises(DeviceNotFoundError, match="nobody answers"):
+            device.connect(2.0)
+
+    def test_silence(self, device, answers):
+        device.connect(2.0)
+        answers[":READ?"] = SILENCE
+        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'get voltage' within 0\.3 s"):
+            device.read(["torque"])
+        answers[":READ?"] = b"+2.0E-03\n"
+        assert device.read(["torque"]) == {"torque": pytest.approx(10.0)}
+
+    def test_a_cut_connection(self, device, answers, bench):
+        device.connect(2.0)
+        answers[":READ?"] = HANG_UP
+        with pytest.raises((DeviceLostError, DeviceTimeoutError), match="'get voltage'"):
+            device.read(["torque"])
+        bench.close()
+        with pytest.raises(DeviceLostError, match="nobody answers"):
+            device.read(["torque"])
+
+    @pytest.mark.parametrize(
+        ("answer", "told"),
+        [
+            (b"OVERFLOW\n", "the property voltage gives 'OVERFLOW', which is no number"),
+            (b"+9.90000000E+37\n", r"gives 9\.9e\+37: overload"),
+            (b"1,2,3\n", "gives 3 values.*`item`"),
+        ],
+    )
+    def test_no_number(self, device, answers, answer, told):
+        device.connect(2.0)
+        answers[":READ?"] = answer
+        with pytest.raises(DeviceRejectedError, match=told):
+            device.read(["torque"])
+
+    def test_one_of_several_numbers(self, bench, answers):
+        answers[":READ?"] = b"1,2,3\n"
+        channel = {"property": "voltage", "unit": "V", "item": 2}
+        settings = merged(KEITHLEY, resource=bench.resource, channels={"u": channel})
+        device = instrument("pymeasure", settings)
+        device.connect(2.0)
+        assert device.read(["u"]) == {"u": 2.0}
+        device.close()
+
+    def test_setup_and_calls(self, bench):
+        settings = merged(
+            KEITHLEY,
+            resource=bench.resource,
+            setup={"voltage_nplc": 1},
+            calls=["measure_voltage"],
+            safe_calls=["beep_not"],
+        )
+        with pytest.raises(PluginError, match=r"no method 'beep_not' that needs no arg"):
+            instrument("pymeasure", settings)
+        device = instrument("pymeasure", merged(settings, safe_calls=["shutdown"]))
+        device.connect(2.0)
+        ranged = ":SENS:VOLT:RANG:AUTO 0;:SENS:VOLT:RANG 1"
+        assert bench._talk.last(ranged) == ranged
+        assert bench._talk.heard[:-1] == ["*IDN?", ":SENS:VOLT:NPLC 1", ":CONF:VOLT:DC"]
+        assert device.make_safe() == {}
+        assert device._instrument.isShutdown
+        device.close()
+
+
+def test_a_set_point_that_pymeasure_would_quietly_cut_off_is_noticed():
+    """SR830's class limits its frequency to 102 kHz without a word; the read-back tells."""
+    wide = {**FREQUENCY, "max": "200 kHz", "tolerance": "1 Hz", "settle": "100 ms"}
+    device = simulated(STANFORD, drives={"reference": wide})
+    device.connect(2.0)
+    with pytest.raises(DeviceTimeoutError, match="reference reads back 102000 Hz"):
+        device.set("reference", 150e3)
+    device.close()
+
+
+def test_a_value_that_a_validator_refuses():
+    device = simulated(KEITHLEY, setup={"voltage_nplc": 1, "mode": "torque"})
+    with pytest.raises(DeviceRejectedError, match=r"PyMeasure does not set mode torque: \w+Error"):
+        device.connect(2.0)
+
+
+def test_errors_of_the_instrument_are_told():
+    errors = ['-222,"Data out of range"', '+0,"No error"']
+
+    def answer(line):
+        if line == "SYST:ERR?":
+            return f"{errors.pop(0)}\n".encode()
+        return SILENCE
+
+    with peer(SocketPeer, Lines(answer)) as bench:
+        device = instrument("pymeasure", merged(AGILENT, resource=bench.resource))
+        device.connect(2.0)
+        with pytest.raises(DeviceRejectedError, match=r"frequency = 12\.5.*Data out of range"):
+            device.begin("frequency", 12.5)
+        device.close()
+
+
+def test_the_trial_of_the_record():
+    device = instrument("pymeasure", REGISTRY.find("device", "pymeasure").record.trial)
+    assert device.connect(1.0).simulated
+    device.set("output", 2.5)
+    assert device.read_back("output") == 2.5
+    assert device.read(["voltage"])
+    assert device.make_safe() == {"output": 0.0}
+    device.close()
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"instrument": "os.system"}, "instrument"),
+        ({"instrument": "pymeasure.instruments"}, "instrument"),
+        ({"instrument": "pymeasure.adapters.VISAAdapter"}, "instrument"),
+        ({"instrument": "evil.pymeasure.instruments.keithley.Keithley2000"}, "instrument"),
+        ({"instrument": "pymeasure.instruments.keithley.Keithly2000"}, "did you mean Keithley2000"),
+        ({"instrument": "pymeasure.instruments.keithly.Keithley2000"}, "cannot be loaded"),
+        ({"instrument": "pymeasure.instruments.keithley.keithley2000.Instrument"}, "no instrument"),
+        ({"instrument": "pymeasure.instruments.keithley.keithley2000.KeithleyBuffer"}, "no instru"),
+        ({"channels": {"u": {"property": "voltge", "unit": "V"}}}, "did you mean voltage"),
+        ({"channels": {"u": {"property": "adapter", "unit": "V"}}}, "no property 'adapter'"),
+        ({"channels": {"u": {"property": "__class__", "unit": "V"}}}, "property"),
+        ({"channels": {"u": {"property": "_x.y", "unit": "V"}}}, "property"),
+        ({"calls": ["write"]}, "no method 'write' that needs no arguments"),
+        ({"calls": ["__init__"]}, "calls"),
+        ({"channels": {}}, "neither channels nor drives"),
+        ({"simulated": "yes"}, "simulated needs @sim"),
+        ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "say 'simulated: yes'"),
+    ],
+)
+def test_wrong_settings_are_told_before_anything_is_connected(changes, told):
+    with pytest.raises(PluginError, match=told):
+        instrument("pymeasure", merged(KEITHLEY, **changes))
+
+
+def test_a_channel_of_an_instrument_that_there_is_not():
+    device = simulated(KEITHLEY, channels={"u": {"property": "ch_1.voltage", "unit": "V"}})
+    device.connect(2.0)
+    with pytest.raises(DeviceRejectedError, match=r"Keithley2000 has no channel 'ch_1'"):
+        device.read(["u"])
+    device.close()
+
+
+def test_without_pymeasure_a_station_is_checked_and_connecting_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pymeasure.instruments", None)
+    device = simulated(KEITHLEY)
+    with pytest.raises(PluginError, match=r"'pymeasure' is not installed.*rigrunner\[pymeasure\]"):
+        device.connect(1.0)
