@@ -7,8 +7,10 @@ import os
 import select
 import socket
 import threading
+import time
 import tty
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from pymodbus.server import ModbusSerialServer
@@ -22,6 +24,15 @@ HANG_UP = object()
 """In place of an answer: the peer closes the connection."""
 SILENCE = b""
 """In place of an answer: none."""
+
+
+@dataclass(frozen=True)
+class After:
+    """An answer that comes late."""
+
+    seconds: float
+    answer: bytes
+
 
 FREQUENCY = {
     "holding": 1,
@@ -87,7 +98,10 @@ class Scripted:
             if answer is HANG_UP:
                 self._hang_up()
                 return
-            if answer:
+            if isinstance(answer, After):
+                time.sleep(answer.seconds)
+                self._send(answer.answer)
+            elif answer:
                 self._send(answer)
 
 

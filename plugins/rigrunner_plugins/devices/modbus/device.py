@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
@@ -19,7 +19,7 @@ from rigrunner_plugins.devices.modbus.settings import Tcp
 from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from rigrunner.api.devices import DeviceContext, Identity
     from rigrunner_plugins.devices.modbus.line import Line
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.settings import ModbusSettings, Write
     from rigrunner_plugins.loopback.modbus_server import ModbusServer
 
+_T = TypeVar("_T")
 _BASIC_OBJECTS = range(3)
 """Maker, product and revision (Application Protocol Specification V1.1b3, clause 6.21)."""
 
@@ -40,6 +41,7 @@ class ModbusDevice(Driver):
         self._opened: Line | None = None
         self._heartbeat: Heartbeat | None = None
         self._server: ModbusServer | None = None
+        self._moment_s = 0.0
 
     def open(self, timeout_s: float) -> Identity:
         """Connect, ask who answers, and keep the watchdog content from then on."""
@@ -61,6 +63,12 @@ class ModbusDevice(Driver):
         if self._server is not None:
             self._server.stop()
             self._server = None
+
+    def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
+        """Do one exchange; a simulator is told what time it is."""
+        if self._settings.simulated:
+            self._moment_s = self.clock.monotonic_s()
+        return super().exchange(request, perform)
 
     def get(self, channel: str) -> float:
         """Return the present value of a channel."""
@@ -122,11 +130,7 @@ class ModbusDevice(Driver):
 
     def read_identification(self) -> list[str]:
         """Return maker, product and revision by Read Device Identification."""
-        try:
-            found = self.exchange("read device identification", self._ask_identification)
-        except DeviceRejectedError as error:
-            error.hint = "if it does not know function 43 / 14, leave `standard` out"
-            raise
+        found = self.exchange("read device identification", self._ask_identification)
         if len(found) != len(_BASIC_OBJECTS) or not any(found):
             raise DeviceNotFoundError(f"{self._settings.where} does not say who it is")
         return found
@@ -141,7 +145,7 @@ class ModbusDevice(Driver):
         try:
             from rigrunner_plugins.devices.modbus.line import Line  # noqa: PLC0415  (pymodbus)
 
-            self._opened = Line(self._served(), self.clock)
+            self._opened = Line(self._served())
             self._opened.open(timeout_s)
         except ModuleNotFoundError as error:
             raise missing(error.name or "pymodbus", "modbus") from error
@@ -152,7 +156,9 @@ class ModbusDevice(Driver):
             return self._settings
         from rigrunner_plugins.devices.modbus.simulator import serve  # noqa: PLC0415  (pymodbus)
 
-        self._server = serve(self._settings.simulator, self._settings.unit_id, self.clock)
+        self._server = serve(
+            self._settings.simulator, self._settings.unit_id, lambda: self._moment_s
+        )
         tcp = Tcp(host="127.0.0.1", port=self._server.port)
         return self._settings.model_copy(update={"tcp": tcp})
 

@@ -1,10 +1,14 @@
-"""The connection to a unit: one request at a time, each answer checked against its request."""
+"""The connection to a unit: one request at a time, each answer checked against its request.
+
+What waits here waits in real time: it is not done when exchanges are played back.
+"""
 
 from __future__ import annotations
 
 import logging
 import struct
 import threading
+import time
 from typing import TYPE_CHECKING
 
 from pymodbus.exceptions import ConnectionException, ModbusException
@@ -16,14 +20,20 @@ from rigrunner.api.errors import (
 )
 from rigrunner_plugins.devices.modbus.opening import open_client
 from rigrunner_plugins.devices.modbus.places import Table, span
-from rigrunner_plugins.devices.modbus.refusals import BUSY, ILLEGAL_ADDRESS, counted, meaning
+from rigrunner_plugins.devices.modbus.refusals import (
+    BUSY,
+    ILLEGAL_ADDRESS,
+    ILLEGAL_FUNCTION,
+    NO_IDENTIFICATION,
+    counted,
+    meaning,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from pymodbus.pdu import ModbusPDU
 
-    from rigrunner.api.devices import Clock
     from rigrunner_plugins.devices.modbus.opening import Client
     from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 
@@ -39,9 +49,8 @@ _UNREADABLE = (ModbusException, struct.error, LookupError, ValueError)
 class Line:
     """A connection to one unit that threads may share."""
 
-    def __init__(self, settings: ModbusSettings, clock: Clock) -> None:
+    def __init__(self, settings: ModbusSettings) -> None:
         self._settings = settings
-        self._clock = clock
         self._lock = threading.RLock()
         self._client: Client | None = None
         self._why = "not connected"
@@ -81,7 +90,7 @@ class Line:
             ),
         }
         function, request = requests[table]
-        answer = self._ask(asked, function, request, counted(table, address))
+        answer = self._ask(asked, function, request, {ILLEGAL_ADDRESS: counted(table, address)})
         if table.of_bits:
             whole_bytes = -(-count // 8) * 8
             self._need(asked, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
@@ -106,7 +115,7 @@ class Line:
             ),
         }
         function, request = requests[table, multiple]
-        answer = self._ask(asked, function, request, counted(table, address))
+        answer = self._ask(asked, function, request, {ILLEGAL_ADDRESS: counted(table, address)})
         self._need(asked, answer.address == address, f"an echo of address {answer.address}")
         if multiple:
             self._need(asked, answer.count == len(words), f"an echo of {answer.count} values")
@@ -127,6 +136,7 @@ class Line:
                     object_id=wanted,  # noqa: B023  (called before the next turn)
                     device_id=self._settings.unit_id,
                 ),
+                {ILLEGAL_FUNCTION: NO_IDENTIFICATION},
             )
             information: dict[int, bytes] = getattr(answer, "information", {})
             found |= {
@@ -144,7 +154,7 @@ class Line:
         asked: str,
         function: int,
         request: Callable[[Client], ModbusPDU],
-        where_else: str = "",
+        hints: Mapping[int, str],
     ) -> ModbusPDU:
         with self._lock:
             for left in range(self._settings.retries, -1, -1):
@@ -152,9 +162,9 @@ class Line:
                 if answer is None:
                     continue
                 if answer.isError() and answer.exception_code == BUSY and left:
-                    self._clock.sleep(self._settings.timeout)
+                    time.sleep(self._settings.timeout)
                     continue
-                return self._checked(asked, function, answer, where_else)
+                return self._checked(asked, function, answer, hints)
             raise self._unanswered(asked)
 
     def _answer(self, asked: str, request: Callable[[Client], ModbusPDU]) -> ModbusPDU | None:
@@ -162,7 +172,7 @@ class Line:
             raise DeviceLostError(f"{asked}: {self._why}")
         if self._late and self._settings.rtu is not None:
             # a serial answer does not say what it answers: a late one must not pass for the next
-            self._clock.sleep(self._settings.timeout)
+            time.sleep(self._settings.timeout)
         self._late, self._heard = False, b""
         try:
             return request(self._client)
@@ -176,12 +186,15 @@ class Line:
             self._late = True
             return None
 
-    def _checked(self, asked: str, function: int, answer: ModbusPDU, where_else: str) -> ModbusPDU:
+    def _checked(
+        self, asked: str, function: int, answer: ModbusPDU, hints: Mapping[int, str]
+    ) -> ModbusPDU:
         if answer.isError():
             said, hint = meaning(answer.exception_code)
-            if answer.exception_code == ILLEGAL_ADDRESS:
-                hint = where_else or hint
-            raise DeviceRejectedError(f"{asked}: {self._settings.where} says {said}", hint=hint)
+            raise DeviceRejectedError(
+                f"{asked}: {self._settings.where} says {said}",
+                hint=hints.get(answer.exception_code, hint),
+            )
         self._need(
             asked, answer.function_code == function, f"an answer to function {answer.function_code}"
         )

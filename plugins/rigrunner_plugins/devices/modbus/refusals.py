@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from rigrunner_plugins.devices.modbus.places import Table
 
-ILLEGAL_ADDRESS, BUSY = 2, 6
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, BUSY = 1, 2, 6
+NO_IDENTIFICATION = "if it does not know function 43 / 14, leave `standard` out"
 _DIGITS = 4
 """Of a register behind the digit of its table; more where they do not suffice."""
 _UNKNOWN = ("an exception that the standard does not know", "see the instrument's manual")
@@ -20,7 +21,7 @@ _FAILURE = (
     " whether the register may be written now"
 )
 _MEANINGS = {
-    1: ("illegal function", _FUNCTION),
+    ILLEGAL_FUNCTION: ("illegal function", _FUNCTION),
     ILLEGAL_ADDRESS: (
         "illegal data address: it has no such register, or not that many together",
         "see the manual's list of registers",

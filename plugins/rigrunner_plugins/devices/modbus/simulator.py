@@ -10,13 +10,14 @@ from rigrunner_plugins.loopback.plant import Plant
 from rigrunner_plugins.loopback.press import Press
 
 if TYPE_CHECKING:
-    from rigrunner.api.devices import Clock
+    from collections.abc import Callable
+
     from rigrunner_plugins.devices.modbus.settings import Simulator
 
 
-def serve(simulator: Simulator, unit_id: int, clock: Clock) -> ModbusServer:
-    """Return a server that listens; its plant moves in the time of the clock."""
-    plant = Plant(now_s=clock.monotonic_s)
+def serve(simulator: Simulator, unit_id: int, now_s: Callable[[], float]) -> ModbusServer:
+    """Return a server that listens; its plant moves in the time that it is told."""
+    plant = Plant(now_s=now_s)
     unit = Inverter(plant, unit_id) if simulator == "inverter" else Press(plant, unit_id)
     server = ModbusServer([unit])
     server.start()

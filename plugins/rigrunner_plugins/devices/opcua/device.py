@@ -98,7 +98,7 @@ class OpcUa(Driver):
             from rigrunner_plugins.devices.opcua.session import Session  # noqa: PLC0415  (asyncua)
         except ModuleNotFoundError as error:
             raise missing(error.name or "asyncua", "opcua") from error
-        self._opened = Session(self._settings, self._folder, self.clock)
+        self._opened = Session(self._settings, self._folder)
         self._opened.open(timeout_s)
 
     def _identify(self) -> Identity:

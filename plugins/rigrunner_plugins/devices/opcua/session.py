@@ -1,8 +1,13 @@
-"""A session with a server: reads, writes and describes nodes, for one caller at a time."""
+"""A session with a server: reads, writes and describes nodes, for one caller at a time.
+
+The age of values is taken by the computer's own clock: it is not asked when exchanges are played
+back.
+"""
 
 from __future__ import annotations
 
 import logging
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from asyncua import ua
@@ -19,7 +24,6 @@ if TYPE_CHECKING:
 
     from asyncua import Client, Node
 
-    from rigrunner.api.devices import Clock
     from rigrunner_plugins.devices.opcua.settings import NodeValue, OpcUaSettings
     from rigrunner_plugins.devices.opcua.types import Type
 
@@ -41,10 +45,9 @@ _BUILD_INFO = {
 class Session:
     """A connection to one server, with an event loop of its own."""
 
-    def __init__(self, settings: OpcUaSettings, folder: Path, clock: Clock) -> None:
+    def __init__(self, settings: OpcUaSettings, folder: Path) -> None:
         self._settings = settings
         self._folder = folder
-        self._clock = clock
         self._loop: LoopThread | None = None
         self._client: Client | None = None
 
@@ -175,7 +178,7 @@ class Session:
             raise DeviceRejectedError(
                 f"{wanted.node} does not say how old its value is", hint="leave `stale` out"
             )
-        age_s = (self._clock.utc() - found.SourceTimestamp).total_seconds()
+        age_s = (datetime.now(UTC) - found.SourceTimestamp).total_seconds()
         if abs(age_s) > wanted.stale:
             raise DeviceRejectedError(
                 f"{wanted.node} has a value that is {age_s:.3g} s old, allowed is"

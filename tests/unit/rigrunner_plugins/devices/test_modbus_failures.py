@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import pytest
@@ -11,6 +12,7 @@ from helpers_modbus import (
     FREQUENCY,
     HANG_UP,
     SILENCE,
+    After,
     Cable,
     device,
     mbap,
@@ -224,4 +226,22 @@ def test_an_echo_of_another_value_is_no_confirmation():
             DeviceRejectedError, match=r"write 1000 to holding 1: .* echo of \[1001"
         ):
             unit.begin("frequency", 10.0)
+        unit.close()
+
+
+def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
+    other = "04 00 05 00 01"
+    fine, late = rtu(1, FINE), rtu(1, "04 02 00 63")
+    script = [
+        (rtu(1, PROBE), fine),
+        (rtu(1, PROBE), After(0.25, late)),
+        (rtu(1, other), rtu(1, "04 02 00 09")),
+    ]
+    channels = {**CHANNELS, "angle": {"input": 5, "unit": "deg"}}
+    with rtu_peer(script) as (_, where):
+        unit = device({**where, "timeout": "150 ms", "retries": 0, "channels": channels})
+        unit.connect(1.0)
+        with pytest.raises(DeviceTimeoutError):
+            unit.read(["torque"])
+        assert unit.read(["angle"]) == {"angle": pytest.approx(math.radians(9))}
         unit.close()
