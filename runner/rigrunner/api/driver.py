@@ -104,10 +104,14 @@ class Driver:
 
     def read(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the present value of each channel."""
+        self.check_channels(channels)
+        return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
+
+    def check_channels(self, channels: Iterable[str]) -> None:
+        """Raise a DeviceError unless it is connected and has all of these channels."""
         self._need_connection()
         for name in channels:
             _find("channel", name, self._channels)
-        return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
 
     def begin(self, drive: str, value: float) -> None:
         """Give a drive a new set-point within its limits and return at once."""

@@ -1,0 +1,83 @@
+"""What is the same in every driver that streams: blocks without gaps, the stop, the end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rigrunner.api.data import Block
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.devices import StopToken
+
+
+class StreamingDriver(Driver):
+    """A Driver that is Streaming; give it `sample_rate_hz` and `take`, and what starts and halts.
+
+    Each block goes over the wire.
+    """
+
+    block_s: ClassVar[float] = 0.1
+    """How long a block is; the run is looked at between two."""
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel, as the instrument keeps them."""
+        raise NotImplementedError
+
+    def start(self, channels: Sequence[str]) -> None:
+        """Begin to sample these channels."""
+
+    def take(self, channels: Sequence[str], samples: int) -> Mapping[str, Array]:
+        """Return the next samples of each channel, shape (samples,), once they are there.
+
+        They follow those that were taken before, without a gap; raise a DeviceError where some were
+        lost.
+        """
+        raise NotImplementedError
+
+    def halt(self) -> None:
+        """End the sampling: called however a stream ends, also where `start` failed."""
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield gapless blocks until the duration has passed or the token is set.
+
+        The time of a block is that of its arrival.
+        """
+        self.check_channels(channels)
+        return self._blocks(tuple(channels), round(duration_s * self.sample_rate_hz), stop)
+
+    def _blocks(self, channels: Sequence[str], samples: int, stop: StopToken) -> Iterator[Block]:
+        rate_hz, named, first = self.sample_rate_hz, ", ".join(channels), 0
+        longest = max(1, round(self.block_s * rate_hz))
+        try:
+            self.exchange(f"start {named}", lambda: self.start(channels))
+            while first < samples and not stop.is_set():
+                count = min(longest, samples - first)
+                values = self._taken(channels, count, f"take {count} of {named}")
+                now_s = self.clock.monotonic_s()
+                yield Block(rate_hz, first, now_s, dict(zip(channels, values, strict=True)))
+                first += count
+        finally:
+            self.exchange(f"halt {named}", self.halt)
+
+    def _taken(self, channels: Sequence[str], count: int, request: str) -> list[Array]:
+        def perform() -> list[Array]:
+            taken = self.take(channels, count)
+            return [np.asarray(taken[name], dtype=np.float64) for name in channels]
+
+        values = self.exchange(request, perform)
+        shapes = [array.shape for array in values]
+        if shapes != [(count,)] * len(channels):
+            raise DeviceRejectedError(
+                f"{request}: got arrays of the shapes {shapes}, needed is ({count},) for each"
+            )
+        return values

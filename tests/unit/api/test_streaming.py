@@ -1,0 +1,136 @@
+"""Drivers that stream: gapless, stopped, halted, with their errors mapped."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+from rigrunner.api.devices import ChannelInfo, DeviceContext, Identity, Readable, Streaming
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.streaming import StreamingDriver
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import Plugin, Provider, Registry
+from rigrunner.testing import State, Subject, checks, examine, subject
+
+RATE_HZ = 1000.0
+
+
+class OverrunError(Exception):
+    """The maker's library lost samples."""
+
+
+class Counter(StreamingDriver):
+    """Gives 0, 1, 2, ... newtons, at 1 kHz."""
+
+    channels = (ChannelInfo("force", "N", "Force"), ChannelInfo("twice", "N", "Twice"))
+    errors = {OverrunError: DeviceLostError}  # noqa: RUF012  (as an author would write it)
+    sample_rate_hz = RATE_HZ
+
+    def __init__(self, settings, context):
+        super().__init__(context)
+        self.settings = settings
+        self.log = []
+        self.count = 0
+        self.fails_at = None
+        self.short = 0
+
+    def open(self, timeout_s):  # noqa: ARG002  (it takes none)
+        serial = self.exchange("serial number?", lambda: "1")
+        return Identity("Test", "counter", serial, simulated=True)
+
+    def get(self, channel):  # noqa: ARG002  (both the same)
+        return self.exchange("count?", lambda: float(self.count))
+
+    def start(self, channels):
+        self.count = 0
+        self.log.append(f"start {len(channels)}")
+
+    def take(self, channels, samples):
+        if self.fails_at is not None and self.count >= self.fails_at:
+            raise OverrunError("buffer overrun")
+        self.clock.sleep(samples / RATE_HZ)
+        values = np.arange(self.count, self.count + samples - self.short)
+        self.count += samples
+        return {name: values * (2 if name == "twice" else 1) for name in channels}
+
+    def halt(self):
+        self.log.append("halt")
+
+
+RECORD = DeviceRecord(
+    name="counter", help="Counts.", factory=Counter, simulated=True, wired=True, stop_latency_s=0.2
+)
+REGISTRY = Registry([Plugin("device", RECORD, Provider("test", "1"))])
+
+
+@pytest.fixture
+def counter(tmp_path):
+    device = Counter(None, DeviceContext("cell", SimulatedClock(), tmp_path))
+    device.connect(1.0)
+    return device
+
+
+def test_blocks_follow_each_other_and_each_has_all_channels(counter):
+    """0.25 s at 1 kHz: blocks of 100, 100 and 50 samples."""
+    assert isinstance(counter, Streaming)
+    assert isinstance(counter, Readable)
+    blocks = list(counter.stream(["twice", "force"], 0.25, threading.Event()))
+    assert [(each.first_sample, each.samples) for each in blocks] == [
+        (0, 100),
+        (100, 100),
+        (200, 50),
+    ]
+    assert np.array_equal(
+        np.concatenate([each.channels["force"] for each in blocks]), np.arange(250.0)
+    )
+    assert blocks[2].channels["twice"][0] == 400.0
+    assert blocks[0].channels["force"].dtype == np.float64
+    assert [each.monotonic_s for each in blocks] == pytest.approx([0.1, 0.2, 0.25])
+    assert counter.log == ["start 2", "halt"]
+
+
+def test_a_stop_is_seen_between_two_blocks(counter):
+    stop = threading.Event()
+    stream = counter.stream(["force"], 10.0, stop)
+    next(stream)
+    stop.set()
+    assert list(stream) == []
+    assert counter.log == ["start 1", "halt"]
+
+
+def test_one_that_is_left_is_halted(counter):
+    stream = counter.stream(["force"], 10.0, threading.Event())
+    next(stream)
+    stream.close()
+    assert counter.log == ["start 1", "halt"]
+
+
+def test_an_error_in_the_middle_is_mapped_and_halts(counter):
+    counter.fails_at = 200
+    found = []
+    with pytest.raises(DeviceLostError, match="take 100 of force: buffer overrun"):
+        found.extend(counter.stream(["force"], 1.0, threading.Event()))
+    assert counter.log == ["start 1", "halt"]
+
+
+def test_less_than_was_asked_for_is_no_block(counter):
+    counter.short = 1
+    with pytest.raises(DeviceRejectedError, match=r"shapes \[\(99,\)\], needed is \(100,\)"):
+        list(counter.stream(["force"], 1.0, threading.Event()))
+
+
+def test_unknown_channels_and_no_connection_are_refused_at_once(counter):
+    with pytest.raises(DeviceRejectedError, match="no channel 'torque'"):
+        counter.stream(["torque"], 1.0, threading.Event())
+    counter.close()
+    with pytest.raises(DeviceLostError, match="not connected"):
+        counter.stream(["force"], 1.0, threading.Event())
+
+
+def test_it_keeps_to_what_every_device_keeps_to():
+    found: Subject = subject("device", "counter", registry=REGISTRY)
+    failed = [each for each in examine(found, checks("device")) if each.state is State.FAIL]
+    assert failed == []
