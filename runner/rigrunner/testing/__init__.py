@@ -14,6 +14,7 @@ from rigrunner.testing.check import (
 )
 from rigrunner.testing.examine import conform, examine, examine_one
 from rigrunner.testing.kinds import checks, subject
+from rigrunner.testing.replayed import replayed
 from rigrunner.testing.subject import Subject
 
 __all__ = [
@@ -28,5 +29,6 @@ __all__ = [
     "conform",
     "examine",
     "examine_one",
+    "replayed",
     "subject",
 ]

@@ -1,0 +1,57 @@
+"""A device that plays a tape back, for the tests of its plugin's author."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.devices import DeviceContext
+from rigrunner.api.errors import UsageError
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.tape import ReplayedTape
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.devices import Device
+    from rigrunner.registry import Registry
+    from rigrunner.tape import TapeManifest
+
+
+@contextmanager
+def replayed(
+    plugin: str,
+    settings: Mapping[str, Any],
+    tape: Path | str,
+    role: str = "",
+    registry: Registry | None = None,
+) -> Iterator[Device]:
+    """Give a device whose exchanges come from a tape that `--record` made.
+
+    Of a `wired` plugin the author's own code works on them; what it asks must be what the tape has,
+    in order, or DeviceRejectedError tells the first difference. What is left on the tape is no
+    error. The role, or 'role/part', need only be said where the plugin drives none or several on
+    the tape. Raises DataError where there is no tape, UsageError for a role that is not on it.
+    """
+    with ReplayedTape(Path(tape)) as played:
+        name = role or _role(plugin, played.manifest)
+        if name.partition("/")[0] not in played.manifest.devices:
+            raise UsageError(
+                f"the tape {tape} has no device in the role '{name}'",
+                hint=f"it has: {', '.join(played.manifest.devices)}",
+            )
+        context = DeviceContext(name, SimulatedClock(played.manifest.began_utc), Path())
+        yield (registry or load_registry()).make_device(plugin, settings, context, played)
+
+
+def _role(plugin: str, manifest: TapeManifest) -> str:
+    found = [role for role, each in manifest.devices.items() if each.plugin == plugin]
+    if len(found) == 1:
+        return found[0]
+    drives = ", ".join(f"{each.plugin} {role}" for role, each in manifest.devices.items())
+    raise UsageError(
+        f"'{plugin}' drives {len(found)} devices on the tape: say which role",
+        hint=f"it has: {drives}",
+    )

@@ -1,0 +1,112 @@
+"""A run with instruments that are spoken to as real ones are, on tape, and again without any."""
+
+from __future__ import annotations
+
+import json
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from helpers_cli import call
+from helpers_workflow import quick_procedure
+from rigrunner.api.errors import DeviceRejectedError, ExitCode
+from rigrunner.runfile import read
+from rigrunner.testing import replayed
+from rigrunner_plugins.loopback.bench import running_bench
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the load cell needs a pty")
+TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[20 Hz, 25 Hz]")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A run on SCPI, Modbus and a serial line, and a look at the devices; then they are gone."""
+    folder = tmp_path_factory.mktemp("loopback")
+    procedure = quick_procedure(folder, "no_load_inertia_sweep", TWO)
+    station = folder / "station.yaml"
+    with running_bench() as bench:
+        station.write_text(bench.station(), encoding="utf-8")
+        devices = call("devices", station, "--record", folder / "devices", "--json")
+        run = call(
+            "run", procedure, "--station", station, "--unattended",
+            "--runs", folder / "runs", "--record", folder / "tape",
+        )  # fmt: skip
+    assert (devices.code, run.code) == (ExitCode.PASS, ExitCode.PASS), run.err + devices.out
+    return SimpleNamespace(
+        folder=folder, procedure=procedure, station=station, devices=devices, run=run
+    )
+
+
+def replay(recorded, station, runs, *more):
+    return call(
+        "run", recorded.procedure, "--station", station, "--runs", runs,
+        "--replay", recorded.folder / "tape", *more,
+    )  # fmt: skip
+
+
+def test_each_instrument_has_its_commands_and_answers_on_a_tape_of_its_own(recorded):
+    tapes = recorded.folder / "tape/devices"
+    first = {}
+    for path in sorted(tapes.iterdir()):
+        lines = [json.loads(line) for line in path.read_text().splitlines()]
+        first[path.stem] = [line["ask"] for line in lines if not line["ask"].startswith("clock")]
+    assert {"tester.bridge", "tester.cell", "tester.inverter", "tester.press"} <= set(first)
+    assert "query *IDN?" in first["tester.bridge"]
+    assert "fetch TRAC:DATA? 1000" in first["tester.bridge"]
+    assert "write 2000 to holding 1" in first["tester.inverter"]
+
+
+def test_without_any_instrument_the_run_is_the_same_to_the_last_bit(recorded, tmp_path):
+    again = replay(recorded, recorded.station, tmp_path / "runs")
+    assert again.code == ExitCode.PASS, again.err
+    assert "note:" not in again.err
+    (one,), (other,) = (
+        list(each.iterdir()) for each in (recorded.folder / "runs", tmp_path / "runs")
+    )
+    assert read(other).digest == read(one).digest
+    results = [json.loads((each / "result.json").read_text()) for each in (one, other)]
+    assert [result.pop("run")["id"] for result in results] == [one.name, f"{one.name}_replay"]
+    assert results[0] == results[1]
+    assert "replayed from" in call("show", other).out
+    certified = call("certify", other, "--authorised-by", "A. Jones", "--letterhead", tmp_path)
+    assert certified.code != ExitCode.PASS
+
+
+def test_one_changed_command_is_the_first_difference(recorded, tmp_path):
+    station = tmp_path / "station.yaml"
+    text = recorded.station.read_text(encoding="utf-8")
+    assert "MEAS:TEMP?" in text
+    station.write_text(text.replace("MEAS:TEMP?", "MEAS:TEMPER?"), encoding="utf-8")
+    again = replay(recorded, station, tmp_path / "runs")
+    assert again.code == ExitCode.DEVICE
+    assert (
+        "tester.bridge.jsonl:5 has 'query MEAS:TEMP?', asked was 'query MEAS:TEMPER?'" in again.err
+    )
+    assert "the settings of tester are not those of the tape" in again.err
+
+
+def test_what_the_devices_said_is_said_again(recorded):
+    again = call("devices", recorded.station, "--replay", recorded.folder / "devices", "--json")
+    assert again.code == ExitCode.PASS
+    one, other = (json.loads(each.out)[0] for each in (recorded.devices, again))
+    for each in (one, other):
+        del each["read_s"]
+    assert one == other
+    assert set(one["who"]) == {
+        "tester", "tester/bridge", "tester/inverter", "tester/press", "tester/cell",
+    }  # fmt: skip
+
+
+def test_an_authors_test_can_use_one_instruments_tape(recorded):
+    import yaml  # noqa: PLC0415  (this test alone)
+
+    station = yaml.safe_load(recorded.station.read_text(encoding="utf-8"))
+    bridge = station["devices"]["tester"]["settings"]["parts"]["bridge"]["settings"]
+    with replayed("visa", bridge, recorded.folder / "devices", "tester/bridge") as device:
+        assert device.connect(10.0).serial == "SIM-LB-01"
+        values = json.loads(recorded.devices.out)[0]["values"]
+        read = device.read(["angle", "torque", "temperature"])
+        assert read["torque"] == values["tester.torque"]
+        with pytest.raises(DeviceRejectedError, match="the replay differs from the tape"):
+            device.read(["torque"])
