@@ -62,6 +62,10 @@ class Tap(Protocol):
         """Return what a device is given whose exchanges all go over the context's wire."""
         ...
 
+    def called(self, device: Device, context: DeviceContext) -> Device:
+        """Return such a device, whose calls are told from what goes on in it between them."""
+        ...
+
     def whole(self, device: Device, context: DeviceContext) -> Device:
         """Return what stands for any other device, whose calls are the exchanges."""
         ...
@@ -145,7 +149,7 @@ class Registry:
         if tap is None:
             return self._device(plugin, settings, given)
         if wired:
-            return self._device(plugin, settings, tap.wired(given))
+            return tap.called(self._device(plugin, settings, tap.wired(given)), context)
         return tap.whole(self._device(plugin, settings, given), context)
 
     def _device(self, plugin: str, settings: Mapping[str, Any], context: DeviceContext) -> Device:

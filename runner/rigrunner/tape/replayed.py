@@ -50,7 +50,8 @@ class ReplayedTape(Tape):
     def notes(self) -> Sequence[str]:
         """Return what of the tapes was not asked for; after a difference, that."""
         if self._replay.difference:
-            return (self._replay.difference,)
+            hint = f" ({self._replay.hint})" if self._replay.hint else ""
+            return (f"{self._replay.difference}{hint}",)
         return tuple(text for wire in self._wires.values() if (text := wire.rest()))
 
     def close(self) -> None:

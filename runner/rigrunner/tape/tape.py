@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Self
 
 from rigrunner.tape.answers import TapedAnswers
+from rigrunner.tape.calls import CallClock, Calls
 from rigrunner.tape.device import taped
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ class Tape(ABC):
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._calls = defaultdict[str, Calls](Calls)
 
     def __enter__(self) -> Self:
         return self
@@ -69,10 +72,15 @@ class Tape(ABC):
         return TapedAnswers(plain, self._wire(_ANSWERS, inf))
 
     def wired(self, context: DeviceContext) -> DeviceContext:
-        """Return the context with the tape for its wire and its clock."""
+        """Return the context with the tape for its wire, and for its clock while it is called."""
         name, patience_s = _place(context)
-        clock = self._clock(name, patience_s, context.clock)
+        on_tape = self._clock(name, patience_s, context.clock)
+        clock = CallClock(on_tape, context.clock, self._calls[name])
         return replace(context, wire=self._wire(name, patience_s), clock=clock)
+
+    def called(self, device: Device, context: DeviceContext) -> Device:
+        """Return the device, of which it is known while it is called."""
+        return taped(device, self._calls[_place(context)[0]])
 
     def whole(self, device: Device, context: DeviceContext) -> Device:
         """Return the device with the tape at its calls."""

@@ -17,6 +17,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
 )
 from rigrunner.clock import SimulatedClock
+from rigrunner.tape.calls import CallClock, Calls
 from rigrunner.tape.clock import RecordedClock, ReplayedClock
 from rigrunner.tape.file import TapeFile
 from rigrunner.tape.recording import RecordingWire, Trouble
@@ -281,6 +282,29 @@ def test_a_clock_that_differs_never_raises_the_next_exchange_tells_it(tmp_path, 
     clock.sleep(0.5)
     with pytest.raises(DeviceRejectedError, match=r"clock.jsonl:1 has 'clock: date and time'"):
         replay_of(path, replay).exchange("write FORC 10", not_called)
+
+
+def test_only_what_a_call_of_the_device_reads_of_the_time_is_on_tape(tmp_path):
+    wire, plain, calls = RecordingWire(tmp_path / "a", Trouble()), SimulatedClock(START), Calls()
+    clock = CallClock(RecordedClock(plain, wire), plain, calls)
+    seen = []
+
+    def listens():
+        seen.append(clock.monotonic_s())
+        clock.sleep(1.0)
+        seen.append(clock.utc())
+
+    def called():
+        thread = threading.Thread(target=listens)
+        thread.start()
+        thread.join()
+        return clock.monotonic_s()
+
+    assert calls.exchange("connect", called) == 1.0
+    assert clock.monotonic_s() == 1.0
+    wire.close()
+    assert len(seen) == 2
+    assert (tmp_path / "a").read_text().count("\n") == 1
 
 
 def test_errors_keep_their_hints(tmp_path, replay_of):
