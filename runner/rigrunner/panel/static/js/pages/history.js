@@ -14,7 +14,7 @@ const PAGE = 50;
 export function historyPage() {
   const chosen = [];
   const filters = {
-    search: h("input", { type: "search", id: "history-search", autocomplete: "off", placeholder: t("history.search"), oninput: later }),
+    search: h("input", { type: "search", id: "history-search", autocomplete: "off", oninput: later }),
     verdict: choice("history-verdict", "verdict.any", ["pass", "conditional pass", "inconclusive", "conditional fail", "fail"], verdictText),
     outcome: choice("history-outcome", "outcome.any", ["completed", "aborted", "error"], (name) => t(`outcome.${name}`)),
   };

@@ -5,6 +5,7 @@ import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
 import { fixed, localTime } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
+import { preflightCard } from "../parts/preflight.js";
 import { readouts } from "../parts/readouts.js";
 import { swingChart } from "../plots/swing.js";
 import { frequencyChart } from "../plots/frequency.js";
@@ -81,11 +82,20 @@ function openCard() {
   const text = h("p", {}, procedure && station ? t("manual.with", { procedure, station }) : t("manual.choose"));
   const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
   const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
+  const card = h("section", { class: "card" }, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose));
+  const preflight = procedure && station ? preflightCard({ procedure, station }) : null;
+
+  function judge() {
+    const phase = store.state?.phase;
+    open.disabled = !preflight?.may() || preflight.override() !== null || !(phase === "idle" || phase === "finished");
+  }
+
+  if (preflight) preflight.onchange = judge;
   return {
-    element: h("section", { class: "card manual-open" }, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose)),
+    element: h("div", { class: "two manual-open" }, card, preflight?.element),
     update() {
-      const phase = store.state?.phase;
-      open.disabled = !(procedure && station) || !(phase === "idle" || phase === "finished");
+      preflight?.update();
+      judge();
     },
   };
 }

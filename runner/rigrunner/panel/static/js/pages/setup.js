@@ -89,7 +89,6 @@ function planCard(plan) {
   });
   const noLoad = plan.no_load.needed ? [h("dt", {}, t("setup.no_load")), h("dd", { class: plan.no_load.problem ? "bad-text" : "" }, plan.no_load.run || plan.no_load.problem, plan.no_load.hint ? h("span", { class: "hint block" }, plan.no_load.hint) : null)] : [];
   return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),
-    plan.procedure.draft ? h("p", { class: "banner warn" }, t("setup.draft")) : null,
     plan.warnings.map((warning) => h("p", { class: "banner warn" }, warning)),
     h("dl", { class: "facts" },
       h("dt", {}, t("setup.station")), h("dd", {}, plan.station.title),

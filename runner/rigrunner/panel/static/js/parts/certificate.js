@@ -1,6 +1,7 @@
 // To issue a certificate on a run: who authorises it, in which language.
 
 import { personName, post } from "../client.js";
+import { takeControl } from "../steer.js";
 import { button, fill, h } from "../dom.js";
 import { t } from "../texts.js";
 import { problemList } from "./notices.js";
@@ -25,6 +26,7 @@ export function certificateForm(run, issued) {
     const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, order };
     send.disabled = true;
     try {
+      if (!(await takeControl())) return;
       const made = await post(`runs/${encodeURIComponent(run)}/certificate`, body);
       fill(told, h("p", { class: "good-text" }, t("certificate.done", { number: made.number })),
         h("ul", { class: "files" }, made.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),

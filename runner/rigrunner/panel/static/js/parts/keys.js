@@ -8,7 +8,7 @@ import { t } from "../texts.js";
 export async function pauseOrResume() {
   const phase = store.state?.phase;
   if (phase === "paused") await steer("run/resume");
-  else if (phase === "running" || phase === "asking") await steer("run/pause", { reason: "" });
+  else if (phase === "running" || phase === "asking") await steer("run/pause");
 }
 
 export async function abort() {

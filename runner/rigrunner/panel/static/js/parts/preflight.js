@@ -59,7 +59,7 @@ export function preflightCard({ procedure, station }) {
     } }), h("span", {}, t("preflight.let_pass"))) : null;
     return h("li", { class: `light ${item.state}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
-      h("div", { class: "light-text" }, h("strong", {}, t(`preflight.kind.${item.kind}`), " ", item.name), h("span", {}, item.text), item.mend ? h("span", { class: "mend" }, item.mend) : null, pass));
+      h("div", { class: "light-text" }, h("strong", {}, [t(`preflight.kind.${item.kind}`), item.name === item.kind ? "" : item.name].filter(Boolean).join(" ")), h("span", {}, item.text), item.mend ? h("span", { class: "mend" }, item.mend) : null, pass));
   }
 
   return card;

@@ -6,23 +6,21 @@ import { colour, onTheme } from "../theme.js";
 
 const FONT = "14px system-ui, sans-serif";
 
-export function axis(label, more = {}) {
+export function axis(more = {}) {
   return {
-    label,
-    labelFont: FONT,
     font: FONT,
-    labelSize: 24,
     stroke: () => colour("ink-soft"),
     grid: { stroke: () => colour("line"), width: 1 },
     ticks: { stroke: () => colour("line"), width: 1, size: 4 },
+    gap: 3,
     ...more,
   };
 }
 
-// `options` is made anew with the colours of the theme. Returns {element, set(data), leave}.
-export function chart(title, options, empty) {
+// `options` is made anew with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.
+export function chart(title, units, options, empty) {
   const plotHost = h("div", { class: "plot-host" });
-  const summary = h("figcaption", { class: "plot-title" }, title);
+  const summary = h("figcaption", { class: "plot-title" }, title, h("span", { class: "plot-units" }, units));
   const element = h("figure", { class: "plot", role: "group", "aria-label": title }, summary, plotHost);
   let data = empty;
   let plot = null;

@@ -11,7 +11,7 @@ export function frequencyChart() {
   const options = () => ({
     scales: { x: { time: false, range: (plot, low, high) => [Math.min(0, low), Math.max(high * 1.05, 1)] },
       y: { range: (plot, low, high) => [Math.min(0, low ?? 0), Math.max((high ?? 1) * 1.08, 0.1)] } },
-    axes: [axis(t("plot.frequency")), axis(t("plot.torque"), { size: 56 })],
+    axes: [axis({ size: 26 }), axis({ size: 46, space: 24 })],
     series: [
       {},
       { stroke: colour("raw"), paths: () => null, points: { show: true, size: 8, fill: colour("surface") } },
@@ -21,7 +21,7 @@ export function frequencyChart() {
     ],
     hooks: { draw: [drawBars] },
   });
-  const made = chart(t("plot.over_frequency"), options, EMPTY);
+  const made = chart(t("plot.over_frequency"), t("plot.over_hertz"), options, EMPTY);
   made.element.append(legend([["raw point", t("plot.raw_peak")], ["compensated point", t("plot.compensated_u")]]));
   return {
     ...made,

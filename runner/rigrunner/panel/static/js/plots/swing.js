@@ -10,14 +10,14 @@ const EMPTY = [[0, TURN_DEG], [null, null], [null, null]];
 export function swingChart() {
   const options = () => ({
     scales: { x: { time: false, range: [0, TURN_DEG] } },
-    axes: [axis(t("plot.crank"), { incrs: [30, 45, 90] }), axis(t("plot.torque"), { size: 56 })],
+    axes: [axis({ incrs: [30, 45, 90], size: 26 }), axis({ size: 46 })],
     series: [
       {},
       { stroke: colour("raw"), width: 2, points: { show: false } },
       { stroke: colour("compensated"), width: 3, points: { show: false } },
     ],
   });
-  const made = chart(t("plot.swing"), options, EMPTY);
+  const made = chart(t("plot.swing"), t("plot.over_crank"), options, EMPTY);
   made.element.append(legend([["raw", t("plot.raw")], ["compensated", t("plot.compensated")]]));
   return {
     ...made,

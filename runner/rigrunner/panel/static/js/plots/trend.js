@@ -9,7 +9,7 @@ const EMPTY = [[0, 1], [null, null], [null, null]];
 export function trendChart() {
   const options = () => ({
     scales: { x: { time: false } },
-    axes: [axis(t("plot.time")), axis(t("plot.torque"), { size: 56 })],
+    axes: [axis({ size: 26 }), axis({ size: 46, space: 24 })],
     bands: [{ series: [2, 1], fill: colour("raw-fill") }],
     series: [
       {},
@@ -17,7 +17,7 @@ export function trendChart() {
       { stroke: colour("raw"), width: 1, points: { show: false }, spanGaps: false },
     ],
   });
-  const made = chart(t("plot.trend"), options, EMPTY);
+  const made = chart(t("plot.trend"), t("plot.over_time"), options, EMPTY);
   return {
     ...made,
     show(trend) {
