@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helpers_workflow import quick_procedure, run, station_file
-from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
@@ -114,3 +114,111 @@ def test_a_channel_of_a_part_that_does_not_stream_is_no_column_of_a_recording(tm
     told = problems(quick_procedure(tmp_path, "no_load_inertia_sweep", recorded), station)
     assert "tester.temperature cannot be recorded: it is read as a single value" in told
     assert "as a condition" in told
+
+
+HALVES = """\
+from dataclasses import replace
+
+from rigrunner.api.hooks import DeviceRecord, hookimpl
+from rigrunner.api.settings import Settings
+
+api_version = 1
+_rigs = {}
+
+
+class HalfSettings(Settings):
+    seed: int
+
+
+class Half:
+    # One simulated tester that two instruments record: the encoder what the bridge does.
+    non_blocking = True
+
+    def __init__(self, inner, streamed, role):
+        self._inner = inner
+        self._streamed = streamed
+        self._begins = role.endswith("bridge")
+
+    def __getattr__(self, name):
+        return getattr(self._inner, name)
+
+    def stream(self, channels, duration_s, stop):
+        if self._begins:
+            whole = self._inner.stream(("angle", "torque"), duration_s, stop)
+            self._streamed[:] = list(whole)
+        for block in self._streamed:
+            at_s = block.first_sample / block.rate_hz
+            part = {name: block.channels[name] for name in channels}
+            yield replace(block, monotonic_s=at_s, channels=part)
+
+
+def make(settings, context):
+    key = (id(context.clock), context.role.partition("/")[0])
+    if key not in _rigs:
+        still = {"speed_jitter": "0 %", "seed": settings.seed}
+        _rigs[key] = context.make("swing_tester_sim", still), []
+    return Half(*_rigs[key], context.role)
+
+
+@hookimpl
+def rigrunner_devices():
+    return [
+        DeviceRecord(name="half", help="Half.", settings=HalfSettings, factory=make, simulated=True)
+    ]
+"""
+TWO_CLOCKS = """\
+    plugin: composite
+    settings:
+      parts:
+        bridge: {{plugin: half, settings: {{seed: 1}}}}
+        encoder: {{plugin: half, settings: {{seed: 1}}}}
+      channels:
+        torque: bridge.torque
+        angle: encoder.angle
+        load: bridge.load
+        temperature: bridge.temperature
+      drives: {{frequency: bridge.frequency, load: bridge.load}}
+      clocks: {{latency: {latency}}}
+"""
+
+
+def two_clocks(folder, latency):
+    """Run both procedures on two instruments of unknown latency; return the loaded run."""
+    (folder / "plugins").mkdir()
+    (folder / "plugins" / "halves.py").write_text(HALVES)
+    parts = TWO_CLOCKS.format(latency=latency)
+    station = station_file(folder, (PLAIN, parts), ("\nrig:\n", "\nplugins: plugins\n\nrig:\n"))
+    no_load = quick_procedure(folder, "no_load_inertia_sweep")
+    bare = run(no_load, folder / "runs", station=station)
+    assert bare.error is None
+    loaded = quick_procedure(folder, "starting_torque_1000n")
+    return run(loaded, folder / "runs", station=station, no_load=bare.folder)
+
+
+def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
+    done = two_clocks(tmp_path, "10 ms")
+    assert done.error is None
+    recording = read(done.folder).recordings[0]
+    # Nothing but the latency is unknown: two rectangular distributions of 10 ms, 10/sqrt(6).
+    assert recording.conditions["tester.angle_alignment_u"] == pytest.approx(0.01 / np.sqrt(6))
+    assert recording.units["tester.angle_alignment_u"] == "s"
+    assert recording.conditions["tester.angle_clock_rate"] == pytest.approx(0.0, abs=1e-6)
+    found = done.result.compensations["template_inverse"]
+    assert "clocks are aligned to 4.1 ms" in found.not_applicable
+    assert done.result.headline is None
+    assert done.result.compensations["paper_peak"].points  # it needs no angle
+    assert done.exit_code == ExitCode.UNDECIDED
+    page = (done.folder / "report.html").read_text(encoding="utf-8")
+    assert "clock alignment" in page
+    assert "clocks are aligned to 4.1 ms" in page
+
+
+def test_clocks_that_are_well_known_give_the_result_of_one(tmp_path):
+    done = two_clocks(tmp_path, "0.02 ms")
+    assert done.error is None
+    found = done.result.compensations["template_inverse"]
+    assert found.not_applicable == ""
+    assert found.checks[-1].ok
+    for point in found.points:
+        assert any(c.name == "alignment of the clocks" and c.u > 0 for c in point.components)
+    assert done.result.headline.value == pytest.approx(0.7262, abs=2 * done.result.headline.u)

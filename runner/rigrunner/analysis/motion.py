@@ -7,7 +7,7 @@ the entered frequency, and there is no phase.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, inf, pi, sqrt
 from typing import TYPE_CHECKING
 
@@ -52,6 +52,8 @@ class Motion:
     """Of the crank phase, in this recording alone."""
     phase_common_u_rad: float = 0.0
     """Of the crank phase, the same in all recordings of the rig."""
+    channel: str = ""
+    """Where it was found; empty where nothing shows it."""
 
 
 def find_motion(recording: Recording, run: RunData, torque_nm: Array) -> Motion:
@@ -62,7 +64,7 @@ def find_motion(recording: Recording, run: RunData, torque_nm: Array) -> Motion:
     source, name = motion_channel(recording)
     where = f"recording {recording.name}, {name or torque_channel(recording, run.instruments)}"
     try:
-        return _motion(source, name, recording, run, torque_nm)
+        return replace(_motion(source, name, recording, run, torque_nm), channel=name)
     except DataError as error:
         raise DataError(f"{where}: {error.message}", hint=error.hint) from error
 

@@ -1,28 +1,33 @@
 """What a doubt about the crank phase makes of a method's torque.
 
-Where an index pulse or a tacho stands for the angle, the phase is known less well than methods take
-it to be. Each method is asked again with the swings shifted by that much: what its result moves by
-is its uncertainty, whatever it does with the swings (GUM 5.1.3, a sensitivity found by trial).
+Where an index pulse or a tacho stands for the angle, or another clock than the torque's sampled it,
+the phase is known less well than methods take it to be. Each method is asked again with the swings
+shifted by that much: what its result moves by is its uncertainty, whatever it does with the swings
+(GUM 5.1.3, a sensitivity found by trial).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.analysis.clocks import SHARE, alignment_check, shift_rad, with_clocks
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.errors import DataError
 from rigrunner.api.uncertainty import Effect
 from rigrunner.signal.inputs import extended, limited
 from rigrunner.signal.mean_model import model_of_point
 from rigrunner.signal.propagation import propagate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import (
+        Check,
         CompensatedPoint,
         Compensation,
         CompensationMethod,
@@ -35,7 +40,17 @@ NOTE = (
     "The crank phase is not from an angle channel but from a tacho or an index pulse; how well it "
     "is known so is in the uncertainty."
 )
+CLOCK_NOTE = (
+    "Torque and angle were sampled by two clocks; how well these were aligned is in the "
+    "uncertainty."
+)
 COMMON, OWN = "place of the index or tacho", "time of the index pulse"
+ALIGNMENT = "alignment of the clocks"
+STEP_RAD = 0.01
+"""The greatest shift that is tried: of a greater doubt the effect is taken to grow with it, for a
+shift by a whole cycle would seem to have none."""
+Doubt = Callable[[SwingPoint], float]
+"""A standard uncertainty of the crank phase, in rad."""
 Pattern = tuple[int, ...]
 ALIKE, OPPOSITE, NOT = (1,), (-1,), (0,)
 ALTERNATING = ((1, -1), (-1, 1))
@@ -47,17 +62,46 @@ def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
 
     Raises DataError where the method does.
     """
-    found = method(sweep)
+    try:
+        found = method(sweep)
+    except DataError as error:
+        raise with_clocks(error, (*sweep.loaded, *sweep.no_load)) from error
     if not any(_doubtful(point) for point in (*sweep.loaded, *sweep.no_load)):
         return found
     effects = _Trial(method, sweep, _torques(found)).effects()
     if not any(np.any(effect) for effect in effects.values()):
         return found
+    if np.any(effects[ALIGNMENT]):
+        sources = (*sweep.loaded, *sweep.no_load)
+        check = alignment_check(found.points, sources, effects[ALIGNMENT])
+        found = replace(found, checks=(*found.checks, check))
+        if not check.ok:
+            return _refused(found, check)
     points = tuple(
         _with(point, {name: float(effect[i]) for name, effect in effects.items()})
         for i, point in enumerate(found.points)
     )
-    return replace(found, points=points, notes=(*found.notes, NOTE))
+    return replace(found, points=points, notes=(*found.notes, *_notes(effects)))
+
+
+def _notes(effects: Mapping[str, Array]) -> Iterator[str]:
+    if np.any(effects[COMMON]) or np.any(effects[OWN]):
+        yield NOTE
+    if np.any(effects[ALIGNMENT]):
+        yield CLOCK_NOTE
+
+
+def _refused(found: Compensation, check: Check) -> Compensation:
+    """Return the compensation without a result, and why; what was learned of the rig is no use."""
+    why = f"{check.text}: beyond it the misalignment moves the torque by more than {SHARE:.0%}"
+    return replace(
+        found,
+        points=(),
+        curve=None,
+        parameters={},
+        not_applicable=f"{why} ({check.advice})",
+        checks=(check,),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,19 +118,30 @@ class _Trial:
         A common error shifts both runs alike, and its sign matters. Each recording's own shifts it
         against the other run, and against its neighbours.
         """
-        loaded = self._worse("phase_u_rad", *((way, NOT) for way in ALTERNATING))
-        no_load = self._worse("phase_u_rad", *((NOT, way) for way in ALTERNATING))
         return {
-            COMMON: self._worse("phase_common_u_rad", (ALIKE, ALIKE), (OPPOSITE, OPPOSITE)),
-            OWN: np.hypot(loaded, no_load),
+            COMMON: self._worse(_common_u_rad, (ALIKE, ALIKE), (OPPOSITE, OPPOSITE)),
+            OWN: self._own(_own_u_rad),
+            ALIGNMENT: self._aligned(),
         }
 
-    def _worse(self, doubt: str, *ways: tuple[Pattern, Pattern]) -> Array:
+    def _aligned(self) -> Array:
+        points = (*self.sweep.loaded, *self.sweep.no_load)
+        times = max(1.0, max(shift_rad(point) for point in points) / STEP_RAD)
+        return times * self._own(lambda point: shift_rad(point) / times)
+
+    def _own(self, doubt: Doubt) -> Array:
+        loaded = self._worse(doubt, *((way, NOT) for way in ALTERNATING))
+        no_load = self._worse(doubt, *((NOT, way) for way in ALTERNATING))
+        return np.asarray(np.hypot(loaded, no_load))
+
+    def _worse(self, doubt: Doubt, *ways: tuple[Pattern, Pattern]) -> Array:
         """Return the greater effect of shifts either way: a maximum need not take them alike."""
+        if not any(_has(point, doubt) for point in (*self.sweep.loaded, *self.sweep.no_load)):
+            return np.zeros(len(self.torque_nm))
         moved = [np.abs(self._moved_by(*way, doubt)) for way in ways]
         return np.asarray(np.max(moved, axis=0))
 
-    def _moved_by(self, loaded: Pattern, no_load: Pattern, doubt: str) -> Array:
+    def _moved_by(self, loaded: Pattern, no_load: Pattern, doubt: Doubt) -> Array:
         moved = replace(
             self.sweep,
             loaded=_all_shifted(self.sweep.loaded, loaded, doubt),
@@ -96,7 +151,7 @@ class _Trial:
 
 
 def _all_shifted(
-    points: Sequence[PeakPoint], pattern: Pattern, doubt: str
+    points: Sequence[PeakPoint], pattern: Pattern, doubt: Doubt
 ) -> tuple[PeakPoint, ...]:
     return tuple(
         _shifted(point, pattern[i % len(pattern)], doubt) for i, point in enumerate(points)
@@ -104,12 +159,24 @@ def _all_shifted(
 
 
 def _doubtful(point: PeakPoint) -> bool:
-    return isinstance(point, SwingPoint) and (point.phase_u_rad + point.phase_common_u_rad) > 0
+    return any(_has(point, doubt) for doubt in (_own_u_rad, _common_u_rad, shift_rad))
 
 
-def _shifted(point: PeakPoint, sign: int, doubt: str) -> PeakPoint:
+def _has(point: PeakPoint, doubt: Doubt) -> bool:
+    return isinstance(point, SwingPoint) and doubt(point) > 0
+
+
+def _own_u_rad(point: SwingPoint) -> float:
+    return point.phase_u_rad
+
+
+def _common_u_rad(point: SwingPoint) -> float:
+    return point.phase_common_u_rad
+
+
+def _shifted(point: PeakPoint, sign: int, doubt: Doubt) -> PeakPoint:
     """Return the point with its torque shifted in crank phase by a standard uncertainty."""
-    if not isinstance(point, SwingPoint) or not (shift := sign * getattr(point, doubt)):
+    if not isinstance(point, SwingPoint) or not (shift := sign * doubt(point)):
         return point
     spectrum = np.fft.rfft(point.torque_nm, axis=-1)
     turn = np.exp(-1j * shift * np.arange(spectrum.shape[-1]))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.channels import finite, load_n, set_point, torque_channel
+from rigrunner.analysis.clocks import alignment_u_s
 from rigrunner.analysis.motion import LEAST_CYCLES, PHASES, entered_frequency, find_motion
 from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
 from rigrunner.api.errors import DataError
@@ -64,6 +65,7 @@ def prepare_point(
         waveform_rejections=rejections,
         phase_u_rad=motion.phase_u_rad,
         phase_common_u_rad=motion.phase_common_u_rad,
+        alignment_u_s=alignment_u_s(recording, name, motion.channel),
     )
 
 

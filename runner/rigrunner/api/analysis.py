@@ -208,6 +208,9 @@ class SwingPoint(PeakPoint):
     """Standard uncertainty of the crank phase, in this recording alone; 0 from an angle."""
     phase_common_u_rad: float = 0.0
     """The same, of what is common to all recordings of the rig."""
+    alignment_u_s: float = 0.0
+    """Standard uncertainty of the time between torque and motion in this recording; 0 from one
+    clock."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

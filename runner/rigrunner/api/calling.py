@@ -43,6 +43,10 @@ class Caller(Protocol):
         """Do the same even while an earlier call hangs: for what makes safe and closes."""
         ...
 
+    def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:
+        """Begin the call and return at once; what it gives, or raises, is in the future."""
+        ...
+
     def stop(self) -> None:
         """Let go of the thread, if there is one."""
         ...
@@ -87,6 +91,12 @@ class InlineCaller:
 
     call_urgently = call
 
+    def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:  # noqa: ARG002  (the Protocol's)
+        """Do it, and return what it gave."""
+        future = Future[_T]()
+        _settle(future, function)
+        return future
+
     def stop(self) -> None:
         """Do nothing: there is no thread."""
 
@@ -105,8 +115,7 @@ class ThreadCaller:
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
         """Call; raise DeviceTimeoutError, and from then on DeviceLostError."""
-        if self._hangs:
-            raise DeviceLostError(f"cannot {what}: an earlier call, '{self._hangs}', still hangs")
+        self._refuse_after_hanging(what)
         return self._run(what, function, timeout_s)
 
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
@@ -118,11 +127,23 @@ class ThreadCaller:
             self.stop()
         return self._run(what, function, timeout_s)
 
+    def start(self, what: str, function: Callable[[], _T]) -> Future[_T]:
+        """Begin the call after those before it; raise DeviceLostError if one of them hangs."""
+        self._refuse_after_hanging(what)
+        future = Future[_T]()
+        self._last = future
+        self._queue().put((function, future))
+        return future
+
     def stop(self) -> None:
         """Let the thread end after its present call; the next call starts a new one."""
         if self._jobs is not None:
             self._jobs.put(None)
         self._jobs = self._last = None
+
+    def _refuse_after_hanging(self, what: str) -> None:
+        if self._hangs:
+            raise DeviceLostError(f"cannot {what}: an earlier call, '{self._hangs}', still hangs")
 
     def _run(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
         self._last = future = Future[Any]()
@@ -150,7 +171,11 @@ def _work(jobs: SimpleQueue[_Job | None]) -> None:
         function, future = job
         if not future.set_running_or_notify_cancel():
             continue
-        try:
-            future.set_result(function())
-        except BaseException as error:  # noqa: BLE001  (handed to the caller, whatever it is)
-            future.set_exception(error)
+        _settle(future, function)
+
+
+def _settle(future: Future[_T], function: Callable[[], _T]) -> None:
+    try:
+        future.set_result(function())
+    except BaseException as error:  # noqa: BLE001  (handed to the caller, whatever it is)
+        future.set_exception(error)

@@ -248,6 +248,18 @@ class Streaming(Protocol):
 
 
 @runtime_checkable
+class KnowsStream(Streaming, Protocol):
+    """Finds out something about a stream that belongs to its recording."""
+
+    def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
+        """Return values and SI units of the last stream, by name, such as 'angle_alignment_u'.
+
+        They are stored as conditions of the recording.
+        """
+        ...
+
+
+@runtime_checkable
 class Pausable(Protocol):
     """Can stand still for a while and go on from there."""
 

@@ -183,4 +183,6 @@ def _record(action: Record, session: Session) -> Measured:
     conditions, units = session.rig.conditions(action.role, action.channels)
     for block in checked_stream(session, action.role, action.channels, action.duration_s):
         session.emit(Samples, recording=action.name, block=block)
-    return Measured(conditions, {**action.units, **units}, session.rig.truth(action.role))
+    found, found_units = session.rig.stream_conditions(action.role)
+    known = {**action.units, **units, **found_units}
+    return Measured({**conditions, **found}, known, session.rig.truth(action.role))

@@ -11,6 +11,7 @@ from rigrunner.api.calling import InlineCaller, Patience, ThreadCaller, blocks_o
 from rigrunner.api.devices import (
     Approaching,
     CountsStreams,
+    KnowsStream,
     KnowsTruth,
     Pausable,
     Readable,
@@ -234,6 +235,15 @@ class Rig:
                 values |= self._read(name, device, tuple(wanted))
                 units |= {f"{name}.{channel}": unit for channel, unit in wanted.items()}
         return values, units
+
+    def stream_conditions(self, role: str) -> tuple[dict[str, float], dict[str, str]]:
+        """Return what the role's device found of its last stream, as `conditions` does."""
+        device = self.devices[role]
+        if not isinstance(device, KnowsStream):
+            return {}, {}
+        found = self._call(role, "tell of the stream", device.stream_conditions)
+        values = {f"{role}.{name}": float(value) for name, (value, _) in found.items()}
+        return values, {f"{role}.{name}": unit for name, (_, unit) in found.items()}
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
         """Make every device safe, whatever happens to the others; never raises.

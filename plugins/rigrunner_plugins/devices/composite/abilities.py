@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
 from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
+from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, Wanted
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -79,18 +80,19 @@ class Sets(Composite):
 
 
 class Streams(Composite):
-    """Records channels of one part."""
+    """Records channels of one part, or of several on the time base of the reference."""
+
+    _aligned: AlignedStream | None = None
 
     @property
     def sample_rate_hz(self) -> float:
-        """Samples per second and channel."""
-        first = next(route for route in self.channel_routes.values() if route.info.streams)
-        return float(self.parts[first.part].device.sample_rate_hz)
+        """Samples per second and channel of the reference."""
+        return float(self.parts[self.reference].device.sample_rate_hz)
 
     def stream(
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
-        """Yield the blocks of the part that has these channels."""
+        """Yield the blocks of the parts that have these channels."""
         self.need_connection()
         routes = [find("channel", name, self.channel_routes) for name in channels]
         read_only = [route.info.name for route in routes if not route.info.streams]
@@ -99,13 +101,17 @@ class Streams(Composite):
                 f"{', '.join(read_only)} cannot be recorded: read as single values"
             )
         parts = list(dict.fromkeys(route.part for route in routes))
-        if len(parts) > 1:
-            raise DeviceRejectedError(
-                f"{', '.join(channels)} are sampled by different clocks: {', '.join(parts)}",
-                hint="record channels of one part",
-            )
-        names = [route.name for route in routes]
-        return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
+        self._aligned = None
+        if len(parts) == 1 and self.parts[parts[0]].device.sample_rate_hz == self.sample_rate_hz:
+            names = [route.name for route in routes]
+            return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
+        wanted = Wanted(routes, self.parts, self.clocks, self.reference, self.patience.answer_s)
+        self._aligned = AlignedStream(wanted, duration_s, stop, self.clock)
+        return self._aligned.blocks()
+
+    def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
+        """Return how well the last stream's clocks were brought together; nothing of one clock."""
+        return {} if self._aligned is None else self._aligned.conditions()
 
 
 class Pauses(Sets):

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
     from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute
+    from rigrunner_plugins.devices.composite.settings import ClockSettings
 
 _Route = TypeVar("_Route")
 POLL_S = 0.05
@@ -27,14 +28,19 @@ class Composite:
     non_blocking = True
     """Each call of a part that could hang has its own time limit."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0917  (what a composite is made of)
         self,
         context: DeviceContext,
         parts: Mapping[str, Part],
         channels: Mapping[str, ChannelRoute],
         drives: Mapping[str, DriveRoute],
+        clocks: ClockSettings,
+        reference: str,
     ) -> None:
         self.clock = context.clock
+        self.patience = context.patience
+        self.clocks = clocks
+        self.reference = reference
         self.parts = parts
         self.channel_routes = channels
         self.drive_routes = drives

@@ -15,7 +15,7 @@ from rigrunner_plugins.devices.composite.abilities import (
 )
 from rigrunner_plugins.devices.composite.base import Composite
 from rigrunner_plugins.devices.composite.part import Part
-from rigrunner_plugins.devices.composite.routes import channel_routes, drive_routes
+from rigrunner_plugins.devices.composite.routes import channel_routes, drive_routes, reference_of
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
@@ -32,6 +32,7 @@ def make(settings: CompositeSettings, context: DeviceContext) -> Device:
         for name, part in settings.parts.items()
     }
     channels, drives = channel_routes(settings, devices), drive_routes(settings, devices)
+    reference = reference_of(settings.clocks, channels, devices)
     parts = {
         name: Part(name, context.role, device, context.patience) for name, device in devices.items()
     }
@@ -46,4 +47,4 @@ def make(settings: CompositeSettings, context: DeviceContext) -> Device:
         if any(isinstance(device, theirs) for device in devices.values())
     ]
     kind = type("CompositeDevice", (*able, Composite), {})
-    return cast("Device", kind(context, parts, channels, drives))
+    return cast("Device", kind(context, parts, channels, drives, settings.clocks, reference))

@@ -12,6 +12,7 @@ from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedErr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+    from concurrent.futures import Future
 
     from rigrunner.api.calling import Caller, Patience
     from rigrunner.api.data import Block
@@ -48,6 +49,21 @@ class Part:
         limit_s = self._patience.answer_s if timeout_s is None else timeout_s
         with _named(self.name):
             return self._caller.call(what, function, limit_s)
+
+    @property
+    def is_inline(self) -> bool:
+        """Whether it is called without a thread, as it cannot hang."""
+        return isinstance(self._caller, InlineCaller)
+
+    def ask(self, what: str, function: Callable[[], _T]) -> Future[_T]:
+        """Begin a call and return at once; its `answer` is to be taken once it is done."""
+        with _named(self.name):
+            return self._caller.start(what, function)
+
+    def answer(self, asked: Future[_T]) -> _T:
+        """Return what a call that is done gave; raise a DeviceError that names the part."""
+        with _named(self.name):
+            return asked.result(0)
 
     def connect(self, timeout_s: float) -> Identity:
         """Open the connection and say who answers."""

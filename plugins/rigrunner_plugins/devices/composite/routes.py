@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
-    from rigrunner_plugins.devices.composite.settings import CompositeSettings
+    from rigrunner_plugins.devices.composite.settings import ClockSettings, CompositeSettings
 
 _Info = TypeVar("_Info", "ChannelInfo", "DriveInfo")
 
@@ -53,6 +53,40 @@ def drive_routes(settings: CompositeSettings, parts: Mapping[str, Device]) -> di
         name: _drive(f"drive {name}", name, source, parts)
         for name, source in settings.drives.items()
     }
+
+
+def reference_of(
+    clocks: ClockSettings, channels: Mapping[str, ChannelRoute], parts: Mapping[str, Device]
+) -> str:
+    """Return the part whose clock a recording has; empty where nothing streams.
+
+    Raises PluginError for one that does not stream, or is not the fastest: what is faster would be
+    thinned out without a filter; and for a common signal that a part does not stream.
+    """
+    streaming = list(dict.fromkeys(r.part for r in channels.values() if r.info.streams))
+    rates = {name: _rate_hz(parts[name]) for name in streaming}
+    reference = clocks.reference or next(iter(streaming), "")
+    if not reference:
+        return ""
+    if reference not in rates:
+        known = ", ".join(rates) or "none"
+        raise PluginError(f"clocks: {reference} streams no channel", hint=f"those that do: {known}")
+    fastest = max(rates, key=lambda name: rates[name])
+    if rates[fastest] > rates[reference]:
+        raise PluginError(
+            f"clocks: {reference} has {rates[reference]:g} samples per second,"
+            f" {fastest} {rates[fastest]:g}",
+            hint=f"the reference has to be the fastest: 'reference: {fastest}'",
+        )
+    for part, name in clocks.common.items():
+        route = _channel("clocks: common", name, f"{part}.{name}", parts)
+        if not route.info.streams:
+            raise PluginError(f"clocks: common: {part}.{name} is not streamed")
+    return reference
+
+
+def _rate_hz(device: Device) -> float:
+    return device.sample_rate_hz if isinstance(device, Streaming) else 0.0
 
 
 def _channel(what: str, name: str, place: str, parts: Mapping[str, Device]) -> ChannelRoute:

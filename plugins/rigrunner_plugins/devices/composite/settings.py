@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rigrunner.api.settings import MadeOfOthers, Settings, WrapperSettings
-from rigrunner_plugins.devices.declared import QuantityName  # noqa: TC001  (pydantic reads it)
+from rigrunner.api.settings import (
+    Duration,
+    MadeOfOthers,
+    PositiveDuration,
+    Settings,
+    WrapperSettings,
+)
+from rigrunner_plugins.devices.declared import QuantityName
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,6 +45,20 @@ class DriveSource(Settings):
     """The channel that says where it stands, such as cell.force."""
 
 
+class ClockSettings(Settings):
+    """How the clocks of parts that are recorded together are brought onto one time base."""
+
+    reference: QuantityName | None = None
+    """The part whose samples' times a recording has, the fastest; left out, that of the first
+    channel."""
+    common: dict[QuantityName, QuantityName] = Field(default_factory=dict)
+    """Part to its channel in which all of them record one and the same signal."""
+    lead: PositiveDuration = 1.0
+    """How long the clocks are compared before a recording begins."""
+    latency: Annotated[Duration, Field(ge=0)] = 0.01
+    """How late the earliest block of a stream may come after its last sample was taken."""
+
+
 class CompositeSettings(MadeOfOthers):
     """One role from several instruments."""
 
@@ -48,6 +68,9 @@ class CompositeSettings(MadeOfOthers):
     """Each channel of the role, and of which part it is: torque: daq.torque."""
     drives: dict[QuantityName, Place | DriveSource] = Field(default_factory=dict)
     """Each drive of the role, and which part's it is; parts are made safe in this order."""
+
+    clocks: ClockSettings = ClockSettings()
+    """How channels of several parts are recorded together."""
 
     def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:
         """Return the parts."""
@@ -66,6 +89,15 @@ class CompositeSettings(MadeOfOthers):
             if split(place)[0] not in self.parts:
                 known = ", ".join(self.parts)
                 raise ValueError(f"{what}: '{place}' is of no part; the parts are: {known}")
+        return self
+
+    @model_validator(mode="after")
+    def _compares_its_parts(self) -> Self:
+        named = [*self.clocks.common, *([self.clocks.reference] if self.clocks.reference else [])]
+        for part in named:
+            if part not in self.parts:
+                known = ", ".join(self.parts)
+                raise ValueError(f"clocks: there is no part '{part}'; the parts are: {known}")
         return self
 
     def _places(self) -> Iterator[tuple[str, str]]:

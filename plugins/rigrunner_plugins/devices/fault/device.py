@@ -6,7 +6,15 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
-from rigrunner.api.devices import CountsStreams, KnowsTruth, Pausable, Readable, Settable, Streaming
+from rigrunner.api.devices import (
+    CountsStreams,
+    KnowsStream,
+    KnowsTruth,
+    Pausable,
+    Readable,
+    Settable,
+    Streaming,
+)
 from rigrunner.api.errors import DeviceLostError
 from rigrunner_plugins.devices.fault.answers import HINT, befall
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
@@ -194,6 +202,12 @@ class _FaultyStreaming(FaultyDevice):
             raise
 
 
+class _FaultyKnowsStream(_FaultyStreaming):
+    def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
+        """Return what the wrapped device found of its last stream."""
+        return cast("Mapping[str, tuple[float, str]]", self._inner.stream_conditions())
+
+
 class _FaultyPausable(FaultyDevice):
     def pause(self) -> None:
         """Let the wrapped device stand still."""
@@ -221,6 +235,7 @@ class _FaultyKnowsTruth(FaultyDevice):
 _PARTS: dict[type, type[FaultyDevice]] = {
     Readable: _FaultyReadable,
     Settable: _FaultySettable,
+    KnowsStream: _FaultyKnowsStream,
     Streaming: _FaultyStreaming,
     Pausable: _FaultyPausable,
     CountsStreams: _FaultyCountsStreams,

@@ -1,0 +1,187 @@
+"""Blocks of several parts on the time base of one of them."""
+
+from __future__ import annotations
+
+from concurrent.futures import FIRST_COMPLETED, wait
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Block
+from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
+from rigrunner.signal.interpolation import BEFORE, BEHIND, between
+from rigrunner_plugins.devices.composite.clocks.feed import Feed
+from rigrunner_plugins.devices.composite.clocks.tracking import Tracker
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping, Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.devices import Clock, StopToken
+    from rigrunner_plugins.devices.composite.clocks.relation import Relation
+    from rigrunner_plugins.devices.composite.part import Part
+    from rigrunner_plugins.devices.composite.routes import ChannelRoute
+    from rigrunner_plugins.devices.composite.settings import ClockSettings
+
+BLOCK_S = 0.1
+MARGIN_S = 5.0
+"""How much longer the parts stream than is needed: they do not begin at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """What is to be recorded, of which parts, and by which rules."""
+
+    routes: Sequence[ChannelRoute]
+    parts: Mapping[str, Part]
+    settings: ClockSettings
+    reference: str
+    answer_s: float
+
+
+class _Ended:
+    """The parts' stop token: the run's own, or that all samples are there."""
+
+    def __init__(self, stop: StopToken) -> None:
+        self._stop = stop
+        self.done = False
+
+    def is_set(self) -> bool:
+        return self.done or self._stop.is_set()
+
+
+class AlignedStream:
+    """One recording of channels that several clocks sample."""
+
+    def __init__(self, wanted: Wanted, duration_s: float, stop: StopToken, clock: Clock) -> None:
+        self._wanted = wanted
+        self._duration_s = duration_s
+        self._stop = _Ended(stop)
+        self._clock = clock
+        self._feeds: dict[str, Feed] = {}
+        self._trackers: dict[str, Tracker] = {}
+
+    def blocks(self) -> Generator[Block]:
+        """Yield gapless blocks at the reference's rate; begin once the clocks are compared."""
+        try:
+            self._start()
+            yield from self._aligned()
+        finally:
+            self._stop.done = True
+            for feed in self._feeds.values():
+                feed.end()
+
+    def conditions(self) -> dict[str, tuple[float, str]]:
+        """Return how each channel that is not the reference's was aligned, with the units."""
+        found: dict[str, tuple[float, str]] = {}
+        for route in self._wanted.routes:
+            if route.part in self._trackers:
+                tracker = self._trackers[route.part]
+                relation, name = tracker.relation(), route.info.name
+                found[f"{name}_clock_offset"] = (relation.offset_s, "s")
+                found[f"{name}_clock_rate"] = (relation.rate, "1")
+                found[f"{name}_alignment_u"] = (tracker.residual_u_s(), "s")
+        return found
+
+    def _start(self) -> None:
+        settings = self._wanted.settings
+        longest_s = self._duration_s + settings.lead + MARGIN_S
+        names = dict.fromkeys([self._wanted.reference, *(r.part for r in self._wanted.routes)])
+        for name in names:
+            channels = [route.name for route in self._wanted.routes if route.part == name]
+            channels += [settings.common[name]] if name in settings.common else []
+            part = self._wanted.parts[name]
+            chosen = list(dict.fromkeys(channels))
+            self._feeds[name] = Feed(part, chosen, longest_s, self._stop, self._clock)
+        self._reference = self._feeds[self._wanted.reference]
+        common = settings.common
+        for name, feed in self._feeds.items():
+            if feed is not self._reference:
+                both = name in common and self._wanted.reference in common
+                seen = (common[self._wanted.reference], common[name]) if both else None
+                self._trackers[name] = Tracker(self._reference, feed, seen, settings.latency)
+
+    def _aligned(self) -> Generator[Block]:
+        wanted_samples = round(self._duration_s * self._reference.rate_hz)
+        begin: int | None = None
+        given = 0
+        while given < wanted_samples:
+            if self._stop.is_set() or not self._receive():
+                return
+            if begin is None and min(f.received_s for f in self._feeds.values()) == 0:
+                continue
+            relations = {name: each.relation() for name, each in self._trackers.items()}
+            begin = self._begin(relations) if begin is None else begin
+            if begin is None:
+                continue
+            end = min(self._ready(relations), begin + wanted_samples)
+            while begin + given < end:
+                size = min(int(BLOCK_S * self._reference.rate_hz), end - begin - given)
+                yield self._block(begin + given, size, given, relations)
+                given += size
+
+    def _receive(self) -> bool:
+        """Wait for the next block of any part; False once one of them has ended."""
+        feeds = list(self._feeds.values())
+        behind = min(feeds, key=lambda feed: feed.received_s)
+        for feed in feeds:
+            if feed is behind or not feed.part.is_inline:
+                feed.ask()
+        limit_s = self._wanted.answer_s
+        pending = [feed.pending for feed in feeds if feed.pending is not None]
+        wait(pending, max(limit_s - max(each.waiting_s for each in feeds), 0.0), FIRST_COMPLETED)
+        for feed in feeds:
+            if feed.waiting_s >= limit_s:
+                raise DeviceTimeoutError(f"{feed.part.name}: no block came within {limit_s:g} s")
+            feed.take()
+        over = [feed.part.name for feed in feeds if feed.is_over]
+        if over and not self._stop.is_set():
+            raise DeviceLostError(f"the stream of {', '.join(over)} ended before its time")
+        return not over
+
+    def _begin(self, relations: Mapping[str, Relation]) -> int | None:
+        """Return the first sample of the recording, once all parts have it and the lead is over."""
+        rate = self._reference.rate_hz
+        began_s = 0.0
+        for name, relation in relations.items():
+            need_s = (BEFORE + 1) / self._feeds[name].rate_hz
+            began_s = max(began_s, need_s - relation.offset_s)
+        first = int(np.ceil((began_s + self._wanted.settings.lead) * rate))
+        return first if self._ready(relations) > first else None
+
+    def _ready(self, relations: Mapping[str, Relation]) -> int:
+        """Return up to which sample of the reference all parts have theirs."""
+        rate = self._reference.rate_hz
+        ready = self._reference.samples
+        for name, relation in relations.items():
+            feed = self._feeds[name]
+            last_s = (feed.samples - BEHIND - 1) / feed.rate_hz
+            delta_s = float(relation.delta_s(np.array([last_s - relation.offset_s]))[0])
+            ready = min(ready, int(np.floor((last_s - delta_s) * rate)))
+        return ready
+
+    def _block(self, first: int, size: int, given: int, relations: Mapping[str, Relation]) -> Block:
+        reference = self._reference
+        tau_s = (first + np.arange(size)) / reference.rate_hz
+        places: dict[str, Array] = {}
+        for name, relation in relations.items():
+            delta_s = relation.delta_s(tau_s)
+            self._trackers[name].used(tau_s, delta_s)
+            places[name] = (tau_s + delta_s) * self._feeds[name].rate_hz
+        channels = {}
+        for route in self._wanted.routes:
+            feed = self._feeds[route.part]
+            if route.part in places:
+                values = _at(feed, route.name, places[route.part])
+            else:
+                values = feed.channel(route.name, first, first + size)
+            channels[route.info.name] = values
+        return Block(reference.rate_hz, given, reference.arrived_s(first), channels)
+
+
+def _at(feed: Feed, channel: str, places: Array) -> Array:
+    """Return a channel at fractional samples (n,)."""
+    begin = int(np.floor(places[0])) - BEFORE
+    end = int(np.floor(places[-1])) + BEHIND + 1
+    return between(feed.channel(channel, begin, end), places - begin)

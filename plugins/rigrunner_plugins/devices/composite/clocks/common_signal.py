@@ -1,0 +1,128 @@
+"""By how much one recording of a signal is late against another one of the same signal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.interpolation import between
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rigrunner.api.data import Array
+
+ALIKE = 0.95
+"""The least correlation by which two recordings are taken to be of one signal."""
+UNIQUE = 0.98
+"""Of the greatest correlation: where another lag comes as near, the signal repeats itself."""
+SMOOTHED = 31
+"""Over how many samples of the window (a Hann window)."""
+_ROUNDS = 20
+_STEP = 0.5
+"""In samples, on both sides: over which a slope is taken."""
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Where in the other recording the first sample of the window is, in samples of that one."""
+
+    samples: float
+    u_samples: float
+
+
+def coarse_lag(window: Array, other: Array, stride: float) -> float | None:
+    """Return where in `other` (m,) the window (n,) begins, to a sample; None where unclear.
+
+    `stride` is how many samples of the other make one of the window. The whole of `other` is
+    searched; it is unclear where the signal stands still, differs, or repeats itself.
+    """
+    grid = np.arange(len(window)) * stride
+    places = np.arange(0, len(other) - int(np.ceil(grid[-1])) - 1)
+    if len(places) < 3 or _is_still(window):  # noqa: PLR2004  (a maximum has two neighbours)
+        return None
+    whole = np.round(grid).astype(np.intp)
+    found = np.array([_correlation(window, other[place + whole]) for place in places])
+    best = int(found.argmax())
+    rivals = _maxima(found)
+    again = any(found[each] > UNIQUE * found[best] for each in rivals if each != best)
+    return None if found[best] < ALIKE or again else float(places[best])
+
+
+def fine_lag(window: Array, other: Array, stride: float, start: float) -> Lag | None:
+    """Return the lag by least squares, begun near `start`; None where it is not found there.
+
+    window = gain other(lag + stride k) + constant, in k: the lag has a standard uncertainty by what
+    remains (Gauss-Newton; GUM 4.3.1, type A). Both are smoothed alike before: the slope of noise
+    would pass for a slope of the signal.
+    """
+    mine, theirs = _hann(SMOOTHED), _hann(SMOOTHED * stride)
+    moved_by = stride * (len(mine) // 2) - len(theirs) // 2
+    found = _least_squares(
+        np.convolve(window, mine, "valid"),
+        np.convolve(other, theirs, "valid"),
+        stride,
+        start + moved_by,
+    )
+    if found is None:
+        return None
+    # Noise that was white is alike from sample to sample now: it says less than it seems to.
+    return Lag(found.samples - moved_by, found.u_samples / sqrt(float(mine @ mine)))
+
+
+def _hann(samples: float) -> Array:
+    """Return weights of a sum of 1 over about so many samples, an odd number."""
+    count = 2 * round((samples - 1) / 2) + 1
+    weights = np.hanning(count + 2)[1:-1]
+    return np.asarray(weights / weights.sum())
+
+
+def _least_squares(window: Array, other: Array, stride: float, start: float) -> Lag | None:
+    count = len(window)
+    lag, grid = start, np.arange(count, dtype=np.float64) * stride
+    for _ in range(_ROUNDS):
+        if lag < 3 or lag + grid[-1] > len(other) - 5:  # noqa: PLR2004  (what interpolation needs)
+            return None
+        places = np.asarray(lag + grid)
+        here = between(other, places)
+        slope = between(other, places + _STEP) - between(other, places - _STEP)
+        design = np.stack([here, np.ones(count), slope], axis=1)
+        solved, *_ = np.linalg.lstsq(design, window, rcond=None)
+        gain, _, moved = solved
+        if gain == 0:
+            return None
+        step = float(np.clip(moved / gain, -1.0, 1.0))
+        lag += step
+        if abs(step) < 1e-4:  # noqa: PLR2004  (of a sample)
+            break
+    residual = window - design @ solved
+    spread = _unexplained(slope, design[:, :2])
+    if _correlation(window, here) < ALIKE or spread == 0:
+        return None
+    scatter = sqrt(float(residual @ residual) / max(count - 3, 1))
+    return Lag(lag, scatter / (abs(gain) * sqrt(spread)))
+
+
+def _unexplained(slope: Array, rest: Array) -> float:
+    """Return the sum of squares of the slope that offset and gain cannot stand for."""
+    solved, *_ = np.linalg.lstsq(rest, slope, rcond=None)
+    left = slope - rest @ solved
+    return float(left @ left)
+
+
+def _is_still(values: Array) -> bool:
+    return bool(np.ptp(values) == 0)
+
+
+def _correlation(one: Array, two: Array) -> float:
+    a, b = one - one.mean(), two - two.mean()
+    size = sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / size if size > 0 else 0.0
+
+
+def _maxima(values: Array) -> NDArray[np.intp]:
+    inner = (values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])
+    return np.flatnonzero(inner) + 1

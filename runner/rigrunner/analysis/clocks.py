@@ -1,0 +1,82 @@
+"""What a doubt about the clocks of torque and angle makes of a method, and when it is too much."""
+
+from __future__ import annotations
+
+from math import hypot, pi
+from typing import TYPE_CHECKING
+
+from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.checks import Limit
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rigrunner.api.analysis import Check, CompensatedPoint, PeakPoint
+    from rigrunner.api.data import Array, Recording
+
+ALIGNMENT_U = "_alignment_u"
+"""What the condition adds to a channel's name that gives the uncertainty of its time, in s."""
+
+SHARE = 0.05
+"""Of the torque: what a misalignment of one standard uncertainty may move it by. Up to there the
+effect grows with the misalignment; beyond, the maximum is looked for at the wrong place, and no
+uncertainty that is found by a small shift stands for it (docs/explanation/clocks.md)."""
+
+CLOCKS = Limit(
+    name="clock alignment",
+    good="what may be wrong between the clocks of torque and angle moves the torque by at most 5 %",
+    advice="record torque and angle with one instrument, or let both record a common signal",
+    unit="1",
+    upper=1.0,
+    decisive=True,
+)
+
+
+def alignment_u_s(recording: Recording, *channels: str) -> float:
+    """Return the standard uncertainty of the time between channels of a recording, in s.
+
+    As a device made of several stated it; 0 for channels of one clock.
+    """
+    return hypot(*(recording.conditions.get(name + ALIGNMENT_U, 0.0) for name in channels))
+
+
+def shift_rad(point: PeakPoint) -> float:
+    """Return that uncertainty as a crank phase."""
+    if not isinstance(point, SwingPoint):
+        return 0.0
+    return 2 * pi * point.frequency_hz.value * point.alignment_u_s
+
+
+def alignment_check(
+    points: Sequence[CompensatedPoint], sources: Iterable[PeakPoint], effects_nm: Array
+) -> Check:
+    """Check what a standard uncertainty of the alignment moves each torque by, shape (points,)."""
+    worst_s = {
+        source.set_frequency_hz: source.alignment_u_s
+        for source in sorted(sources, key=shift_rad)
+        if isinstance(source, SwingPoint)
+    }
+    found = []
+    for point, effect in zip(points, effects_nm, strict=True):
+        ratio = float(effect) / max(SHARE * abs(point.torque.value), 1e-12)
+        u_s = worst_s.get(point.set_frequency_hz, 0.0)
+        words = (
+            f"at {point.frequency_hz:.4g} Hz the clocks are aligned to {_ms(u_s)} (standard"
+            f" uncertainty), allowed are {_ms(u_s / ratio if ratio else 0.0)}"
+        )
+        found.append((ratio, words))
+    return CLOCKS.check(found)
+
+
+def with_clocks(error: DataError, points: Iterable[PeakPoint]) -> DataError:
+    """Return a method's error; of clocks that are not well known, with that as a likely reason."""
+    worst_s = max((p.alignment_u_s for p in points if isinstance(p, SwingPoint)), default=0.0)
+    if not worst_s:
+        return error
+    told = f"torque and angle were sampled by two clocks, aligned to {_ms(worst_s)}"
+    return DataError(f"{error.message}; {told}", hint=f"{error.hint}; {CLOCKS.advice}".lstrip("; "))
+
+
+def _ms(seconds: float) -> str:
+    return f"{1e3 * seconds:.2g} ms"

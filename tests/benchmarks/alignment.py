@@ -1,0 +1,73 @@
+"""What misaligned clocks cost: the table of docs/explanation/clocks.md.
+
+    python tests/benchmarks/alignment.py [draws]
+
+Not a test: it takes minutes. Each recording of a simulated sweep is shifted in time by a normal
+error of its own; the starting torque is compared with the simulator's truth.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from helpers_rigs import true_starting_torque_nm
+from helpers_sweeps import sweep
+from rigrunner.analysis.clocks import SHARE
+from rigrunner.analysis.phase import ALIGNMENT, _torques, _Trial
+from rigrunner_plugins.compensations.settings import TemplateInverseSettings
+from rigrunner_plugins.compensations.template_inverse import TemplateInverse
+from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
+from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+
+FREQUENCIES = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
+MICROSECONDS = (0, 2, 5, 10, 20, 50, 100, 200, 500)
+METHOD = TemplateInverse(TemplateInverseSettings())
+
+
+def shifted(points, u_s, rng):
+    for point in points:
+        turn = 2 * np.pi * point.frequency_hz.value * u_s * rng.standard_normal()
+        spectrum = np.fft.rfft(point.torque_nm, axis=-1)
+        spectrum = spectrum * np.exp(-1j * turn * np.arange(spectrum.shape[-1]))
+        torque = np.fft.irfft(spectrum, point.torque_nm.shape[-1], axis=-1)
+        yield replace(point, torque_nm=torque, alignment_u_s=u_s)
+
+
+def drawn(rig, u_s, seed):
+    """Return error, stated U with and without the alignment (points,), and the check's value."""
+    rng = np.random.default_rng([seed, round(1e6 * u_s)])
+    whole = sweep(rig, FREQUENCIES, 1)
+    runs = (tuple(shifted(run, u_s, rng)) for run in (whole.loaded, whole.no_load))
+    loaded, no_load = runs
+    made = replace(whole, loaded=loaded, no_load=no_load)
+    found = METHOD(made)
+    torque, u = _torques(found), np.array([point.torque.u for point in found.points])
+    effect = _Trial(METHOD, made, torque).effects()[ALIGNMENT]
+    truth = [true_starting_torque_nm(rig, 1000.0, hz) for hz in FREQUENCIES]
+    ratio = float(np.max(effect / (SHARE * np.abs(torque))))
+    return torque - truth, 2 * np.hypot(u, effect), 2 * u, ratio
+
+
+def main(draws: int) -> None:
+    for rig in (RigParameters(), OdeParameters()):
+        for microseconds in MICROSECONDS:
+            rows = [drawn(rig, 1e-6 * microseconds, seed) for seed in range(draws)]
+            error, within, unaware = (np.abs([row[i] for row in rows]) for i in range(3))
+            ratios = [row[3] for row in rows]
+            print(  # noqa: T201  (this is its output)
+                f"| {type(rig).__name__} | {microseconds} us"
+                f" | {1e3 * np.sqrt(np.mean(error**2)):.1f}"
+                f" | {1e3 * np.sqrt(np.mean(error[:, -1] ** 2)):.1f}"
+                f" | {np.mean(error <= within):.0%} | {np.mean(error <= unaware):.0%}"
+                f" | {min(ratios):.2f} to {max(ratios):.2f} |"
+            )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 6)

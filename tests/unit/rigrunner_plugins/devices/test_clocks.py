@@ -1,0 +1,290 @@
+"""Two clocks on one time base: what is stated of the alignment is true.
+
+The instruments sample known signals of the true time by clocks of their own; how far the channels
+are apart in the recording is found from these signals, not from what the composite says.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from helpers_clocks import Sampler
+from rigrunner.api.calling import Patience
+from rigrunner.api.devices import DeviceContext
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+    PluginError,
+)
+from rigrunner.clock import SimulatedClock, WallClock
+from rigrunner_plugins.devices.composite.clocks.common_signal import coarse_lag, fine_lag
+from rigrunner_plugins.devices.composite.clocks.relation import Sighting, by_arrivals, line_through
+from rigrunner_plugins.devices.composite.device import make
+from rigrunner_plugins.devices.composite.settings import CompositeSettings
+
+CHANNELS = {"torque": "daq.torque", "angle": "enc.angle"}
+COMMON = {"common": {"daq": "sync", "enc": "sync"}}
+
+
+def swing(hz):
+    return lambda t: np.sin(2 * np.pi * hz * t) + 0.3 * np.sin(6 * np.pi * hz * t + 1)
+
+
+class Bench:
+    """A torque bridge and an encoder of two clocks."""
+
+    def __init__(self, hz=35.0, noise=0.002, seed=1, clocks=COMMON, clock=None, **of_encoder):
+        self.clock = clock or SimulatedClock()
+        rng = np.random.default_rng(seed)
+
+        def noisy(t):
+            return swing(hz)(t) + noise * rng.standard_normal(len(t))
+
+        daq = {"torque": swing(hz), "sync": noisy}
+        self.daq = Sampler(self.clock, daq, latency_s=0.001, jitter_s=0.0005, seed=seed)
+        known = {"start_s": 0.037, "latency_s": 0.003, "jitter_s": 0.002, "clock_error": 5e-5}
+        enc = {"angle": swing(hz), "sync": noisy}
+        self.enc = Sampler(self.clock, enc, seed=seed + 1, **{**known, **of_encoder})
+        self.settings = {
+            "parts": {"daq": {"plugin": "daq"}, "enc": {"plugin": "enc"}},
+            "channels": CHANNELS,
+            "clocks": clocks,
+        }
+
+    def device(self):
+        parts = {"daq": self.daq, "enc": self.enc}
+        context = DeviceContext(
+            "tester",
+            self.clock,
+            Path(),
+            make=lambda plugin, _settings, /, part="": parts[part or plugin],
+            patience=Patience(answer_s=0.5),
+        )
+        device = make(CompositeSettings.model_validate(self.settings), context)
+        device.connect(1.0)
+        return device
+
+    def recorded(self, seconds=0.9):
+        """Return channels, by how much the angle is late in s, and what is stated."""
+        device = self.device()
+        blocks = list(device.stream(["angle", "torque"], seconds, threading.Event()))
+        firsts = [block.first_sample for block in blocks]
+        assert firsts == list(np.cumsum([0, *(block.samples for block in blocks)])[:-1])
+        found = {
+            name: np.concatenate([block.channels[name] for block in blocks])
+            for name in ("angle", "torque")
+        }
+        stated = {name: value for name, (value, _) in device.stream_conditions().items()}
+        return found, late_s(found), stated
+
+
+def late_s(found):
+    """Return the mean time by which the angle lags behind the torque: both are one signal."""
+    slope = np.gradient(found["torque"]) * 10_000
+    return float((found["torque"] - found["angle"]) @ slope / (slope @ slope))
+
+
+@pytest.mark.parametrize("hz", [8.0, 35.0])
+def test_a_common_signal_aligns_to_microseconds_and_says_how_well(hz):
+    apart = []
+    for seed in range(12):
+        _, late, stated = Bench(hz, seed=seed).recorded()
+        assert stated["angle_alignment_u"] < 10e-6
+        apart.append(late / stated["angle_alignment_u"])
+    assert np.mean(np.abs(apart) < 2) >= 0.8
+    assert max(map(abs, apart)) < 4
+
+
+def test_the_rate_of_the_other_clock_is_found():
+    _, _, stated = Bench().recorded(3.0)
+    assert stated["angle_clock_rate"] == pytest.approx(5e-5, abs=2e-6)
+
+
+def test_without_a_common_signal_arrival_times_align_to_the_latency():
+    apart = []
+    for seed in range(12):
+        _, late, stated = Bench(hz=3.0, seed=seed, clocks={}).recorded()
+        assert 4e-3 < stated["angle_alignment_u"] < 6e-3  # 10 ms / sqrt(6) = 4.1 ms, and jitter
+        apart.append(late / stated["angle_alignment_u"])
+    assert max(map(abs, apart)) < 2
+    closer = Bench(hz=3.0, clocks={"latency": "1 ms"}, latency_s=0.001)
+    assert closer.recorded()[2]["angle_alignment_u"] < 1.5e-3
+
+
+def test_a_common_signal_that_differs_or_stands_still_is_not_taken():
+    for seed in range(3):
+        bench = Bench(seed=seed)
+        rng = np.random.default_rng(seed)
+        bench.enc.signals = {**bench.enc.signals, "sync": lambda t: rng.standard_normal(len(t))}  # noqa: B023
+        assert bench.recorded()[2]["angle_alignment_u"] > 4e-3
+    still = Bench()
+    still.daq.signals = {**still.daq.signals, "sync": np.zeros_like}
+    assert still.recorded()[2]["angle_alignment_u"] > 4e-3
+
+
+@pytest.mark.parametrize("rate_hz", [2000.0, 9999.0])
+def test_another_nominal_rate_is_brought_to_that_of_the_reference(rate_hz):
+    found, late, stated = Bench(sample_rate_hz=rate_hz).recorded()
+    assert len(found["angle"]) == len(found["torque"]) == 9000
+    assert abs(late) < 4 * stated["angle_alignment_u"] < 20e-6
+    assert np.abs(found["angle"] - found["torque"]).max() < 5e-3
+
+
+def test_a_reference_that_is_not_the_fastest_is_refused():
+    bench = Bench(sample_rate_hz=20_000.0)
+    with pytest.raises(PluginError, match=r"reference has to be the fastest: 'reference: enc'"):
+        bench.device()
+    bench.settings["clocks"] = {**COMMON, "reference": "enc"}
+    assert bench.device().sample_rate_hz == 20_000.0
+
+
+@pytest.mark.parametrize(
+    ("clocks", "message"),
+    [
+        ({"reference": "press"}, "there is no part 'press'"),
+        ({"common": {"daq": "sync", "press": "sync"}}, "there is no part 'press'"),
+        ({"common": {"daq": "synk", "enc": "sync"}}, "has no channel 'synk'"),
+    ],
+)
+def test_clocks_that_do_not_fit_the_parts_are_refused(clocks, message):
+    with pytest.raises((PluginError, ValueError), match=message):
+        Bench(clocks=clocks).device()
+
+
+def test_channels_of_one_clock_state_nothing():
+    device = Bench().device()
+    assert list(device.stream(["torque"], 0.3, threading.Event()))
+    assert device.stream_conditions() == {}
+
+
+def test_what_the_slower_part_alone_records_has_the_rate_of_the_reference():
+    device = Bench(sample_rate_hz=2000.0).device()
+    blocks = list(device.stream(["angle"], 0.3, threading.Event()))
+    assert {block.rate_hz for block in blocks} == {10_000.0}
+
+
+def test_a_stop_ends_both_streams():
+    bench = Bench()
+    stop = threading.Event()
+    for count, _ in enumerate(bench.device().stream(["angle", "torque"], 5.0, stop)):
+        if count == 2:
+            stop.set()
+    assert count < 5
+    assert not bench.daq.is_open
+    assert not bench.enc.is_open
+
+
+def test_leaving_the_stream_ends_both():
+    bench = Bench()
+    blocks = bench.device().stream(["angle", "torque"], 5.0, threading.Event())
+    next(blocks)
+    blocks.close()
+    assert not bench.daq.is_open
+    assert not bench.enc.is_open
+
+
+def test_a_part_that_ends_before_its_time_is_named():
+    bench = Bench(lost=14)
+    with pytest.raises(DeviceLostError, match="the stream of enc ended before its time"):
+        bench.recorded()
+    assert not bench.daq.is_open
+
+
+def test_a_part_with_a_gap_or_a_wrong_rate_is_named():
+    bench = Bench()
+    plain = bench.enc.stream
+
+    def skipping(*asked):
+        for index, block in enumerate(plain(*asked)):
+            if index != 5:
+                yield block
+
+    bench.enc.stream = skipping
+    with pytest.raises(DeviceLostError, match="enc: sample 6000 came, 5000 was due"):
+        bench.recorded()
+    bench.enc.stream = lambda *asked: (replace(b, rate_hz=9000.0) for b in plain(*asked))
+    with pytest.raises(DeviceRejectedError, match="enc: the stream has 9000 samples per second"):
+        bench.recorded()
+
+
+def test_threads_and_the_wall_clock_show_the_true_offset():
+    bench = Bench(hz=3.0, clocks={"lead": "0.5 s"}, clock=WallClock(), non_blocking=False)
+    bench.daq.non_blocking = False
+    _, late, stated = bench.recorded(0.4)
+    assert abs(late) < 2 * stated["angle_alignment_u"] < 12e-3
+
+
+def test_a_part_that_hangs_is_told_in_time_and_can_be_closed():
+    release = threading.Event()
+    bench = Bench(clock=WallClock(), non_blocking=False)
+    bench.daq.non_blocking = False
+    plain = bench.enc.stream
+
+    def hanging(*asked):
+        for index, block in enumerate(plain(*asked)):
+            if index == 3:
+                release.wait(10)
+            yield block
+
+    bench.enc.stream = hanging
+    device = bench.device()
+    threading.Timer(3.0, release.set).start()
+    with pytest.raises(DeviceTimeoutError, match=r"enc: no block came within 0\.5 s"):
+        list(device.stream(["angle", "torque"], 30.0, threading.Event()))
+    release.set()
+    device.close()
+
+
+def test_a_line_through_sightings_is_the_weighted_one():
+    tau = np.array([0.0, 1.0, 2.0, 3.0])
+    seen = [Sighting(each, 0.1 + 2e-5 * each, 1e-7) for each in tau]
+    found = line_through(seen)
+    assert found.rate == pytest.approx(2e-5, rel=1e-3)
+    assert found.delta_s(np.array([5.0]))[0] == pytest.approx(0.1001, abs=1e-8)
+    assert found.u_offset_s == pytest.approx(1e-7 / 2)  # four sightings
+    assert found.u_rate == pytest.approx(1e-7 / np.sqrt(5), rel=1e-3)  # sum (tau - 1.5)^2 = 5
+
+
+def test_one_sighting_leaves_the_rate_of_a_quartz_open():
+    found = line_through([Sighting(1.0, 0.1, 1e-6)])
+    assert (found.rate, found.u_rate) == (0.0, 1e-4)
+    assert found.u_s(np.array([11.0])) == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_arrival_times_show_offset_and_rate_of_long_streams():
+    rng = np.random.default_rng(3)
+    ends = np.arange(1, 6001) / 10.0  # ten minutes of blocks
+    mine = ends + 5.0 + rng.exponential(1e-3, len(ends))
+    theirs = ends * (1 - 3e-5) + 5.02 + rng.exponential(1e-3, len(ends))
+    found = by_arrivals((ends, mine), (ends, theirs), 0.0)
+    assert found.rate == pytest.approx(3e-5, abs=4e-6)
+    middle = np.array([300.0])
+    wanted = 3e-5 * 300 - 0.02
+    assert found.delta_s(middle)[0] == pytest.approx(wanted, abs=4 * found.u_s(middle))
+    assert found.u_s(middle) < 1e-3
+
+
+def test_the_lag_of_noise_in_both_is_within_its_uncertainty():
+    rng = np.random.default_rng(5)
+    apart = []
+    for _ in range(100):
+        x = np.arange(2500.0)
+        window = np.sin(x / 40) + 0.05 * rng.standard_normal(2500)
+        other = 2 * np.sin((np.arange(2600.0) - 50.3) / 40) + 1 + 0.1 * rng.standard_normal(2600)
+        start = coarse_lag(window, other, 1.0)
+        found = fine_lag(window, other, 1.0, start)
+        apart.append((found.samples - 50.3) / found.u_samples)
+    assert np.std(apart) == pytest.approx(1.0, abs=0.25)
+    assert abs(np.mean(apart)) < 0.3
+
+
+def test_a_signal_that_repeats_itself_within_the_search_is_no_sighting():
+    window = np.sin(2 * np.pi * np.arange(500) / 50)
+    other = np.sin(2 * np.pi * np.arange(700) / 50)
+    assert coarse_lag(window, other, 1.0) is None
