@@ -121,9 +121,7 @@ class Registry:
         try:
             return self.settings_of(kind, name).model_validate(dict(settings))
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(str(part) for part in first["loc"])
-            raise PluginError(f"{kind} '{name}': {where}: {first['msg']}") from error
+            raise PluginError(f"{kind} '{name}': {_in_words(error)}") from error
 
     def make_device(
         self,
@@ -188,3 +186,9 @@ class Registry:
         near = difflib.get_close_matches(name, names, n=1)
         there = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
         return "; ".join([there, *(f"disabled: {each}" for each in self.disabled)])
+
+
+def _in_words(error: ValidationError) -> str:
+    """Return every problem with the setting that it is about."""
+    found = [(".".join(map(str, each["loc"])), each["msg"]) for each in error.errors()]
+    return "; ".join(f"{where}: {what}" if where else what for where, what in found)
