@@ -63,3 +63,21 @@ def test_making_it_twice_changes_nothing(printed):
     assert called.code == ExitCode.USAGE
     assert "nothing is ever overwritten" in called.err
     assert called.out == ""
+
+
+def test_a_new_drop_in_works_in_the_lab_at_once(tmp_path):
+    lab = tmp_path / "lab"
+    commands = (
+        "rigrunner init lab && cd lab && rigrunner new device press --drop-in\n"
+        "sed -i 's/^devices:/devices:\\n  press: {type: press, plugin: press,"
+        " settings: {simulated: yes}}/' station.yaml\n"
+        "rigrunner plugins press --station station.yaml\n"
+        "rigrunner check-plugin press --station station.yaml --role press --yes\n"
+        "sed 's/room: thermometer/press: press/; s/room.temperature/press.force/'"
+        " procedures/room_temperature.yaml > procedures/press.yaml\n"
+        "rigrunner run procedures/press.yaml --station station.yaml --unattended\n"
+    )
+    shown = shell(tmp_path, commands).stdout
+    assert ", 0 fail, " in shown
+    (run,) = (lab / "runs").iterdir()
+    assert read(run).measurements[0].values == {"press.force": 0.0}
