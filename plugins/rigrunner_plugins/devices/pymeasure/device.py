@@ -29,7 +29,8 @@ from rigrunner_plugins.devices.text.numbers import shown
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
-from rigrunner_plugins.devices.visa.opening import is_gone, library, not_opened
+from rigrunner_plugins.devices.visa.opening import library, not_opened
+from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -192,6 +193,7 @@ class PyMeasureDevice(CommandedDriver):
             if is_gone(connection):
                 self._drop()
                 raise DeviceNotFoundError(f"nobody answers at {settings.resource}", hint=_HINT)
+            send_at_once(connection)
 
     def _made(self, found: type[Any]) -> Any:
         settings = self._settings

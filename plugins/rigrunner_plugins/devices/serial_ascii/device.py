@@ -82,9 +82,12 @@ class SerialAscii(Driver):
     def _identify(self) -> Identity:
         wanted, port = self._settings.identification, self._settings.port
         if wanted is None or self._settings.simulated:
-            return Identity("not asked", port, "", simulated=self._settings.simulated)
+            simulated = self._settings.simulated
+            return Identity("unidentified", f"instrument at {port}", "", simulated=simulated)
         return Identity(
-            "not told", self.exchange(f"query {wanted.query}", lambda: self._asked(wanted)), ""
+            "(maker not told)",
+            self.exchange(f"query {wanted.query}", lambda: self._asked(wanted)),
+            "",
         )
 
     def _asked(self, wanted: Identification) -> str:

@@ -115,7 +115,7 @@ class Visa(CommandedDriver):
         wanted, resource = self._settings.identification, self._settings.resource
         simulated = self._settings.simulated
         if wanted is None:
-            return Identity("not asked", resource, "", simulated=simulated)
+            return Identity("unidentified", f"instrument at {resource}", "", simulated=simulated)
         answer = self.ask(wanted.query)
         if not fits(wanted.expect, answer):
             raise DeviceNotFoundError(
@@ -156,6 +156,6 @@ def identity_of(answer: str, *, simulated: bool = False) -> Identity:
     """
     fields = [field.strip() for field in answer.strip().split(",", 3)]
     if len(fields) < 4:  # noqa: PLR2004  (the fields of *IDN?)
-        return Identity("not told", answer.strip(), "", simulated=simulated)
+        return Identity("(maker not told)", answer.strip(), "", simulated=simulated)
     maker, model, serial, firmware = ("" if field == "0" else field for field in fields)
     return Identity(maker, model, serial, firmware, simulated=simulated)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DeviceNotFoundError
 from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,6 +34,7 @@ def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any
     if is_gone(resource):
         close_resource(resource)
         raise DeviceNotFoundError(f"nobody answers at {name}", hint=_hint(name, ""))
+    send_at_once(resource)
     return resource
 
 
@@ -40,23 +42,6 @@ def close_resource(resource: Any) -> None:
     """Give a resource back, whatever state it is in."""
     with suppress(Exception):
         resource.close()
-
-
-def is_gone(resource: Any) -> bool:
-    """Say whether a socket of pyvisa-py is connected to nobody, of which it tells nothing itself.
-
-    It takes a refused connection for an open one, and one that was closed for a slow one.
-    """
-    sessions = getattr(resource.visalib, "sessions", {})
-    interface = getattr(sessions.get(resource.session), "interface", None)
-    peer = getattr(interface, "getpeername", None)
-    if peer is None:
-        return False
-    try:
-        peer()
-    except OSError:
-        return True
-    return False
 
 
 def library(backend: str, folder: Path) -> str:

@@ -102,7 +102,8 @@ def test_its_abilities():
 
 def test_the_newest_line_gives_all_channels():
     with cell() as device:
-        assert device.connect(2.0) == Identity("not asked", device.far.port, "")
+        identity = Identity("unidentified", f"instrument at {device.far.port}", "")
+        assert device.connect(2.0) == identity
         first = device.read(["torque", "load"])
         assert list(first) == ["torque", "load"]
         assert first["load"] == pytest.approx(first["torque"])  # n N·m, n / 1000 kN

@@ -136,6 +136,14 @@ def test_errors_from_before_are_nobodys_fault(device, acme):
     device.connect(2.0)
 
 
+def test_a_query_does_not_wait_until_the_command_before_it_is_acknowledged(connected):
+    """Else each set-point takes 40 ms or more: Nagle's algorithm and a delayed acknowledgement."""
+    began_s = time.monotonic()
+    for _ in range(20):
+        connected.set("speed", 10.0)
+    assert time.monotonic() - began_s < 20 * 0.03
+
+
 class TestWhoAnswers:
     def test_another_instrument_is_refused_before_anything_is_sent(self, device, acme, talk):
         acme.answers["*IDN?"] = "OTHER,PSU,1,2"
@@ -382,7 +390,9 @@ class TestTheTrial:
         made.close()
 
     def test_it_works_without_an_instrument(self, device):
-        assert device.connect(1.0) == Identity("not told", "LSG Serial #1234", "", simulated=True)
+        assert device.connect(1.0) == Identity(
+            "(maker not told)", "LSG Serial #1234", "", simulated=True
+        )
         device.set("level", 2.5)
         assert device.read(["level"]) == {"level": 2.5}
         assert device.make_safe() == {"level": 0.0}

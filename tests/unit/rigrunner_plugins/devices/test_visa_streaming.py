@@ -8,7 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import yaml
 
+from helpers_docs import ROOT, code_blocks
 from helpers_instruments import instrument, merged
 from helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 from rigrunner.api.devices import Streaming
@@ -283,6 +285,18 @@ def test_a_stream_in_a_rig(make):
 def test_what_is_not_streamed_is_refused_at_once(make):
     with pytest.raises(DeviceRejectedError, match=r"'speed'.*angle, torque"):
         make().stream(["speed"], 1.0, Stop())
+
+
+def test_the_stream_of_the_page_records(bench, digitizer):
+    page = ROOT / "docs/how-to/bind-a-scpi-instrument.md"
+    (shown,) = [block.code for block in code_blocks(page) if block.file == "stream.yaml"]
+    digitizer.code = ">f4"
+    settings = merged(SETTINGS, resource=bench.resource, **yaml.safe_load(shown))
+    device = instrument("visa", settings)
+    device.connect(2.0)
+    (block,) = device.stream(["angle", "torque"], 0.1, Stop())
+    assert block.channels["torque"] == pytest.approx(-2.0 * np.arange(1000))
+    device.close()
 
 
 @pytest.mark.parametrize(
