@@ -3,7 +3,7 @@
 import { personName } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
-import { fixed, localTime } from "../format.js";
+import { fixed, withUncertainty } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
 import { preflightCard } from "../parts/preflight.js";
 import { readouts } from "../parts/readouts.js";
@@ -30,11 +30,12 @@ export function manualPage() {
   const bench = h("div", { class: "manual-bench" },
     numbers.element,
     h("div", { class: "manual-plots" }, swing.element, frequency.element),
-    h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
-    h("section", { class: "card" }, h("h2", {}, t("manual.points")),
-      h("div", { class: "row" }, h("div", { class: "field narrow" }, h("label", { for: "cycles" }, t("manual.cycles")), cycles), record, close), recording, points),
+    h("div", { class: "manual-side" },
+      h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
+      h("section", { class: "card manual-record" }, h("h2", {}, t("manual.points")),
+        h("div", { class: "row" }, h("div", { class: "field narrow" }, h("label", { for: "cycles" }, t("manual.cycles")), cycles), record), recording, points)),
     alarms.element);
-  const element = h("div", { class: "page manual" }, h("h1", {}, t("manual.title")), opener.element, bench);
+  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), close), opener.element, bench);
   let built = "";
 
   function update(changed) {
@@ -43,6 +44,7 @@ export function manualPage() {
     const open = state.phase === "manual" && state.manual;
     show(bench, Boolean(open) || (state.job?.kind === "manual" && state.phase !== "idle" && state.phase !== "finished"));
     show(opener.element, !open && state.job?.kind !== "manual" || state.phase === "finished" || state.phase === "idle");
+    show(close, Boolean(open));
     opener.update();
     numbers.update();
     alarms.update();
@@ -55,7 +57,7 @@ export function manualPage() {
       fill(drives, state.manual.drives.map(driveRow));
     }
     setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : state.manual.refused);
-    fill(points, state.manual.points.map((point) => h("li", {}, h("strong", {}, point.recording), h("time", {}, localTime(point.utc)))));
+    fill(points, (state.live?.points ?? []).map(pointRow));
   }
 
   const forget = listen((changed) => {
@@ -75,6 +77,11 @@ export function manualPage() {
       frequency.leave();
     },
   };
+}
+
+function pointRow(point) {
+  return h("li", {}, h("strong", {}, point.recording),
+    h("span", {}, Number.isFinite(point.torque_nm) ? withUncertainty(point.torque_nm, point.U_nm, "N·m") : `${fixed(point.raw_nm, 3)} N·m`));
 }
 
 function openCard() {
