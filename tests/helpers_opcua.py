@@ -84,6 +84,9 @@ class Bench:
     def value(self, name):
         return self._do(self.nodes[name].read_value())
 
+    def allow(self, name, *, writing):
+        self._do(self.nodes[name].set_writable(writing))
+
     def _do(self, work):
         return asyncio.run_coroutine_threadsafe(work, self._loop).result(10)
 

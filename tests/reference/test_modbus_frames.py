@@ -209,6 +209,18 @@ def test_it_says_who_it_is(serving, pdus):
     assert peer.heard == peer.asked
 
 
+@pytest.mark.parametrize(("byte_order", "said"), [("big", "MB 1"), ("little", "BM1 ")])
+def test_a_text_has_two_characters_in_a_register(serving, byte_order, said):
+    # ASCII: 4D 42 20 31 hex is 'MB 1'; NUL and blanks at its end are not part of it
+    asked = ("03 00 10 00 03", "03 06 4D 42 20 31 00 00")
+    model = {"holding": 16, "text": 3, "byte_order": byte_order}
+    with serving(asked) as (peer, where):
+        unit = device({**settings(where), "identification": {"model": model}})
+        assert unit.connect(1.0).model == said.strip()
+        unit.close()
+    assert peer.heard == peer.asked
+
+
 def printed(*frames):
     """Return the script of frames as a manual prints them."""
     return rtu_peer([(bytes.fromhex(asked), bytes.fromhex(answer)) for asked, answer in frames])

@@ -212,21 +212,35 @@ def test_a_request_that_was_lost_is_repeated():
     assert connect_and_read(rtu_peer(script), retries=1) == {"torque": 9.0}
 
 
-def test_an_echo_of_another_value_is_no_confirmation():
+@pytest.mark.parametrize(
+    ("echo", "told"),
+    [
+        ("06 00 01 03 E9", r"write 1000 to holding 1: .* echo of \[1001"),
+        ("06 00 02 03 E8", "write 1000 to holding 1: .* echo of address 2"),
+    ],
+)
+def test_an_echo_of_something_else_is_no_confirmation(echo, told):
     probe = "03 00 01 00 01"
     script = [
         (mbap(1, 1, probe), mbap(1, 1, "03 02 00 00")),
-        (mbap(2, 1, "06 00 01 03 E8"), mbap(2, 1, "06 00 01 03 E9")),
+        (mbap(2, 1, "06 00 01 03 E8"), mbap(2, 1, echo)),
     ]
     drive = {key: FREQUENCY[key] for key in ("holding", "scale", "unit", "min", "max", "safe")}
     with tcp_peer(script) as (_, where):
         unit = device({**where, "timeout": "150 ms", "drives": {"frequency": drive}})
         unit.connect(1.0)
-        with pytest.raises(
-            DeviceRejectedError, match=r"write 1000 to holding 1: .* echo of \[1001"
-        ):
+        with pytest.raises(DeviceRejectedError, match=told):
             unit.begin("frequency", 10.0)
         unit.close()
+
+
+def test_a_unit_that_is_busy_is_asked_again():
+    script = [
+        (mbap(1, 1, PROBE), mbap(1, 1, FINE)),
+        (mbap(2, 1, PROBE), mbap(2, 1, "84 06")),
+        (mbap(3, 1, PROBE), mbap(3, 1, "04 02 00 09")),
+    ]
+    assert connect_and_read(tcp_peer(script), retries=1) == {"torque": 9.0}
 
 
 def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():

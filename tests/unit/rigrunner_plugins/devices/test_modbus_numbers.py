@@ -141,6 +141,17 @@ def test_neighbours_are_read_together_and_no_others():
     ]
 
 
+def test_a_number_within_a_longer_one_is_read_with_it():
+    wanted = numbers({"input": 0, "type": "float64"}, {"input": 1}, {"input": 4})
+    assert spans(wanted, together=True) == [Span(Table.INPUT, 0, 5)]
+
+
+@pytest.mark.parametrize(("table", "most"), [("input", 125), ("coil", 2000)])
+def test_more_than_a_request_may_ask_for_is_asked_for_in_two(table, most):
+    wanted = numbers(*({table: address} for address in range(most + 1)))
+    assert [each.count for each in spans(wanted, together=True)] == [most, 1]
+
+
 def test_each_alone_where_the_unit_wants_it_so():
     wanted = numbers({"input": 0, "bit": 1}, {"input": 0, "bit": 2}, {"input": 1})
     assert spans(wanted, together=False) == [Span(Table.INPUT, 0, 1), Span(Table.INPUT, 1, 1)]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from helpers_modbus import FREQUENCY, device
+from helpers_modbus import FREQUENCY, device, rtu_peer
 from rigrunner.registry import load_registry
+from rigrunner_plugins.devices.modbus.opening import open_client
 from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 
 TCP = {"tcp": {"host": "127.0.0.1"}}
@@ -49,6 +50,10 @@ def test_the_defaults_are_those_of_the_standards():
         (drive(min="-1 Hz"), r"min is -1 Hz: -100 does not fit"),
         (drive(scale=1.0), "steps of 1 Hz, too coarse for the tolerance of 0.05 Hz"),
         (
+            drive(scale=0.06, read_back={"input": 1, "unit": "Hz", "scale": 0.05}),
+            "too coarse for the tolerance of 0.05 Hz",  # half of both steps is 0.055 Hz
+        ),
+        (
             drive(read_back={"input": 1, "unit": "Hz"}),
             "steps of 1 Hz, too coarse for the tolerance of 0.05 Hz",
         ),
@@ -74,6 +79,17 @@ def test_channels_and_drives_are_known_without_an_instrument():
     assert [info.unit for info in (*unit.channels, *unit.drives)] == ["Hz", "Hz"]
     assert unit.drives[0].maximum == 35.0
     assert unit.drives[0].sets_cycle_frequency
+
+
+@pytest.mark.parametrize(("parity", "letter"), [("even", "E"), ("odd", "O"), ("none", "N")])
+def test_a_serial_line_is_opened_as_said(parity, letter):
+    with rtu_peer([]) as (_, where):
+        given = {"rtu": {**where["rtu"], "parity": parity, "baud": 9600, "stop_bits": 2}}
+        made = ModbusSettings.model_validate({**given, "channels": CHANNEL})
+        client = open_client(made, 1.0, lambda _, data: data)
+        port = client.socket
+        assert (port.parity, port.baudrate, port.stopbits) == (letter, 9600, 2)
+        client.close()
 
 
 def test_every_setting_is_explained():

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from helpers_devices import plan_of, run
 from helpers_modbus import Cable
-from helpers_opcua import DRIVE, PASSWORD, Bench, device
+from helpers_opcua import APPLICATION, DRIVE, PASSWORD, Bench, device
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
@@ -87,6 +87,26 @@ def test_a_drive_is_set_and_stopped(bench):
         assert (bench.value("Set"), bench.value("Enable")) == (0.0, False)
 
 
+def test_where_a_drive_stands_is_what_is_measured(bench):
+    with connected(bench, drives={"frequency": {**DRIVE, "run": []}}) as plc:
+        plc.begin("frequency", 12.5)
+        assert bench.value("Set") == 12.5
+        assert plc.read_back("frequency") == 0.0  # it was not enabled
+        assert not plc.arrived("frequency")
+        plc.make_safe()
+
+
+def test_a_write_that_the_server_refuses(bench):
+    with connected(bench, drives={"frequency": DRIVE}) as plc:
+        bench.allow("Set", writing=False)
+        try:
+            with pytest.raises(DeviceRejectedError, match=r"write 5.0 to ns=2;s=Set: .* says Bad"):
+                plc.begin("frequency", 5.0)
+        finally:
+            bench.allow("Set", writing=True)
+        assert plc.make_safe() == {"frequency": 0.0}
+
+
 def test_it_says_who_it_is(bench):
     identification = {"serial": "ns=2;s=Label", "expect": {"serial": "bench 7"}}
     unit = device(settings(bench, identification=identification), bench.folder)
@@ -110,6 +130,7 @@ def test_a_signed_channel_and_a_user(bench, mode):
     with connected(bench, security=security, user=user) as plc:
         assert plc.read(["torque"]) == {"torque": 1.25}
         client = plc._session._client
+        assert client.application_uri == APPLICATION  # as our certificate has it
         assert client.security_policy.Mode.name.lower() == mode.replace("_and_", "and")
 
 
