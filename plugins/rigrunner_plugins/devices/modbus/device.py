@@ -148,7 +148,7 @@ class ModbusDevice(Driver):
             self._opened = Line(self._served())
             self._opened.open(timeout_s)
         except ModuleNotFoundError as error:
-            raise missing(error.name or "pymodbus", "modbus") from error
+            raise missing((error.name or "pymodbus").partition(".")[0], "modbus") from error
 
     def _served(self) -> ModbusSettings:
         """Return the settings, with the address of the simulator if there is one."""

@@ -97,7 +97,7 @@ class OpcUa(Driver):
         try:
             from rigrunner_plugins.devices.opcua.session import Session  # noqa: PLC0415  (asyncua)
         except ModuleNotFoundError as error:
-            raise missing(error.name or "asyncua", "opcua") from error
+            raise missing((error.name or "asyncua").partition(".")[0], "opcua") from error
         self._opened = Session(self._settings, self._folder)
         self._opened.open(timeout_s)
 

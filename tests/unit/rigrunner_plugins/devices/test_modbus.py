@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from contextlib import contextmanager
@@ -9,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from helpers_modbus import FREQUENCY, device, modbus_line
-from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError
+from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, MissingPackageError
 from rigrunner_plugins.loopback.inverter import NOTHING_HEARD, OVERLOAD, Inverter
 from rigrunner_plugins.loopback.modbus_server import ModbusServer
 from rigrunner_plugins.loopback.plant import Plant
@@ -91,6 +92,7 @@ def test_a_press_is_another_unit_of_the_same_server(server, plant):
 
 
 def test_it_says_who_it_is_and_another_one_is_refused(server):
+    before = threading.active_count()
     standard = {"standard": "yes", "expect": {"maker": "Rigrunner", "model": "SIM-VFD"}}
     unit = device(settings(server, identification=standard))
     identity = unit.connect(2.0)
@@ -99,7 +101,7 @@ def test_it_says_who_it_is_and_another_one_is_refused(server):
     other = device(settings(server, identification={**standard, "expect": {"model": "FC-51"}}))
     with pytest.raises(DeviceNotFoundError, match="the model 'SIM-VFD', expected is 'FC-51'"):
         other.connect(2.0)
-    assert threading.active_count() == 2  # this one and the server's
+    assert threading.active_count() == before
 
 
 def test_a_part_of_the_identity_may_stand_in_registers(server):
@@ -132,10 +134,10 @@ def test_a_set_point_that_the_unit_refuses(server):
 @pytest.mark.parametrize("write", [[0, 1], []])
 def test_the_watchdog_keeps_the_inverter_running(server, plant, inverter, write):
     kept = {"holding": 2, "every": "50 ms", "write": write}
-    inverter.written(3, [2])  # it stops after 0.2 s without a word
+    inverter.written(3, [10])  # it stops after 1 s without a word
     with connected(server, watchdog=kept if write else None) as motor:
         motor.set("frequency", 10.0)
-        time.sleep(0.5)
+        time.sleep(1.5)
         assert plant.frequency_hz == (10.0 if write else 0.0)
         if not write:
             assert inverter.inputs()[3] == NOTHING_HEARD
@@ -159,6 +161,17 @@ def test_threads_and_sockets_are_released(server):
         unit.close()
         unit.close()
     assert threading.active_count() == before
+
+
+def test_without_its_package_it_says_how_to_get_it(server, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pymodbus", None)
+    monkeypatch.setitem(sys.modules, "pymodbus.exceptions", None)
+    monkeypatch.delitem(sys.modules, "rigrunner_plugins.devices.modbus.line")
+    unit = device(settings(server))
+    with pytest.raises(
+        MissingPackageError, match=r"'pymodbus' is not installed.*rigrunner\[modbus"
+    ):
+        unit.connect(1.0)
 
 
 def test_a_read_of_neighbours_is_one_request(server):
