@@ -1,0 +1,323 @@
+"""The panel, served and driven over HTTP and WebSocket, with a run in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import time
+from datetime import datetime
+
+import pytest
+
+from helpers_panel import Screen, process_is_gone, ready, rig_process, served
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api.events import Intervention, MadeSafe, RunEnded
+from rigrunner.clock import SimulatedClock
+from rigrunner.runfile import read
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and ps as POSIX has them")
+
+LOADED = "starting_torque_1000n.yaml"
+STOP_S = 0.2
+"""What the panel promises, from the request to the order that makes the rig safe."""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Return a lab folder with short procedures, and a no-load run in 'runs'."""
+    folder = tmp_path_factory.mktemp("lab")
+    short = ("settle: {cycles: 100}", "settle: {cycles: 5}")
+    no_load = quick_procedure(folder, "no_load_inertia_sweep")
+    quick_procedure(folder, "starting_torque_1000n", short)
+    run(no_load, folder / "runs", station=station_file(folder), clock=SimulatedClock())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def server(lab):
+    with served(lab, lab / "runs") as found:
+        yield found
+
+
+@pytest.fixture
+def screen(server):
+    found = Screen(server, "client-ann-0001")
+    yield found
+    if not found.is_closed and found.state["phase"] not in ("idle", "finished"):
+        found.post("stop")
+        found.phase("finished", "idle")
+    found.close()
+
+
+def start(screen, *, realtime=True, **more):
+    pair = ready(screen, LOADED)
+    inputs = {"specimen": "SN-1", "operator": "Ann"}
+    screen.post("run/start", 202, **pair, inputs=inputs, realtime=realtime, operator="Ann", **more)
+
+
+def stored(lab, state):
+    return read(lab / "runs" / state["finished"]["run"])
+
+
+def events_of(run, kind):
+    return [each for each in run.events if isinstance(each, kind)]
+
+
+def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
+    watcher = Screen(server, "client-bob-0001")
+    hostile = "<script>alert(1)</script>/../x"
+    pair = ready(screen, LOADED)
+    items = screen.state["preflight"]["items"]
+    kinds = ["procedure", "no_load", "calibration", "disk", "device", "interlock", "zero"]
+    assert [each["kind"] for each in items] == kinds
+    refused = watcher.post("run/start", 403, **pair)
+    assert refused["message"] == "Ann has control"
+    inputs = {"specimen": hostile, "operator": "Ann"}
+    screen.post("run/start", 202, **pair, inputs=inputs, realtime=False)
+    second = screen.post("run/start", 409, **pair)
+    assert second["message"] == "the rig is in use"
+    prompt = screen.phase("asking")["prompt"]
+    assert (prompt["kind"], prompt["choices"]) == ("confirm", ["yes", "no"])
+    wrong = screen.post("run/answer", 422, prompt=prompt["id"], text="perhaps")
+    assert "allowed is one of: yes, no" in wrong["message"]
+    screen.close()  # the browser is gone, in the middle
+    again = Screen(server, "client-ann-0001")
+    assert again.state["prompt"] == prompt
+    again.answer()
+    state = again.phase("finished")
+    assert (state["finished"]["outcome"], state["finished"]["verdict"]) == ("completed", "pass")
+    assert set(state["progress"]["states"]) == {"o"}
+    result = again.http.get(f"/api/runs/{state['finished']['run']}").json()
+    assert result["item"]["specimen"] == hostile
+    found = result["result"]["headline"]["compensated"]
+    live = state["live"]
+    assert (live["final"], live["headline"]["value_nm"]) == (True, found["value"])
+    assert live["headline"]["U_nm"] == found["expanded_uncertainty_95"]
+    assert len(live["points"]) == 5
+    watcher.phase("finished")
+    same = ("phase", "live", "finished", "progress", "readings", "plan", "log")
+    assert {key: watcher.state[key] for key in same} == {key: state[key] for key in same}
+    names = {each["name"] for each in state["finished"]["files"]}
+    assert {"report.html", "result.json", "run.h5"} <= names
+    assert {header["kind"] for header, _ in watcher.frames} == {"swing", "trend"}
+    for one in (watcher, again):
+        one.close()
+
+
+def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, server, lab):
+    start(screen)
+    screen.answer()
+    screen.until(lambda state: state["progress"]["recording"])
+    screen.post("run/pause")
+    pause = screen.phase("paused")["pause"]
+    assert set(pause["choices"]) >= {"resume", "repeat", "skip", "abort"}
+    screen.post("run/note", text="looks good")
+    screen.post("run/override", 409, reason="no")
+    screen.post("run/resume")
+    screen.post("run/resume", 409)
+    screen.until(lambda state: state["progress"]["recording"])
+    screen.post("run/repeat", reason="once more")  # pauses by itself
+    screen.until(lambda state: any(each["kind"] == "repeat" for each in state["log"]))
+    screen.until(lambda state: state["progress"]["recording"])
+    bob = Screen(server, "client-bob-0001")
+    bob.post("run/skip", 403, reason="mine")
+    bob.post("control", 409, name="Bob")
+    bob.post("control", name="Bob", take_over=True)
+    screen.post("run/abort", 403, reason="mine")
+    screen.until(lambda state: any(each["kind"] == "take over" for each in state["log"]))
+    bob.post("run/skip", 400, reason=" ")
+    bob.post("run/skip", reason="cracked")
+    screen.until(lambda state: "s" in state["progress"]["states"])
+    bob.post("run/abort", reason="enough")
+    state = screen.phase("finished")
+    assert state["finished"]["outcome"] == "aborted"
+    run = stored(lab, state)
+    did = [(each.action, each.by) for each in events_of(run, Intervention)]
+    assert did == [
+        ("pause", "Ann"), ("resume", "Ann"), ("pause", "Ann"), ("repeat", "Ann"),
+        ("take over", "Bob"), ("pause", "Bob"), ("skip", "Bob"), ("abort", "Bob"),
+    ]  # fmt: skip
+    taken = next(each for each in events_of(run, Intervention) if each.action == "take over")
+    assert taken.subject == "control was with Ann"
+    assert any("enough" in each.reason for each in events_of(run, Intervention))
+    (ended,) = events_of(run, RunEnded)
+    assert set(ended.read_back.values()) == {0.0}
+    bob.close()
+
+
+def test_stop_makes_the_rig_safe_within_its_time_whoever_asks(screen, server, lab):
+    start(screen)
+    screen.answer()
+    screen.until(lambda state: state["progress"]["recording"])
+    frames = len(screen.frames)
+    screen.until(lambda _: len(screen.frames) > frames + 3)
+    bob = Screen(server, "client-bob-0001")
+    asked = time.time()
+    assert bob.post("stop", reason="smoke")["stopped"]
+    state = screen.phase("finished")
+    run = stored(lab, state)
+    assert run.info.sealed
+    (stop,) = [each for each in events_of(run, Intervention) if each.action == "abort"]
+    assert datetime.fromisoformat(stop.utc).timestamp() - asked < STOP_S
+    assert "smoke" in stop.reason
+    assert "panel client" in stop.by
+    safe = [each.what for each in events_of(run, MadeSafe)]
+    assert safe == ["tester.frequency", "tester.load", "tester"]
+    assert not any("teardown" in getattr(each, "step", "") for each in run.events)
+    assert not bob.post("stop")["stopped"]
+    bob.close()
+
+
+def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen, server):
+    start(screen)
+    screen.answer()
+    host, port = server.address.removeprefix("http://").split(":")
+    deaf = socket.create_connection((host, int(port)))
+    deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+    deaf.sendall(
+        f"GET /api/events?client=client-deaf-1 HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\n"
+        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+    )
+    before = screen.until(lambda state: state["watchers"] == 2)["progress"]["done_s"]
+    screen.close()
+    time.sleep(1.5)
+    again = Screen(server, "client-ann-0001")
+    assert again.state["phase"] in ("running", "analysing", "finished")
+    assert again.state["progress"]["done_s"] > before
+    again.post("run/abort", reason="seen enough")
+    again.phase("finished")
+    again.close()
+    deaf.close()
+
+
+def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, server):
+    start(screen)
+    screen.phase("asking")
+    os.kill(rig_process(server), signal.SIGKILL)
+    state = screen.phase("finished")
+    assert "code -9" in state["finished"]["reason"]
+    assert "resume" in state["finished"]["hint"]
+    start(screen, realtime=False)
+    screen.phase("asking")
+
+
+def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(screen, lab):
+    pair = ready(screen, LOADED)
+    screen.post("manual/set", 409, drive="tester.load", value="1000 N")
+    screen.post("manual/open", 202, **pair, operator="Ann")
+    screen.until(lambda state: state["manual"])
+    beyond = screen.post("manual/set", 422, drive="tester.frequency", value="99 Hz")
+    assert beyond["hint"] == "allowed: 0 to 35 Hz"
+    screen.post("manual/set", 422, drive="tester.frequency", value="10")
+    screen.post("manual/set", 404, drive="tester.speed", value="10 Hz")
+    screen.post("manual/record", cycles=8)
+    screen.until(lambda state: "stands still" in state["manual"]["refused"])
+    screen.post("manual/set", drive="tester.load", value="1 kN")
+    screen.post("manual/set", drive="tester.frequency", value="20 Hz")
+    watched = screen.until(lambda state: state["live"] and state["live"]["points"])["live"]
+    assert [each["recording"] for each in watched["points"]] == ["live"]
+    assert watched["points"][0]["torque_nm"] == pytest.approx(0.726, abs=0.02)
+    screen.post("manual/record", cycles=12)
+    screen.until(lambda state: state["live"]["points"][0]["recording"] == "001_20Hz")
+    screen.post("manual/close")
+    state = screen.phase("finished")
+    (point,) = state["live"]["points"]
+    assert point["cycles"] == 12
+    assert point["torque_nm"] == pytest.approx(0.726, abs=0.02)
+    run = stored(lab, state)
+    assert run.header.procedure_id == "SSPB-STT-1000-by-hand"
+    assert run.header.approval["state"] == "draft"
+    assert [each.name for each in run.recordings] == ["001_20Hz"]
+    assert set(run.zeros) == {"tester.torque"}
+    (ended,) = events_of(run, RunEnded)
+    assert set(ended.read_back.values()) == {0.0}
+
+
+def test_what_the_preflight_refuses_starts_only_by_name_and_reason(screen, lab):
+    text = (lab / "station.yaml").read_text(encoding="utf-8")
+    overdue = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
+    assert "calibration: simulated" in text
+    changed = text.replace("calibration: simulated", overdue)
+    (lab / "overdue.yaml").write_text(changed, encoding="utf-8")
+    pair = ready(screen, "no_load_inertia_sweep.yaml", "overdue.yaml")
+    found = screen.state["preflight"]
+    (failed,) = [each for each in found["items"] if each["state"] == "fail"]
+    assert (failed["kind"], failed["override"], found["may_start"]) == (
+        "calibration", "tester.torque", False,
+    )  # fmt: skip
+    assert "was due on 2021-01-01" in failed["text"]
+    inputs = {"operator": "Ann"}
+    assert "was due" in screen.post("run/start", 409, **pair, inputs={})["message"]
+    nobody = {"what": ["tester.torque"], "by": " ", "reason": "r"}
+    screen.post("run/start", 400, **pair, override=nobody)
+    wrong = {"what": ["everything"], "by": "Chief", "reason": "r"}
+    screen.post("run/start", 422, **pair, override=wrong)
+    override = {"what": ["tester.torque"], "by": "Chief", "reason": "new one ordered"}
+    screen.post("run/start", 202, **pair, inputs=inputs, override=override)
+    screen.until(lambda state: any("new one ordered" in each["text"] for each in state["log"]))
+    screen.post("stop")
+    run = stored(lab, screen.phase("finished"))
+    (told,) = [each for each in events_of(run, Intervention) if each.action == "override"]
+    assert (told.by, told.reason) == ("Chief", "new one ordered")
+
+
+def test_a_station_whose_device_does_not_answer_cannot_be_started(screen, lab):
+    text = (lab / "station.yaml").read_text(encoding="utf-8")
+    unplugged = text.replace("{seed: 1}", "{seed: 1, simulate: unplugged}")
+    (lab / "unplugged.yaml").write_text(unplugged, encoding="utf-8")
+    pair = ready(screen, "no_load_inertia_sweep.yaml", "unplugged.yaml")
+    (failed,) = [each for each in screen.state["preflight"]["items"] if each["state"] == "fail"]
+    assert (failed["kind"], failed["name"], failed["override"]) == ("device", "tester", "")
+    assert failed["mend"]
+    screen.post("run/start", 409, **pair)
+
+
+def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed(lab):
+    with served(lab, lab / "runs") as server:
+        screen = Screen(server, "client-ann-0001")
+        start(screen)
+        screen.answer()
+        name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]
+        code, said = server.end(signal.SIGINT)
+        screen.close()
+    assert code == 130
+    assert f"{name} is going on. Aborting: teardown" in said
+    run = read(lab / "runs" / name)
+    assert (run.info.sealed, run.info.outcome) == (True, "aborted")
+    assert any("teardown" in getattr(each, "step", "") for each in run.events)
+
+
+def test_without_a_run_ctrl_c_just_ends(lab):
+    with served(lab, lab / "runs") as server:
+        assert server.end(signal.SIGINT) == (0, "")
+
+
+def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
+    with served(lab, lab / "runs") as server:
+        screen = Screen(server, "client-ann-0001")
+        start(screen)
+        screen.answer()
+        name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]
+        pid = rig_process(server)
+        server.process.kill()
+        screen.close()
+    assert process_is_gone(pid)
+    run = read(lab / "runs" / name)
+    assert (run.info.sealed, run.info.outcome) == (True, "aborted")
+    assert "the panel is gone" in run.info.reason
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--host", "0.0.0.0"], "there is no token"),  # noqa: S104  (refused before it listens)
+        (["--token", "short"], "less than 16 characters"),
+        (["--port", "70000"], "70000"),
+        (["--procedures", "/nowhere-at-all"], "/nowhere-at-all"),
+    ],
+)
+def test_a_panel_that_may_not_be_opened_says_why(tmp_path, options, told):
+    with pytest.raises(AssertionError, match=told), served(tmp_path, tmp_path / "runs", *options):
+        pass

@@ -1,0 +1,163 @@
+"""A panel that is really served, and a client that follows its state as a screen does."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import threading
+import time
+from contextlib import ExitStack, contextmanager, suppress
+
+import httpx
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from rigrunner.panel.live.frames import parse_frame
+
+PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"
+PATIENCE_S = 40.0
+
+
+class Server:
+    """`rigrunner panel` as a process of its own."""
+
+    def __init__(self, lab, runs, *options):
+        words = ["panel", "--port", "0", "--no-browser", "--procedures", lab, "--runs", runs]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, *map(str, words), *options],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.said = []
+        first = self.process.stderr.readline()
+        if not first.startswith("Panel: "):
+            _, said = self.process.communicate(timeout=PATIENCE_S)
+            raise AssertionError(first + said)
+        self.address = re.search(r"http://\S+?:\d+", first)[0]
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def end(self, signal_number=None):
+        """Let it end and return its exit code and all that it said."""
+        if signal_number is not None:
+            self.process.send_signal(signal_number)
+        code = self.process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
+        self.process.stderr.close()
+        return code, "".join(self.said)
+
+    def _read(self):
+        with suppress(ValueError):
+            self.said.extend(iter(self.process.stderr.readline, ""))
+
+
+class Screen:
+    """A client with an id of its own that applies every delta."""
+
+    def __init__(self, server, client):
+        self.http = httpx.Client(
+            base_url=server.address, headers={"X-Rigrunner-Client": client}, timeout=PATIENCE_S
+        )
+        address = server.address.replace("http", "ws", 1)
+        events = connect(f"{address}/api/events?client={client}", max_size=None)
+        self._held = ExitStack()
+        self._socket = self._held.enter_context(events)
+        self.state = {}
+        self.frames = []
+        self.phases = []
+        self.is_closed = False
+        self._news = threading.Condition()
+        threading.Thread(target=self._follow, daemon=True).start()
+        self.until(bool)
+
+    def post(self, path, /, status=200, **body):
+        """Ask for something and return the answer; its status must be as expected."""
+        answer = self.http.post(f"/api/{path}", json=body)
+        assert answer.status_code == status, answer.text
+        return answer.json()
+
+    def until(self, condition, patience_s=PATIENCE_S):
+        """Wait until the state is as wanted, and return it."""
+        with self._news:
+            found = self._news.wait_for(lambda: condition(self.state), patience_s)
+        told = {key: self.state.get(key) for key in ("phase", "asked", "finished", "alarms")}
+        assert found, f"still {told}"
+        return self.state
+
+    def phase(self, *phases):
+        """Wait for one of these phases."""
+        return self.until(lambda state: state.get("phase") in phases)
+
+    def answer(self, text="yes"):
+        """Answer the next prompt."""
+        prompt = self.until(lambda state: state["prompt"])["prompt"]
+        self.post("run/answer", prompt=prompt["id"], text=text)
+        self.until(lambda state: state["prompt"] != prompt)
+
+    def close(self):
+        """Go away without a word, as a browser that is closed."""
+        self.is_closed = True
+        self._held.close()
+        self.http.close()
+
+    def _follow(self):
+        with suppress(ConnectionClosed):
+            for message in self._socket:
+                self._take(message)
+
+    def _take(self, message):
+        with self._news:
+            if isinstance(message, bytes):
+                self.frames.append(parse_frame(message))
+            elif (told := json.loads(message))["type"] == "state":
+                self.state = told["state"]
+            else:
+                assert told["seq"] == self.state["seq"] + 1
+                self.state = {**self.state, **told["changes"], "seq": told["seq"]}
+            if self.state.get("phase") not in self.phases[-1:]:
+                self.phases.append(self.state.get("phase"))
+            self._news.notify_all()
+
+
+@contextmanager
+def served(lab, runs, *options):
+    """Give a served panel, which is killed in the end if it is still there."""
+    server = Server(lab, runs, *options)
+    try:
+        yield server
+    finally:
+        server.process.kill()
+        server.end()
+
+
+def ready(screen, procedure, station="station.yaml", name="Ann"):
+    """Take control, look at the rig, and return what a start is to be told."""
+    screen.post("control", name=name, take_over=True)
+    screen.post("preflight", 202, procedure=procedure, station=station)
+    screen.until(lambda state: state["preflight"] and state["preflight"]["done"])
+    return {"procedure": procedure, "station": station}
+
+
+def process_is_gone(pid, patience_s=PATIENCE_S):
+    """Wait until a process that is not ours has ended."""
+    until_s = time.monotonic() + patience_s
+    while time.monotonic() < until_s:
+        found = ps("stat=", "-p", pid)
+        if not found.strip() or found.startswith("Z"):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def rig_process(server):
+    """Return the number of the process that has the rig."""
+    lines = ps("pid=,args=", "--ppid", server.process.pid).splitlines()
+    return next(int(each.split()[0]) for each in lines if "panel.process.main" in each)
+
+
+def ps(fields, *which):
+    """Return what `ps` says of some processes; nothing of those that are gone."""
+    words = ["ps", "-o", fields, *map(str, which)]
+    return subprocess.run(words, capture_output=True, text=True, check=False).stdout
