@@ -192,7 +192,8 @@ def jogging(
     with ready.held(f"jog {role}") as held, _opened(log) as sink:
         rig = held.rig(_needed(held, role))
         emit = Emitter(Bus(critical=[sink], guarded=listeners), held.clock)
-        emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}")
+        replay = ", played back from a tape" if held.tape and held.tape.replays else ""
+        emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}{replay}")
         with rig:
             guard = Guard(held.interlocks, rig, emit)
             session = Session(rig, emit, UnattendedAnswers(), stop, guard)

@@ -190,4 +190,4 @@ def test_what_devices_said_can_be_played_back(tmp_path):
         del each["read_s"]
     assert one == other
     assert again.code == first.code == ExitCode.DEVICE
-    assert again.err == ""
+    assert again.err == f"Replaying the tape {tmp_path}/tape: no instrument is asked.\n"

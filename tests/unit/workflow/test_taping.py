@@ -21,10 +21,10 @@ from rigrunner.api.errors import (
     ExitCode,
     UsageError,
 )
-from rigrunner.api.events import Alarm, Outcome
+from rigrunner.api.events import Alarm, Answer, Outcome
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import UnattendedAnswers
+from rigrunner.engine import Override, UnattendedAnswers
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape, ReplayedTape
@@ -35,7 +35,7 @@ from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
 from rigrunner.workflow.report import report_input
 from rigrunner.workflow.stored import open_run
-from rigrunner.workflow.taping import inputs_on, tape_for
+from rigrunner.workflow.taping import inputs_on, on_tape, overrides_on, tape_for
 
 TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz]")
 NO_ANALYSIS = (
@@ -43,11 +43,11 @@ NO_ANALYSIS = (
 )  # fmt: skip
 
 
-def run(tape, procedure, runs, *, station=None, registry=None, listeners=()):
+def run(tape, procedure, runs, *, station=None, registry=None, listeners=(), answers=None):
     clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
     where = station or find_station("simulated")
     planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
-    answers = UnattendedAnswers()
+    answers = answers or UnattendedAnswers()
     with tape:
         return execute(
             planned,
@@ -226,6 +226,55 @@ def test_a_failure_in_the_lab_is_the_same_failure_at_the_desk(tmp_path):
     assert again.reason == first.reason
     assert read(again.folder).digest == read(first.folder).digest
     assert tape.notes() == ()
+
+
+def test_an_interlock_that_tripped_in_the_lab_trips_at_the_desk(tmp_path):
+    """Interlocks go by time: how long a value was too high, and how often it was looked at."""
+    station = station_file(tmp_path, ("above: 60 °C, every: 1 s", "above: 23 °C, every: 0.7 s"))
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    first, again, tape = both(tmp_path, procedure, station=station)
+    assert first.outcome is again.outcome is Outcome.ABORTED
+    assert "tester.temperature is 23" in first.reason
+    assert again.reason == first.reason
+    one, other = (read(each.folder).events for each in (first, again))
+    assert [repr(each) for each in one[1:]] == [repr(each) for each in other[1:]]
+    assert tape.notes() == ()
+
+
+def test_what_persons_answered_is_answered_again(tmp_path):
+    class Person:
+        by = "A. Jones"
+
+        def confirm(self, step, question):  # noqa: ARG002  (the engine's)
+            return False
+
+        def ask(self, step, question):  # noqa: ARG002  (the engine's)
+            return "B. Smith"
+
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    tape = RecordedTape(tmp_path / "tape")
+    first = run(tape, procedure, tmp_path / "runs", answers=Person())
+    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs")
+    for each in (first, again):
+        assert each.outcome is Outcome.ABORTED
+        assert each.reason.endswith("was answered with no")
+        stored = read(each.folder)
+        assert stored.header.inputs == {"operator": "B. Smith"}
+        assert [event.by for event in stored.events if isinstance(event, Answer)] == ["A. Jones"]
+
+
+def test_what_was_let_pass_in_the_lab_is_let_pass_at_the_desk(tmp_path):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    tape = RecordedTape(tmp_path / "tape")
+    clock = SimulatedClock(START)
+    planned = plan_run(procedure, find_station("simulated"), load_registry(), clock, tape)
+    let_pass = (Override("overdue tester.torque", "it was due", "A. Jones", "urgent"),)
+    on_tape(planned, tape, {"operator": "B. Smith"}, let_pass, UnattendedAnswers())
+    played = ReplayedTape(tmp_path / "tape")
+    assert overrides_on(played) == let_pass
+    assert inputs_on(played) == {"operator": "B. Smith"}
+    assert overrides_on(tape) == ()
+    assert inputs_on(None) == {}
 
 
 def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):

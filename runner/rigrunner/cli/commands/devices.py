@@ -38,6 +38,8 @@ def command(station: str, record: Path | None, replay: Path | None, *, as_json: 
     from rigrunner.workflow.taping import tape_for
 
     tape = tape_for(record, replay)
+    if replay is not None:
+        message(f"Replaying the tape {replay}: no instrument is asked.")
     reports: list[DeviceReport] = []
     with ready_station(find_station(station), tape=tape).held("devices") as ready:
         for report in look_at(ready):

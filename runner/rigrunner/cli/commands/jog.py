@@ -64,6 +64,8 @@ def command(  # noqa: PLR0917  (click hands over each option)
 
     wanted = named_values(given)
     tape = tape_for(record, replay)
+    if replay is not None:
+        message(f"Replaying the tape {replay}: no instrument is asked.")
     ready = ready_station(find_station(station), realtime=realtime, tape=tape)
     with stop_on_signals() as stop, jogging(ready, role, log, stop, [_tell]) as jog:
         if wanted or names:
