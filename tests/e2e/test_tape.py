@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import pytest
 
 from helpers_cli import call
+from helpers_terminal import PROGRAM
 from helpers_workflow import quick_procedure
 from rigrunner.api.errors import DeviceRejectedError, ExitCode
 from rigrunner.runfile import read
@@ -111,3 +114,31 @@ def test_an_authors_test_can_use_one_instruments_tape(recorded):
         assert read["torque"] == values["tester.torque"]
         with pytest.raises(DeviceRejectedError, match="the tape is over"):
             device.read(["torque"])
+
+
+def test_a_program_that_was_killed_leaves_a_tape_that_replays_up_to_there(tmp_path):
+    """SIGKILL in the middle of a recording: what was said before is on the tape."""
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    arguments = (
+        "run", str(procedure), "--station", "simulated", "--unattended", "--realtime",
+        "--record", "tape",
+    )  # fmt: skip
+    process = subprocess.Popen(
+        [*PROGRAM, *arguments], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    tape = tmp_path / "tape/devices/tester.jsonl"
+    end_s = time.monotonic() + 60
+    while not (tape.exists() and '"ask":"stream angle' in tape.read_text()):
+        assert process.poll() is None
+        assert time.monotonic() < end_s
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    again = call(
+        "run", procedure, "--station", "simulated", "--runs", tmp_path / "again",
+        "--replay", tmp_path / "tape",
+    )  # fmt: skip
+    assert again.code == ExitCode.DEVICE
+    assert "error: tester: the tape is over at" in again.err or "clock.jsonl" in again.err
+    (folder,) = (tmp_path / "again").iterdir()
+    assert read(folder).info.sealed

@@ -51,9 +51,10 @@ def warnings(result: Result) -> tuple[str, ...]:
 
 def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
     """Return that the run is no measurement, where it is a replay."""
-    tape = provenance.get(REPLAYED)
-    words = "Not for certification: this run is a replay, and no instrument was asked; its tape: "
-    return (f"{words}{tape}.",) if tape else ()
+    if not provenance.get(REPLAYED):
+        return ()
+    words = "this run is a replay, and no instrument was asked; Provenance names its tape"
+    return (f"Not for certification: {words}.",)
 
 
 def restrictions(result: Result) -> tuple[str, ...]:

@@ -96,7 +96,7 @@ def _encode_tagged(answer: object) -> dict[str, Any]:
 
 
 def _encode_array(array: np.ndarray[Any, Any]) -> dict[str, Any]:
-    """Store bytes of equal weight side by side: signals then pack two to three times better."""
+    """Store bytes of equal weight side by side: so they pack to about the size of the array."""
     if array.dtype.kind not in _NUMBERS:
         raise TypeError(f"an array of {array.dtype} cannot be kept on tape")
     little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
