@@ -27,6 +27,18 @@ NETWORK = {
     "socket", "ssl", "http", "urllib", "ftplib", "smtplib", "xmlrpc", "requests", "httpx",
     "aiohttp",
 }  # fmt: skip
+KNOWN = {
+    "runner/rigrunner/panel/process/channel.py": {"pickle"},
+    "runner/rigrunner/panel/serve.py": {"socket"},
+    "runner/rigrunner/panel/web/security.py": {"socket"},
+    "plugins/rigrunner_plugins/devices/modbus/opening.py": {"socket"},
+    "runner/rigrunner/api/tcp.py": {"socket"},
+}
+"""What a module may import although others may not: processes of a panel tell each other objects
+over their own pipes; the panel listens where it is told to, and knows this machine's names;
+instruments are called at the address that the station names."""
+PARSES = "urllib.parse"
+"""Takes addresses apart and calls none."""
 RUNNING = {"eval", "exec", "compile", "__import__"}
 LOADS_PLUGINS = ROOT / "runner/rigrunner/registry/loading.py"
 
@@ -35,7 +47,7 @@ def imported(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level:
+        elif isinstance(node, ast.ImportFrom) and not node.level and node.module != PARSES:
             yield (node.module or "").split(".")[0]
 
 
@@ -67,8 +79,12 @@ def test_there_is_something_to_look_at(trees):
     ids=["imports", "calls"],
 )
 def test_nothing_runs_what_a_file_says(find, forbidden, trees):
-    found = {(path.name, name) for path, tree in trees.items() for name in find(tree)}
-    assert not {(file, name) for file, name in found if name in forbidden}
+    found = {
+        (path.relative_to(ROOT).as_posix(), name)
+        for path, tree in trees.items()
+        for name in forbidden & set(find(tree))
+    }
+    assert not {(file, name) for file, name in found if name not in KNOWN.get(file, ())}
 
 
 def test_no_shell_and_no_pickled_arrays(trees):
@@ -82,6 +98,11 @@ def test_code_is_loaded_by_path_in_one_place_alone(trees):
         path for path in loaders if "spec_from_file_location" in path.read_text(encoding="utf-8")
     }
     assert by_path == {LOADS_PLUGINS}
+
+
+def test_what_is_known_is_still_there(trees):
+    for file, names in KNOWN.items():
+        assert names <= set(imported(trees[ROOT / file])), file
 
 
 def test_this_test_can_fail():
