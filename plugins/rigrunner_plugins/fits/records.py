@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import FitRecord, hookimpl
+from rigrunner_plugins.fits.examples import NO_INTERCEPT, NORRIS
 from rigrunner_plugins.fits.settings import (
     AiccSettings,
     BasisSettings,
@@ -26,6 +27,7 @@ def rigrunner_fits() -> list[FitRecord]:
             help="Least-squares polynomial; of degree 2 it is the paper's Eq. (1)",
             settings=PolynomialSettings,
             factory=_polynomial,
+            examples=(NORRIS,),
         ),
         FitRecord(
             name="inertia_physical",
@@ -39,6 +41,7 @@ def rigrunner_fits() -> list[FitRecord]:
             settings=BasisSettings,
             trial={"powers": [0, 1, 2]},
             factory=_basis,
+            examples=(NO_INTERCEPT,),
         ),
         FitRecord(
             name="aicc",

@@ -6,11 +6,19 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import MissingPackageError
-from rigrunner.api.hooks import ImporterRecord, NoSettings, hookimpl
+from rigrunner.api.hooks import ImporterExample, ImporterRecord, NoSettings, hookimpl
 from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 
 if TYPE_CHECKING:
     from rigrunner.api.importing import Importer
+
+TABLE = ImporterExample(
+    source="four numbers below their names, RFC 4180",
+    content=b"angle,torque\r\n0.25,1.5\r\n-0.25,-2\r\n",
+    suffix=".csv",
+    columns={"tester.angle": "angle", "tester.torque": 2},
+    values={"tester.angle": (0.25, -0.25), "tester.torque": (1.5, -2.0)},
+)
 
 
 @hookimpl
@@ -22,6 +30,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
             help="Text in columns, one recording a file",
             settings=TableSettings,
             factory=_csv,
+            examples=(TABLE,),
         ),
         ImporterRecord(name="hdf5", help="HDF5: a group of datasets is a recording", factory=_hdf5),
         ImporterRecord(

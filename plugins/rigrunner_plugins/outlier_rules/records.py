@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
+from rigrunner_plugins.outlier_rules.examples import PENDULUM, ROSNER, URANIUM
 from rigrunner_plugins.outlier_rules.settings import (
     GeneralizedEsdSettings,
     GrubbsSettings,
@@ -25,12 +26,14 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             help="Grubbs' test, repeated until it finds no gross error",
             settings=GrubbsSettings,
             factory=_grubbs,
+            examples=(URANIUM,),
         ),
         OutlierRuleRecord(
             name="generalized_esd",
             help="Rosner's test for several gross errors, also such as hide each other",
             settings=GeneralizedEsdSettings,
             factory=_generalized_esd,
+            examples=(ROSNER,),
         ),
         OutlierRuleRecord(
             name="pauta",
@@ -41,6 +44,7 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             name="chauvenet",
             help="Chauvenet's criterion, once; often rejects a good cycle, too",
             factory=_chauvenet,
+            examples=(PENDULUM,),
         ),
         OutlierRuleRecord(
             name="mad",

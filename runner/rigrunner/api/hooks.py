@@ -167,6 +167,24 @@ class CertificateFormatRecord(PluginRecord):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ImporterExample:
+    """A small file of which it is known what stands in it."""
+
+    source: str
+    """Where it is from."""
+    content: bytes
+    """The whole file."""
+    columns: Mapping[str, int | str]
+    """Which column of the file each name is, as a mapping has it."""
+    values: Mapping[str, tuple[float, ...]]
+    """What these columns hold, by the same names."""
+    suffix: str = ""
+    """Of the file's name."""
+    group: str = ""
+    """The part of the file that holds them."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ImporterRecord(PluginRecord):
     """A reader of files of other programs: `factory(settings)`.
 
@@ -175,6 +193,8 @@ class ImporterRecord(PluginRecord):
 
     factory: Callable[[Any], Importer]
     """Makes the reader, of the settings."""
+    examples: tuple[ImporterExample, ...] = ()
+    """What the conformance kit holds it to, beside what is the same for every importer."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.testing import fits, outlier_rules, settings
+from rigrunner.testing import event_sinks, fits, importers, outlier_rules, settings
 from rigrunner.testing.compensation import CHECKS as COMPENSATION_CHECKS
 from rigrunner.testing.compensation import CompensationSubject
 from rigrunner.testing.device import CHECKS as DEVICE_CHECKS
 from rigrunner.testing.device import DeviceSubject
+from rigrunner.testing.formats import CHECKS as FORMAT_CHECKS
 from rigrunner.testing.subject import Subject
 
 if TYPE_CHECKING:
@@ -25,6 +26,10 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "fit": fits.CHECKS,
     "compensation": COMPENSATION_CHECKS,
     "outlier_rule": outlier_rules.CHECKS,
+    "importer": importers.CHECKS,
+    "report_format": FORMAT_CHECKS,
+    "certificate_format": FORMAT_CHECKS,
+    "event_sink": event_sinks.CHECKS,
 }
 
 
