@@ -65,9 +65,9 @@ TABLE = {
 PARTS = {
     "parts": {
         "rig": {"plugin": "swing_tester_sim"},
-        "bench": {"plugin": "rotation_tester_sim"},
+        "table": {"plugin": "tabulated", "settings": TABLE},
     },
-    "channels": {"angle": "rig.angle", "torque": "rig.torque", "turns": "bench.angle"},
+    "channels": {"angle": "rig.angle", "torque": "rig.torque", "reference": "table.torque"},
     "drives": {"frequency": "rig.frequency", "load": "rig.load"},
 }
 """With which a role of several instruments is tried."""

@@ -94,7 +94,7 @@ def only_device_errors_leave_it(subject: DeviceSubject) -> None:
     whole = FaultyWire()
     _session(subject, whole)
     for number in range(min(whole.exchanges, MOST_EXCHANGES)):
-        for failure in (*FAILURES, None):
+        for failure in (FAILURES[number % len(FAILURES)], None):
             _session(subject, FaultyWire(number, failure))
 
 
