@@ -49,7 +49,7 @@ def test_what_conforms_ends_with_0():
     assert called.code == ExitCode.PASS
     assert "outlier rule 'grubbs' of rigrunner_plugins" in called.out
     assert "\npass  finds_a_gross_error\n" in called.out
-    assert "\nn/a   published_rejections_hold: its record states no examples\n" in called.out
+    assert "\nn/a   wrong_unit_refused: it has no settings with units\n" in called.out
     assert " 0 fail, " in called.out.splitlines()[-1]
 
 
