@@ -18,6 +18,7 @@ from rigrunner_plugins.compensations.settings import (
     TemplateInverseSettings,
 )
 from rigrunner_plugins.devices.composite.settings import CompositeSettings
+from rigrunner_plugins.devices.daq.settings import DaqSettings
 from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
 from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
@@ -139,6 +140,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
             wired=True,
         ),
         DeviceRecord(
+            name="daq",
+            help="National Instruments: bridges, voltages and encoders on one sample clock",
+            settings=DaqSettings,
+            factory=_daq,
+            stop_latency_s=1.0,
+        ),
+        DeviceRecord(
             name="composite",
             help="One role from several instruments, each of a plugin of its own",
             settings=CompositeSettings,
@@ -209,6 +217,12 @@ def _other_program(settings: OtherProgramSettings, _: DeviceContext) -> Device:
 
 def _fault(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
     from rigrunner_plugins.devices.fault.device import make  # noqa: PLC0415  (numpy)
+
+    return make(settings, context)
+
+
+def _daq(settings: DaqSettings, context: DeviceContext) -> Device:
+    from rigrunner_plugins.devices.daq.device import make  # noqa: PLC0415  (numpy)
 
     return make(settings, context)
 

@@ -26,7 +26,7 @@ from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
 FREQUENCIES = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
-MICROSECONDS = (0, 2, 5, 10, 20, 50, 100, 200, 500)
+MICROSECONDS = (0, 2, 5, 10, 20, 50, 100, 200)
 METHOD = TemplateInverse(TemplateInverseSettings())
 
 

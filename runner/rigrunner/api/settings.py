@@ -140,6 +140,8 @@ RotationalDamping = Annotated[float, *_field("rotational damping")]
 AngularVelocity = Annotated[float, *_field("angular velocity")]
 FrequencyRate = Annotated[float, *_field("frequency rate")]
 ForceRate = Annotated[float, *_field("force rate")]
+Voltage = Annotated[float, *_field("voltage")]
+VoltageRatio = Annotated[float, *_field("voltage ratio")]
 
 YesNo = Annotated[
     bool, BeforeValidator(_read_yes_no), WithJsonSchema({"enum": ["yes", "no", True, False]})

@@ -29,8 +29,10 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
 from rigrunner.workflow.provenance import identities, is_simulated
+from rigrunner.yamlfile import parse, validate
 from rigrunner_plugins.devices.composite.device import make
 from rigrunner_plugins.devices.composite.settings import CompositeSettings
 
@@ -429,3 +431,16 @@ def test_what_a_part_lacks_is_told(change, message):
 def test_settings_that_do_not_fit_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
         CompositeSettings.model_validate({**SETTINGS, **change})
+
+
+def test_the_stations_of_the_manual_are_taken():
+    page = Path(__file__).parents[4] / "docs" / "how-to" / "combine-instruments.md"
+    station, clocks = page.read_text(encoding="utf-8").split("```yaml\n")[1:3]
+    text = station.partition("```")[0] + clocks.partition("```")[0]
+    document = parse(text.replace("encoder: sync", "press: sync"), str(page))
+    found = validate(CompositeSettings, document, ("devices", "tester", "settings"))
+    assert list(found.parts) == ["daq", "press"]
+    assert found.clocks.latency == pytest.approx(0.002)
+    assert load_registry().is_simulated(
+        "composite", document.part(("devices", "tester", "settings"))
+    )

@@ -1,0 +1,1 @@
+"""Data acquisition devices of National Instruments, by NI-DAQmx."""

@@ -1,0 +1,212 @@
+"""A data acquisition device: all channels on one sample clock, read in blocks of a tenth second."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Block
+from rigrunner.api.devices import ChannelInfo, Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
+from rigrunner_plugins.devices.channels import check_channels
+from rigrunner_plugins.devices.daq.daqmx import Acquisition, Outputs, facts
+from rigrunner_plugins.devices.daq.settings import (
+    DigitalOutput,
+    EncoderChannel,
+    TorqueChannel,
+)
+from rigrunner_plugins.devices.declared import drive_infos
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.data import Array
+    from rigrunner.api.devices import DeviceContext, StopToken
+    from rigrunner_plugins.devices.daq.settings import Channel, DaqSettings
+
+BLOCK_S = 0.1
+ANSWER_S = 5.0
+"""How long a block may be late beyond its own duration."""
+RATE_AGREES = 1e-6
+"""Relative: how far the device's rate may be from the one that the station states."""
+
+
+class Daq(Driver):
+    """A device that Streams; its values come from the same samples as its recordings."""
+
+    def __init__(self, settings: DaqSettings, context: DeviceContext) -> None:
+        infos = [_info(name, channel) for name, channel in settings.channels.items()]
+        super().__init__(context, infos, drive_infos(settings.drives))
+        self._settings = settings
+        self._outputs: Outputs | None = None
+        self._written: dict[str, float] = {}
+        self._filters: Mapping[str, tuple[float, str]] = {}
+        self._newest: Mapping[str, float] | None = None
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Samples per second and channel."""
+        return self._settings.rate
+
+    def open(self, timeout_s: float) -> Identity:  # noqa: ARG002  (the driver has its own)
+        """Find the device, try its channels once, and refuse another one or another rate."""
+        self.shut()
+        found = facts(self._settings.device)
+        self._check_expected(found.model, found.serial)
+        tried = Acquisition(self._settings)
+        try:
+            self._check_rate(tried.rate_hz)
+            self._filters = tried.filters()
+        finally:
+            tried.close()
+        self._outputs = Outputs(self._settings.drives)
+        firmware = f"NI-DAQmx {found.driver}"
+        return Identity(
+            "National Instruments", found.model, found.serial, firmware, simulated=found.simulated
+        )
+
+    def shut(self) -> None:
+        """Give the outputs' tasks back; recordings have ended by themselves."""
+        self._written.clear()
+        outputs, self._outputs = self._outputs, None
+        if outputs is not None:
+            outputs.close()
+
+    def get(self, channel: str) -> float:
+        """Return the mean over a tenth second; while a recording runs, of its newest block."""
+        return self.read([channel])[channel]
+
+    def read(self, channels: Sequence[str]) -> dict[str, float]:
+        """Return the same of several channels, of the same samples."""
+        self._need_connection()
+        check_channels(channels, self.channels)
+        values = self._glance() if self._newest is None else self._newest
+        return {name: values[name] for name in channels}
+
+    def put(self, drive: str, value: float) -> None:
+        """Give out what belongs to a set-point."""
+        output = self._settings.drives[drive]
+        number = output.from_si(value)
+        if isinstance(output, DigitalOutput) and round(number, 6) not in (0.0, 1.0):
+            raise DeviceRejectedError(
+                f"{drive} is a line and cannot be set to {value:g}",
+                hint=f"allowed: {output.to_si(0.0):g} or {output.to_si(1.0):g}",
+            )
+        self._opened().write(drive, number)
+        self._written[drive] = value
+
+    def actual(self, drive: str) -> float:
+        """Return what the channel of its read-back says, the level of its line, or its set-point.
+
+        Raises DeviceRejectedError where nothing says it and nothing was written yet.
+        """
+        output = self._settings.drives[drive]
+        if isinstance(output, DigitalOutput):
+            return output.to_si(self._opened().read_line(drive))
+        if output.read_back is not None:
+            return self.get(output.read_back)
+        if drive not in self._written:
+            raise DeviceRejectedError(
+                f"{drive} was not set since the connection was opened, and nothing measures it",
+                hint="name a channel as its read_back",
+            )
+        return self._written[drive]
+
+    def stream(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        """Yield blocks of at most 0.1 s; raise DeviceLostError where samples were overwritten."""
+        self._need_connection()
+        check_channels(channels, self.channels)
+        return self._blocks(channels, duration_s, stop)
+
+    def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
+        """Return delay and corner of each channel's filter, as far as the device tells them."""
+        return self._filters
+
+    def _blocks(
+        self, channels: Sequence[str], duration_s: float, stop: StopToken
+    ) -> Iterator[Block]:
+        total, size = round(duration_s * self.sample_rate_hz), self._block_samples
+        acquisition = Acquisition(self._settings)
+        try:
+            acquisition.start()
+            for first in range(0, total, size):
+                if stop.is_set():
+                    return
+                values = self._next(acquisition, min(size, total - first))
+                arrived_s = self.clock.monotonic_s()
+                part = {name: values[name] for name in channels}
+                yield Block(self.sample_rate_hz, first, arrived_s, part)
+        finally:
+            self._newest = None
+            acquisition.close()
+
+    def _next(self, acquisition: Acquisition, samples: int) -> Mapping[str, Array]:
+        raw = acquisition.read(samples, BLOCK_S + ANSWER_S)
+        settings = self._settings.channels
+        values = {name: _to_si(settings[name], numbers) for name, numbers in raw.items()}
+        self._newest = {name: float(np.mean(each)) for name, each in values.items()}
+        return values
+
+    def _glance(self) -> Mapping[str, float]:
+        acquisition = Acquisition(self._settings)
+        try:
+            acquisition.start()
+            self._next(acquisition, self._block_samples)
+            assert self._newest is not None  # noqa: S101  (a block has come)
+            return self._newest
+        finally:
+            self._newest = None
+            acquisition.close()
+
+    @property
+    def _block_samples(self) -> int:
+        return max(1, round(BLOCK_S * self.sample_rate_hz))
+
+    def _opened(self) -> Outputs:
+        if self._outputs is None:
+            raise DeviceLostError("not connected")
+        return self._outputs
+
+    def _check_expected(self, model: str, serial: str) -> None:
+        expected, device = self._settings.expect, self._settings.device
+        told = {"model": (expected.model, model), "serial": (expected.serial, serial)}
+        for what, (wanted, found) in told.items():
+            if wanted is not None and wanted.strip().upper() != found.upper():
+                raise DeviceNotFoundError(
+                    f"{device} has the {what} '{found}', expected is '{wanted}'",
+                    hint="see device and expect in the station, and the names in NI MAX",
+                )
+
+    def _check_rate(self, found_hz: float) -> None:
+        wanted_hz = self.sample_rate_hz
+        if abs(found_hz / wanted_hz - 1) > RATE_AGREES:
+            raise DeviceRejectedError(
+                f"{self._settings.device} cannot sample at {wanted_hz:g} Hz:"
+                f" the nearest rate is {found_hz:.6f} Hz",
+                hint=f"write 'rate: {found_hz!r} Hz' in the station",
+            )
+
+
+def make(settings: DaqSettings, context: DeviceContext) -> Daq:
+    """Return the device; nothing is loaded or looked for yet."""
+    return Daq(settings, context)
+
+
+def _info(name: str, channel: Channel) -> ChannelInfo:
+    if isinstance(channel, TorqueChannel):
+        return ChannelInfo(name, "N·m", channel.title or name)
+    if isinstance(channel, EncoderChannel):
+        return ChannelInfo(name, "rad", channel.title or name)
+    return channel.info(name)
+
+
+def _to_si(channel: Channel, numbers: Array) -> Array:
+    if isinstance(channel, TorqueChannel):
+        return numbers
+    if isinstance(channel, EncoderChannel):
+        return numbers * channel.scale
+    return channel.to_si(numbers)

@@ -1,0 +1,191 @@
+"""What a station says of a National Instruments device: its inputs and outputs, and one rate."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.settings import (
+    Angle,
+    Frequency,
+    ListOf,
+    PositiveDuration,
+    Settings,
+    Torque,
+    Voltage,
+    VoltageRatio,
+    YesNo,
+)
+from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
+from rigrunner_plugins.devices.fields import quantity
+
+Physical = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*/[A-Za-z0-9_/]+$")]
+"""A physical channel as NI MAX shows it: cDAQ1Mod1/ai0, Dev1/ctr0, Dev1/port0/line0."""
+
+
+class BridgePoint(Settings):
+    """One point of a transducer's characteristic, from its certificate."""
+
+    ratio: VoltageRatio
+    """What the bridge gives, per volt of excitation."""
+    torque: Torque
+    """At which torque."""
+
+
+class TorqueChannel(Settings):
+    """A torque transducer with a strain gauge bridge."""
+
+    kind: Literal["torque"]
+    """What it is."""
+    source: Physical
+    """The analogue input."""
+    range: Annotated[Torque, Field(gt=0)]
+    """The greatest torque, of either sign, that the input has to take."""
+    points: Annotated[ListOf[BridgePoint], Field(min_length=1)]
+    """The characteristic: one point besides 0 (a sensitivity), two, or a table."""
+    bridge: Literal["full", "half", "quarter"] = "full"
+    """How many arms of the bridge are gauges."""
+    resistance: Annotated[float, Field(gt=0, strict=False)] = 350.0
+    """Of the bridge, in ohm."""
+    excitation: Voltage = quantity("2.5 V", "with which it is fed", gt=0)
+    excited: Literal["internal", "external"] = "internal"
+    """Whether the device feeds it."""
+    title: str = ""
+    """Its name in plots and reports."""
+
+    @property
+    def table(self) -> tuple[tuple[float, float], ...]:
+        """The characteristic as (mV/V, N·m), by rising ratio; a sensitivity begins at 0."""
+        found = [(1e3 * each.ratio, each.torque) for each in self.points]
+        return tuple(sorted([(0.0, 0.0), *found] if len(found) == 1 else found))
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        for (left, low), (right, high) in pairwise(self.table):
+            if right <= left or (high - low) * (self.table[-1][1] - self.table[0][1]) <= 0:
+                raise ValueError("points: ratio and torque have to rise, or fall, together")
+        return self
+
+
+class VoltageChannel(DeclaredChannel):
+    """Any instrument with a voltage output; the number that is scaled is in volts."""
+
+    kind: Literal["voltage"]
+    """What it is."""
+    source: Physical
+    """The analogue input."""
+    low: Voltage = quantity("-10 V", "the least voltage")
+    high: Voltage = quantity("10 V", "the greatest voltage")
+    terminal: Literal["default", "differential", "rse", "nrse", "pseudo_differential"] = "default"
+    """How it is wired."""
+
+    @model_validator(mode="after")
+    def _has_a_range(self) -> Self:
+        if self.low >= self.high:
+            raise ValueError(f"needed is low < high, got {self.low:g} V and {self.high:g} V")
+        return self
+
+
+class EncoderChannel(Settings):
+    """An incremental encoder on a counter, read at each edge of the analogue sample clock."""
+
+    kind: Literal["encoder"]
+    """What it is."""
+    source: Physical
+    """The counter."""
+    pulses: Annotated[int, Field(gt=0)]
+    """Pulses per revolution, of one track."""
+    decoding: Literal["x1", "x2", "x4"] = "x4"
+    """How many edges of a pulse are counted."""
+    index: YesNo = False
+    """Whether the angle is set anew at the index pulse."""
+    index_angle: Angle = 0.0
+    """To which angle."""
+    index_when: Literal["high_high", "high_low", "low_high", "low_low"] = "high_high"
+    """At which levels of the tracks A and B the index pulse counts."""
+    start: Angle = 0.0
+    """The angle when a recording begins: without an index nobody knows it."""
+    scale: Annotated[float, Field(strict=False)] = 1.0
+    """What the encoder's angle is multiplied with: -1 turns it round, a gear is its ratio."""
+    title: str = ""
+    """Its name in plots and reports."""
+
+
+Channel = Annotated[TorqueChannel | VoltageChannel | EncoderChannel, Field(discriminator="kind")]
+
+
+class VoltageOutput(DeclaredDrive):
+    """A drive that follows a voltage."""
+
+    kind: Literal["voltage"]
+    """What it is."""
+    source: Physical
+    """The analogue output."""
+    read_back: QuantityName | None = None
+    """The channel that says where the drive stands; left out, what was written last, which no
+    instrument has measured."""
+
+
+class DigitalOutput(DeclaredDrive):
+    """A drive that a line switches: its number is 0 or 1."""
+
+    kind: Literal["digital"]
+    """What it is."""
+    source: Physical
+    """The line."""
+
+
+Output = Annotated[VoltageOutput | DigitalOutput, Field(discriminator="kind")]
+
+
+class Expected(Settings):
+    """Which device it has to be."""
+
+    model: str | None = None
+    """As NI MAX shows it, such as NI 9237."""
+    serial: str | None = None
+    """In hexadecimal digits, as it is printed on the device."""
+
+
+class DaqSettings(Settings):
+    """A device of National Instruments, all of whose channels share one sample clock."""
+
+    device: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
+    """Its name in NI MAX, such as Dev1; of modules in a chassis the chassis, such as cDAQ1."""
+    rate: Annotated[Frequency, Field(gt=0)]
+    """Samples per second and channel."""
+    channels: dict[QuantityName, Channel]
+    """What is recorded."""
+    drives: dict[QuantityName, Output] = Field(default_factory=dict)
+    """What is set, in the order of making safe."""
+    expect: Expected = Expected()
+    """Which device is refused."""
+    sample_clock: Annotated[str, Field(pattern=r"^/[^\s]+$")] | None = None
+    """The terminal whose edges counters follow; left out, the analogue inputs' own, such as
+    /Dev1/ai/SampleClock."""
+    remove_filter_delay: YesNo = False
+    """Whether the device takes the delay of its digital filter out of the data, where it can."""
+    buffer: PositiveDuration = 10.0
+    """How much is kept for a computer that is late; what is later loses the recording."""
+
+    @property
+    def counter_clock(self) -> str:
+        """The terminal whose edges counters follow."""
+        return self.sample_clock or f"/{self.device}/ai/SampleClock"
+
+    @model_validator(mode="after")
+    def _has_a_clock(self) -> Self:
+        kinds = {channel.kind for channel in self.channels.values()}
+        if not kinds - {"encoder"} and self.sample_clock is None:
+            raise ValueError(
+                "channels: an encoder follows the sample clock of an analogue input, and there is"
+                " none; add one, or name a sample_clock"
+            )
+        for name, drive in self.drives.items():
+            wanted = drive.read_back if isinstance(drive, VoltageOutput) else None
+            if wanted is not None and wanted not in self.channels:
+                known = ", ".join(self.channels)
+                raise ValueError(f"drive {name}: read_back: no channel '{wanted}': {known}")
+        return self
