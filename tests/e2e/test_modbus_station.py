@@ -56,7 +56,7 @@ def test_the_devices_of_the_station_are_asked_who_they_are():
         ("max: 35 Hz", "max: 700 Hz", 3, "max is 700 Hz: 70000 does not fit into uint16"),
         ("0x0001}", "0x1FFFF}", 3, "got '0x1FFFF', allowed is 65535 or less"),
         ("holding: 1 ", "reference: 3 ", 3, "reference is 3, allowed is 1xxxx"),
-        ("unit_id: 1 ", "unit_id: 0 ", 3, "unit_id"),
+        ("unit_id: 1 ", "unit_id: 300 ", 3, "unit_id"),
         ("      channels:", "      chanels:", 3, "did you mean 'channels'?"),
         ("simulated: yes ", "simulated: no ", 3, "go together"),
         ("model: SIM-VFD", "model: FC-51", 4, "has the model 'SIM-VFD', expected is 'FC-51'"),

@@ -120,10 +120,8 @@ class ModbusDevice(Driver):
 
     def read_words(self, wanted: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""
-        asked = f"read {wanted.table} {span(wanted.address, wanted.count)}"
-        words = self.exchange(
-            asked, lambda: self._line.read(wanted.table, wanted.address, wanted.count)
-        )
+        asked = f"read {wanted.table} {span(wanted.address, wanted.count)}{_of(wanted.unit_id)}"
+        words = self.exchange(asked, lambda: self._line.read(wanted))
         if len(words) != wanted.count:  # of a played-back exchange
             raise DeviceRejectedError(f"{asked}: {len(words)} came, needed are {wanted.count}")
         return words
@@ -189,10 +187,15 @@ class ModbusDevice(Driver):
             self.clock.sleep(write.wait)
 
     def _write(self, place: Place, words: Sequence[int], *, multiple: bool = False) -> None:
+        told = f"{' '.join(map(str, words))} to {place.table} {place.address}"
         self.exchange(
-            f"write {' '.join(map(str, words))} to {place.table} {place.address}",
-            lambda: self._line.write(place.table, place.address, words, multiple=multiple),
+            f"write {told}{_of(place.unit_id)}",
+            lambda: self._line.write(place, words, multiple=multiple),
         )
+
+
+def _of(unit_id: int | None) -> str:
+    return "" if unit_id is None else f" of unit {unit_id}"
 
 
 def _cut(number: Number, read: dict[Span, list[int]]) -> list[int]:

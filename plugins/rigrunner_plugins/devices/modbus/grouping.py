@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from rigrunner_plugins.devices.modbus.places import Number, Table
 
+_OWN = -1
 _MOST_REGISTERS = 125
 _MOST_BITS = 2000
 """In one request (MODBUS Application Protocol Specification V1.1b3, clauses 6.1 to 6.4)."""
@@ -22,13 +23,21 @@ class Span:
     table: Table
     address: int
     count: int
+    unit_id: int | None = None
+    """Of another unit than the instrument's own."""
+
+    @property
+    def end(self) -> int:
+        """The address behind its last one."""
+        return self.address + self.count
 
     def holds(self, number: Number) -> bool:
         """Say whether all of a number lies within."""
         return (
-            number.table is self.table
+            number.unit_id == self.unit_id
+            and number.table is self.table
             and self.address <= number.address
-            and number.address + number.count <= self.address + self.count
+            and number.address + number.count <= self.end
         )
 
 
@@ -39,19 +48,23 @@ def spans(numbers: Iterable[Number], *, together: bool) -> list[Span]:
     have would make it refuse both.
     """
     found: list[Span] = []
-    wanted = {(number.table, number.address, number.count) for number in numbers}
-    for table, address, count in sorted(wanted):
+    wanted = {(each.table, each.address, each.count, each.unit_id) for each in numbers}
+    for number in sorted(
+        wanted, key=lambda each: (_OWN if each[3] is None else each[3], *each[:3])
+    ):
+        new = Span(*number)
         last = found[-1] if found else None
-        end = address + count
-        most = _MOST_BITS if table.of_bits else _MOST_REGISTERS
-        if (
-            last is not None
-            and last.table is table
-            and (together and address <= last.address + last.count)
-            and end - last.address <= most
-        ):
-            longer = max(end - last.address, last.count)
-            found[-1] = Span(table, last.address, longer)
+        if together and last is not None and _join(last, new):
+            found[-1] = replace(last, count=max(last.count, new.end - last.address))
         else:
-            found.append(Span(table, address, count))
+            found.append(new)
     return found
+
+
+def _join(last: Span, new: Span) -> bool:
+    most = _MOST_BITS if new.table.of_bits else _MOST_REGISTERS
+    return (
+        (last.unit_id, last.table) == (new.unit_id, new.table)
+        and new.address <= last.end
+        and new.end - last.address <= most
+    )

@@ -65,7 +65,7 @@ def identify(settings: ModbusSettings, unit: Asks) -> Identity:
 def _text(part: IdentityPart, unit: Asks) -> str:
     if part.text is None:
         return f"{unit.read_numbers([part])[0]:.10g}"
-    words = unit.read_words(Span(part.table, part.address, part.text))
+    words = unit.read_words(Span(part.table, part.address, part.text, part.unit_id))
     raw = b"".join(word.to_bytes(2, part.byte_order) for word in words)
     return raw.decode("ascii", "replace").strip("\0 ")
 

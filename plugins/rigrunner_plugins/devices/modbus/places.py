@@ -78,7 +78,7 @@ def _refer(reference: int) -> tuple[Table, int]:
 
 
 class Place(Settings):
-    """A table and an address: one of the five keys."""
+    """A table and an address: one of the first five keys."""
 
     holding: Word | None = None
     """Address of a holding register, counted from 0 as the protocol does."""
@@ -90,6 +90,9 @@ class Place(Settings):
     """Address of a discrete input, counted from 0."""
     reference: int | None = None
     """As many manuals write it, counted from 1: 40003 is the holding register with address 2."""
+
+    unit_id: Annotated[int, Field(ge=0, le=255)] | None = None
+    """Of another unit on the same line; left out, the instrument's."""
 
     @model_validator(mode="after")
     def _is_one_place(self) -> Self:

@@ -207,8 +207,8 @@ class ModbusSettings(SimulableSettings):
     """The serial line, if it talks Modbus RTU."""
     simulator: Simulator | None = None
     """Which simulated instrument is served on loopback instead, with `simulated: yes`."""
-    unit_id: Annotated[int, Field(ge=1, le=255)] = 1
-    """Its address on the line or behind the gateway; of a TCP instrument often 1 or 255."""
+    unit_id: Annotated[int, Field(ge=0, le=255)] = 1
+    """Its address on the line or behind the gateway; of a TCP instrument often 1, 255 or 0."""
     timeout: PositiveDuration = 1.0
     """How long an answer is waited for."""
     retries: Annotated[int, Field(ge=0, le=10)] = 1
@@ -235,14 +235,18 @@ class ModbusSettings(SimulableSettings):
             )
         if not self.channels and not self.drives:
             raise ValueError("there are neither channels nor drives, needed is at least one")
-        if self.rtu is not None and self.unit_id > _HIGHEST_ON_A_LINE:
+        if self.rtu is not None and not 1 <= self.unit_id <= _HIGHEST_ON_A_LINE:
             raise ValueError(f"unit_id is {self.unit_id}, allowed on a serial line is 1 to 247")
         return self
 
     @property
     def where(self) -> str:
         """The unit in words, such as 'unit 1 at 192.168.1.20:502'."""
+        return self.where_is(self.unit_id)
+
+    def where_is(self, unit_id: int) -> str:
+        """Return a unit in words."""
         if self.tcp is not None:
-            return f"unit {self.unit_id} at {self.tcp.host}:{self.tcp.port}"
+            return f"unit {unit_id} at {self.tcp.host}:{self.tcp.port}"
         place = self.simulator if self.rtu is None else self.rtu.port
-        return f"unit {self.unit_id} at {place}"
+        return f"unit {unit_id} at {place}"

@@ -10,6 +10,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DeviceError
+from rigrunner_plugins.devices.modbus.grouping import Span
 
 if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.line import Line
@@ -36,12 +37,13 @@ class Heartbeat:
 
     def _beat(self) -> None:
         watchdog = self._watchdog
+        beat = Span(watchdog.table, watchdog.address, 1, watchdog.unit_id)
         for value in itertools.cycle(watchdog.write or (None,)):
             try:
                 if value is None:
-                    self._line.read(watchdog.table, watchdog.address, 1)
+                    self._line.read(beat)
                 else:
-                    self._line.write(watchdog.table, watchdog.address, [value], multiple=False)
+                    self._line.write(watchdog, [value], multiple=False)
             except DeviceError as error:
                 self._line.close(f"the watchdog failed: {error.message}")
                 return

@@ -11,6 +11,8 @@ import pytest
 
 from helpers_modbus import FREQUENCY, device, modbus_line
 from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, MissingPackageError
+from rigrunner_plugins.devices.modbus.grouping import Span
+from rigrunner_plugins.devices.modbus.places import Place
 from rigrunner_plugins.loopback.inverter import NOTHING_HEARD, OVERLOAD, Inverter
 from rigrunner_plugins.loopback.modbus_server import ModbusServer
 from rigrunner_plugins.loopback.plant import Plant
@@ -178,9 +180,26 @@ def test_a_read_of_neighbours_is_one_request(server):
     with connected(server) as motor:
         asked = []
         line = motor._line
-        motor._opened.read = lambda *span: asked.append(span) or type(line).read(line, *span)
+        motor._opened.read = lambda span: asked.append(span) or type(line).read(line, span)
         motor.read(["frequency", "current", "running"])
-    assert asked == [("input", 0, 3)]
+    assert asked == [Span("input", 0, 3)]
+
+
+def test_several_units_share_a_line(server, plant):
+    load = {**LOAD, "unit_id": 2, "read_back": {"input": 0, "unit_id": 2, **FLOAT}}
+    commands = {key: [{**LOAD[key][0], "unit_id": 2}] for key in ("run", "stop")}
+    drives = {"frequency": FREQUENCY, "load": {**load, **commands}}
+    channels = {**CHANNELS, "load": {"input": 0, "unit_id": 2, **FLOAT}}
+    with connected(server, channels=channels, drives=drives) as rig:
+        rig.set("load", 500.0)
+        rig.set("frequency", 10.0)
+        assert (plant.load_n, plant.frequency_hz) == pytest.approx((500.0, 10.0))
+        values = rig.read(["load", "running"])
+        assert values == {"load": pytest.approx(500.0), "running": 1.0}
+        with pytest.raises(DeviceRejectedError, match=r"unit 2 at .* illegal data address"):
+            rig._write(Place(holding=77, unit_id=2), [1])
+        rig.make_safe()
+    assert (plant.load_n, plant.frequency_hz) == (0.0, 0.0)
 
 
 def test_over_a_serial_line():

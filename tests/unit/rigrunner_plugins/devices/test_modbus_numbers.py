@@ -141,6 +141,14 @@ def test_neighbours_are_read_together_and_no_others():
     ]
 
 
+def test_each_unit_is_asked_for_its_own():
+    wanted = numbers({"input": 0}, {"input": 1, "unit_id": 2}, {"input": 1}, {"input": 2})
+    assert spans(wanted, together=True) == [
+        Span(Table.INPUT, 0, 3),
+        Span(Table.INPUT, 1, 1, unit_id=2),
+    ]
+
+
 def test_a_number_within_a_longer_one_is_read_with_it():
     wanted = numbers({"input": 0, "type": "float64"}, {"input": 1}, {"input": 4})
     assert spans(wanted, together=True) == [Span(Table.INPUT, 0, 5)]

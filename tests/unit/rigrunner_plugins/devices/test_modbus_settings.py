@@ -36,7 +36,8 @@ def test_the_defaults_are_those_of_the_standards():
         (settings(rtu={"port": "COM3"}), "needed is one of tcp, rtu and simulator"),
         (TCP, "neither channels nor drives"),
         ({"rtu": {"port": "COM3"}, "unit_id": 248, "channels": CHANNEL}, "1 to 247"),
-        (settings(unit_id=0), "greater than or equal to 1"),
+        (settings(unit_id=256), "less than or equal to 255"),
+        ({"rtu": {"port": "COM3"}, "unit_id": 0, "channels": CHANNEL}, "1 to 247"),
         (settings(identification={"expect": {"model": "X"}}), "expect names model"),
         (
             settings(identification={"model": {"holding": 1, "text": 4, "type": "int16"}}),
