@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from rigrunner.api.settings import ListOf, PositiveDuration, SimulableSettings, YesNo
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
-from rigrunner_plugins.devices.text.patterns import Regex
+from rigrunner_plugins.devices.text.patterns import Regex, shaped
 from rigrunner_plugins.devices.visa.settings import Backend, ResourceName, check_simulation
 
 FAKES = "pymeasure.instruments.fakes."
 
 ClassName = Annotated[
-    str, StringConstraints(pattern=r"^pymeasure\.instruments(\.[A-Za-z]\w*){2,}$")
+    str,
+    *shaped(
+        r"pymeasure\.instruments(\.[A-Za-z]\w*){2,}",
+        "a class of PyMeasure such as pymeasure.instruments.keithley.Keithley2000",
+    ),
 ]
 """Of PyMeasure's own package alone: whoever writes a station must not choose what is loaded."""
-PropertyName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*(\.[A-Za-z]\w*)?$")]
+PropertyName = Annotated[
+    str, *shaped(r"[A-Za-z]\w*(\.[A-Za-z]\w*)?", "a property such as voltage or ch_1.voltage")
+]
 """Of the instrument, or of one of its channels: ch_1.voltage."""
-MethodName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z]\w*$")]
+MethodName = Annotated[str, *shaped(r"[A-Za-z]\w*", "a name such as shutdown")]
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    raise ValueError("allowed is a number, a text, true or false")
+
+
+Plain = Annotated[
+    Any, AfterValidator(_plain), WithJsonSchema({"type": ["boolean", "number", "string"]})
+]
 
 
 class PropertyChannel(DeclaredChannel):
@@ -51,11 +68,11 @@ class PyMeasureSettings(SimulableSettings):
     """@py is pyvisa-py, @ivi the library of a vendor, FILE.yaml@sim a simulation of pyvisa-sim."""
     timeout: PositiveDuration = 2.0
     """How long an answer is waited for."""
-    connection: dict[MethodName, bool | int | float | str] = Field(default_factory=dict)
+    connection: dict[MethodName, Plain] = Field(default_factory=dict)
     """What else the class is told of the connection, such as {baud_rate: 9600}."""
     expect: Regex = ""
     """What the answer to *IDN? fits as a whole; left out, nobody is asked."""
-    setup: dict[PropertyName, bool | int | float | str] = Field(default_factory=dict)
+    setup: dict[PropertyName, Plain] = Field(default_factory=dict)
     """Properties that are set after connecting."""
     calls: ListOf[MethodName] = ()
     """Methods that are called after that, without arguments."""

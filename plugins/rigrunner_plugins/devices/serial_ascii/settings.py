@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.settings import Frequency, PositiveDuration, SimulableSettings
 from rigrunner_plugins.devices.declared import DeclaredChannel, QuantityName
 from rigrunner_plugins.devices.text.numbers import NumberInText
-from rigrunner_plugins.devices.text.patterns import Identification, Regex, fits
+from rigrunner_plugins.devices.text.patterns import Identification, Regex, fits, shaped
 from rigrunner_plugins.devices.text.serial_line import SerialLine
 from rigrunner_plugins.devices.text.termination import Termination
 
-PortName = Annotated[str, StringConstraints(pattern=r"^(/dev/[^\s:]+|COM[0-9]+)$")]
+PortName = Annotated[str, *shaped(r"/dev/[^\s:]+|COM[0-9]+", "a port such as /dev/ttyUSB0 or COM3")]
 
 
 class LineChannel(DeclaredChannel, NumberInText):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, WithJsonSchema
 
 from rigrunner.api.settings import Settings
 
@@ -16,6 +16,25 @@ def _compilable(text: str) -> str:
     except re.error as error:
         raise ValueError(f"'{text}' is no regular expression: {error}") from error
     return text
+
+
+def shaped(pattern: str, allowed: str) -> tuple[AfterValidator, WithJsonSchema]:
+    """Return what makes a text one that fits a pattern as a whole, told in words where it does not.
+
+    The pattern is for JSON Schema too: nothing that ECMA 262 does not know.
+    """
+
+    def check(text: str) -> str:
+        if re.fullmatch(pattern, text) is None:
+            raise ValueError(f"got '{text}', allowed is {allowed}")
+        return text
+
+    schema = {
+        "type": "string",
+        "pattern": f"^(?:{pattern})$",
+        "errorMessage": f"allowed is {allowed}",
+    }
+    return AfterValidator(check), WithJsonSchema(schema)
 
 
 Regex = Annotated[str, AfterValidator(_compilable)]

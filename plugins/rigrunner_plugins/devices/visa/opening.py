@@ -74,7 +74,7 @@ def _set_up(resource: Any, settings: VisaSettings) -> None:
     resource.timeout = settings.timeout * 1000
     if settings.termination:
         resource.read_termination = settings.termination
-    if settings.resource.upper().startswith("ASRL"):
+    if settings.resource.startswith("ASRL"):
         _set_up_serial_line(resource, settings.serial)
 
 
@@ -92,6 +92,6 @@ def _set_up_serial_line(resource: Any, line: SerialLine) -> None:
 def _hint(name: str, told: str) -> str:
     if "denied" in told.lower():
         return "you may not use that port; on Linux become a member of its group, often 'dialout'"
-    if name.upper().startswith("TCPIP"):
+    if name.startswith("TCPIP"):
         return "is the instrument on, the address right, and its network port enabled?"
     return "is the instrument on and plugged in? the command `list` of `pyvisa-shell` shows what is"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
 from rigrunner.api.settings import (
     Duration,
@@ -18,7 +18,13 @@ from rigrunner.api.settings import (
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
 from rigrunner_plugins.devices.text.commands import SettingCommand
 from rigrunner_plugins.devices.text.numbers import NumberInText
-from rigrunner_plugins.devices.text.patterns import Check, Command, Identification, Regex
+from rigrunner_plugins.devices.text.patterns import (
+    Check,
+    Command,
+    Identification,
+    Regex,
+    shaped,
+)
 from rigrunner_plugins.devices.text.serial_line import SerialLine
 from rigrunner_plugins.devices.text.termination import Termination
 
@@ -27,11 +33,13 @@ LONGEST_BLOCK_S = 0.5
 
 ResourceName = Annotated[
     str,
-    StringConstraints(
-        pattern=r"^(?i:(TCPIP|ASRL|GPIB|USB|PXI|VXI|PRLGX-)\S*::(INSTR|SOCKET|RAW))$"
+    *shaped(
+        r"(TCPIP|ASRL|GPIB|USB|PXI|VXI|PRLGX-)\S*::(INSTR|SOCKET|RAW)",
+        "a VISA name such as TCPIP::192.168.0.7::5025::SOCKET, ASRL/dev/ttyUSB0::INSTR"
+        " or GPIB0::12::INSTR",
     ),
 ]
-Backend = Annotated[str, StringConstraints(pattern=r"^(@py|@ivi|([^@]*\.yaml)?@sim)$")]
+Backend = Annotated[str, *shaped(r"@py|@ivi|([^@]*\.yaml)?@sim", "@py, @ivi or FILE.yaml@sim")]
 """No other: whoever writes a station must not choose which package or library is loaded."""
 
 
@@ -147,8 +155,7 @@ class VisaSettings(SimulableSettings):
     @property
     def has_messages(self) -> bool:
         """Whether the bus itself marks where a message ends: GPIB, USB, VXI-11, HiSLIP."""
-        name = self.resource.upper()
-        return name.endswith("::INSTR") and not name.startswith("ASRL")
+        return self.resource.endswith("::INSTR") and not self.resource.startswith("ASRL")
 
     @model_validator(mode="after")
     def _belongs_together(self) -> Self:
@@ -157,7 +164,7 @@ class VisaSettings(SimulableSettings):
             raise ValueError(
                 f"termination is none, but on {self.resource} nothing else ends a message"
             )
-        if self.serial != SerialLine() and not self.resource.upper().startswith("ASRL"):
+        if self.serial != SerialLine() and not self.resource.startswith("ASRL"):
             raise ValueError(f"serial is said, but {self.resource} is no serial line (ASRL)")
         unknown = [
             name

@@ -254,6 +254,35 @@ def test_blocks_that_are_wrong_are_told(make, digitizer, block, told):
         list(make().stream(["angle"], 0.1, Stop()))
 
 
+GPIB = """
+spec: "1.0"
+devices:
+  scope:
+    eom: {GPIB INSTR: {q: "\\n", r: "\\n"}}
+    error: ERROR
+    dialogues:
+      - {q: INIT}
+      - {q: ABOR}
+      - {q: "TRAC:DATA? 2", r: "ANSWER"}
+resources:
+  GPIB0::5::INSTR: {device: scope}
+"""
+
+
+@pytest.mark.parametrize("answer", ["#18ABCDABCD", "#0ABCDABCD"])
+def test_on_a_bus_the_end_of_the_message_ends_the_block(tmp_path, answer):
+    tmp_path.joinpath("scope.yaml").write_text(GPIB.replace("ANSWER", answer))
+    stream = merged(STREAM, format="int16", byte_order="big", samples=2, paced="no", overrun=None)
+    settings = merged(SETTINGS, resource="GPIB0::5::INSTR", backend="scope.yaml@sim", stream=stream)
+    device = instrument("visa", merged(settings, simulated="yes"), folder=tmp_path)
+    device.connect(1.0)
+    (block,) = device.stream(["angle", "torque"], 2 / RATE_HZ, Stop())
+    # 'AB' is 0x4142 = 16706 deg, 'CD' is 0x4344 = 17220, doubled by the scale
+    assert block.channels["angle"] == pytest.approx(np.deg2rad([16706, 16706]))
+    assert block.channels["torque"] == pytest.approx([34440, 34440])
+    device.close()
+
+
 def test_more_samples_than_asked_for_are_refused(make, digitizer):
     digitizer.spoil = lambda _block: digitizer.sent(digitizer.block(1001))
     with pytest.raises(DeviceRejectedError, match="gives 1001 samples instead of 1000"):
