@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -74,9 +75,11 @@ class Visa(CommandedDriver):
         else:
             self.exchange(f"send {command}", lambda: self._link.send(command))
         if errors := self._errors_told():
-            raise DeviceRejectedError(
-                f"the instrument does not take '{command}': {'; '.join(errors)}"
-            )
+            told = f"the instrument does not take '{command}': {'; '.join(errors)}"
+            if re.match(r"[+-]?[0-9]", errors[0]):
+                raise DeviceRejectedError(told)
+            self._link.drop()  # no number of an error: the answer may be to something else
+            raise DeviceRejectedError(told, hint="an answer to it? `acknowledge` says which")
 
     def _send_and_hear(self, command: str) -> None:
         answer = self.ask(command)

@@ -47,9 +47,10 @@ class Instrument:
         self.answers = {}
         self.ending = "\n"
         self.delay_s = 0.0
+        self.slow = set()
 
     def __call__(self, line):
-        time.sleep(self.delay_s)
+        time.sleep(0.05 if line in self.slow else self.delay_s)
         if line in self.answers:
             answer = self.answers[line]
             return answer if isinstance(answer, bytes) else f"{answer}{self.ending}".encode()
@@ -242,6 +243,39 @@ class TestAnswersThatAreWrong:
         )
         with pytest.raises(DeviceRejectedError, match=r"'.*,1.2.n', which does not end with CRLF"):
             instrument("visa", settings).connect(2.0)
+
+
+class TestAnswersToCommandsThatTheStationDoesNotExpect:
+    def test_one_is_not_taken_for_a_read_back(self, bench, acme):
+        acme.answers["SOUR:SPE 600.0"] = "OK"
+        acme.slow = {"SOUR:SPE 600.0"}  # it comes after the next query was sent
+        settings = merged(SOURCE, resource=bench.resource, error_queue=None)
+        device = instrument("visa", settings)
+        device.connect(2.0)
+        with pytest.raises(DeviceRejectedError, match="'OK' is no decimal number"):
+            device.set("speed", 10.0)
+        time.sleep(0.05)
+        acme.speed = "1200.0"
+        assert device.read_back("speed") == 20.0
+        device.close()
+
+    def test_one_is_not_taken_for_an_error_without_a_word(self, connected, acme):
+        acme.answers["SOUR:SPE 600.0"] = "OK"
+        acme.slow = {"SOUR:SPE 600.0"}  # it comes after the next query was sent
+        with pytest.raises(DeviceRejectedError, match=r"does not take .*: OK.*`acknowledge`"):
+            connected.set("speed", 10.0)
+        assert connected.read_back("speed") == 10.0
+
+
+def test_the_safe_commands_are_sent_even_if_a_drive_does_not_move(bench, acme, talk):
+    drive = {**SOURCE["drives"]["speed"], "settle": "100 ms"}
+    device = instrument("visa", merged(SOURCE, resource=bench.resource, drives={"speed": drive}))
+    device.connect(2.0)
+    acme.answers["SOUR:SPE?"] = "600.0"
+    with pytest.raises(DeviceTimeoutError, match=r"speed reads back 10 Hz after 0.1 s, set to 0"):
+        device.make_safe()
+    assert "OUTP OFF" in talk.heard
+    device.close()
 
 
 class TestConnectionsThatBreak:
