@@ -102,11 +102,11 @@ def test_a_plugin_made_for_an_api_that_is_still_kept_is_taken(entry, made_for):
 
 TOO_NEW = (
     "it is made for plugin API 5, and Rigrunner {} has 2 to 4"
-    " (update Rigrunner, or install a version of it that is made for 4)"
+    " (update Rigrunner, or install a version of it for API 4)"
 )
 TOO_OLD = (
     "it is made for plugin API 1, and Rigrunner {} has 2 to 4"
-    " (install a newer version of it, made for 2 to 4, or an older Rigrunner)"
+    " (install a newer version of it, for API 2 to 4, or an older Rigrunner)"
 )
 NOT_SAID = (
     "it does not say for which plugin API it is made (its module needs a line 'api_version = 4')"

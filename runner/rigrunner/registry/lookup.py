@@ -185,7 +185,7 @@ class Registry:
         """Return which name may be meant, and what could not be loaded, where it may be."""
         near = difflib.get_close_matches(name, names, n=1)
         there = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
-        return "; ".join([there, *(f"disabled: {each}" for each in self.disabled)])
+        return "; ".join([*(f"disabled: {each}" for each in self.disabled), there])
 
 
 def _in_words(error: ValidationError) -> str:

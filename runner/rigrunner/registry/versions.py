@@ -22,12 +22,12 @@ def check_api_version(declared: object) -> None:
     if declared > API_VERSION:
         raise PluginError(
             made,
-            hint=f"update Rigrunner, or install a version of it that is made for {API_VERSION}",
+            hint=f"update Rigrunner, or install a version of it for API {API_VERSION}",
         )
     if declared < OLDEST_API_VERSION:
         raise PluginError(
             made,
-            hint=f"install a newer version of it, made for {_offered()}, or an older Rigrunner",
+            hint=f"install a newer version of it, for API {_offered()}, or an older Rigrunner",
         )
 
 

@@ -6,8 +6,13 @@ import ast
 import shutil
 import subprocess
 import sys
+import tempfile
+import tomllib
+from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode, UsageError
@@ -112,6 +117,25 @@ def test_a_name_that_is_too_long_is_refused(tmp_path):
 def test_a_name_whose_class_is_called_like_another_is_refused(word, name, bound, tmp_path):
     with pytest.raises(UsageError, match=f"would make a class {bound}"):
         make_drop_in(NewPlugin(word, name), tmp_path, REGISTRY)
+
+
+@given(word=st.sampled_from(list(KINDS)), name=st.text("abcSX09_-. é'\n\"{}", max_size=8))
+@settings(max_examples=150, derandomize=True, deadline=None)
+def test_whatever_the_name_it_is_refused_or_all_that_is_made_can_be_read(word, name):
+    plugin = NewPlugin(word, name)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            made = make_package(plugin, Path(folder) / "new", REGISTRY)
+        except UsageError:
+            assert not (Path(folder) / "new").exists()
+            return
+        assert all((Path(folder) / "new" / file).is_file() for file in made)
+    assert name.isidentifier()
+    texts = plugin.texts()
+    assert tomllib.loads(texts["pyproject.toml"])["project"]["name"] == plugin.project
+    for file in made:
+        if file.endswith(".py"):
+            ast.parse(texts[file])
 
 
 def test_nothing_is_overwritten(tmp_path):
