@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import socket
 import threading
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, suppress
 
+PAUSE_S = 0.05
+"""Between two pieces of an answer."""
 HANG_UP = object()
 """In place of an answer: the peer closes the connection."""
 
@@ -13,7 +16,8 @@ HANG_UP = object()
 class ScriptedPeer:
     """Answers each line that it knows; of every connection it remembers the lines it was sent.
 
-    `script` maps a line, as bytes with its terminator, to the bytes that answer it.
+    `script` maps a line, as bytes with its terminator, to the bytes that answer it; a tuple of
+    bytes is sent piece by piece.
     """
 
     def __init__(self, script, terminator=b"\n"):
@@ -40,15 +44,13 @@ class ScriptedPeer:
             except OSError:
                 return
             self._open.append(connection)
-            self._talk(connection)
+            with suppress(OSError):  # the other end, or the test, is gone
+                self._talk(connection)
 
     def _talk(self, connection):
         got = b""
         while True:
-            try:
-                more = connection.recv(4096)
-            except OSError:
-                return
+            more = connection.recv(4096)
             if not more:
                 connection.close()
                 return
@@ -61,7 +63,9 @@ class ScriptedPeer:
                     connection.shutdown(socket.SHUT_RDWR)
                     connection.close()
                     return
-                connection.sendall(answer)
+                for part in answer if isinstance(answer, tuple) else (answer,):
+                    connection.sendall(part)
+                    time.sleep(PAUSE_S if isinstance(answer, tuple) else 0)
 
 
 @contextmanager

@@ -21,8 +21,9 @@ from rigrunner.api.errors import (
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    PluginError,
 )
-from rigrunner.api.settings import SimulableSettings
+from rigrunner.api.settings import PositiveDuration, SimulableSettings
 from rigrunner.api.tcp import TcpLines
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class LineSettings(SimulableSettings):
 
     address: str = ""
     """host:port; not needed of a simulated one."""
+    timeout: PositiveDuration = 2.0
+    """How long the answer to a line is waited for; the station's patience must be longer."""
 
     @model_validator(mode="after")
     def _can_be_found(self) -> Self:
@@ -75,6 +78,12 @@ class LineDriver(Driver):
 
     def __init__(self, settings: LineSettings, context: DeviceContext) -> None:
         super().__init__(context)
+        patience_s = context.patience.answer_s
+        if settings.timeout >= patience_s:
+            raise PluginError(
+                f"timeout: got {settings.timeout:g} s, allowed is less than {patience_s:g} s",
+                hint="after that the station gives a device up: see its safety.patience.answer",
+            )
         self.settings = settings
         self._link: _Link | None = None
 
@@ -118,7 +127,9 @@ class LineDriver(Driver):
         if self.settings.simulated:
             self._link = _Simulated(self.simulator())
         else:
-            self._link = TcpLines(self.settings.address, self.terminator, timeout_s)
+            self._link = TcpLines(
+                self.settings.address, self.terminator, timeout_s, self.settings.timeout
+            )
 
     def _linked(self) -> _Link:
         if self._link is None:

@@ -26,19 +26,20 @@ _LONGEST = 65536
 class TcpLines:
     """A connection to `host:port` that carries lines of ASCII text, without their terminator.
 
-    All that fails is a DeviceError. After that it is closed, so that an answer which comes late is
+    `connect_s` is how long connecting may take, `answer_s` how long a whole answer. All that fails
+    is a DeviceError. After that it is closed, so that an answer which comes late is
     never taken for that to another question.
     """
 
-    def __init__(self, address: str, terminator: str, timeout_s: float) -> None:
-        self._address, self._timeout_s = address, timeout_s
+    def __init__(self, address: str, terminator: str, connect_s: float, answer_s: float) -> None:
+        self._address, self._timeout_s = address, answer_s
         self._end = terminator.encode("ascii")
         host, _, port = address.rpartition(":")
         try:
-            self._socket = socket.create_connection((host.strip("[]"), int(port)), timeout_s)
+            self._socket = socket.create_connection((host.strip("[]"), int(port)), connect_s)
         except TimeoutError as error:
             raise DeviceTimeoutError(
-                f"{address} did not take the connection within {timeout_s:g} s",
+                f"{address} did not take the connection within {connect_s:g} s",
                 hint="is it switched on, and on this network?",
             ) from error
         except OSError as error:

@@ -8,12 +8,14 @@ import pytest
 from pydantic import ValidationError
 
 from helpers_lines import HANG_UP, peer
+from rigrunner.api.calling import Patience
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    PluginError,
 )
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.api.lines import LineDriver, LineSettings
@@ -61,13 +63,13 @@ def lamp(tmp_path, made=Lamp, **settings):
     return made(LineSettings(**settings), context)
 
 
-def failing(tmp_path, script, timeout_s=0.2):
+def failing(tmp_path, script):
     """Return what is raised by reading the level, how long that took, and the driver."""
     with peer(SCRIPT | script) as instrument:
-        device = lamp(tmp_path, address=instrument.address)
+        device = lamp(tmp_path, address=instrument.address, timeout="0.2 s")
         began = time.monotonic()
         try:
-            device.connect(timeout_s)
+            device.connect(5.0)
             device.read(["level"])
         except Exception as error:  # noqa: BLE001  (whatever it is)
             return error, time.monotonic() - began, device
@@ -118,6 +120,21 @@ def test_no_answer_ends_in_time(tmp_path):
     assert isinstance(error, DeviceTimeoutError)
     assert "did not answer 'LEVEL?' within 0.2 s" in str(error)
     assert took_s < 0.5
+
+
+def test_the_time_is_that_of_the_whole_answer(tmp_path):
+    """Twenty pieces in a second; each comes within the 0.2 s, all of them do not."""
+    error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": (b"1",) * 20})
+    assert isinstance(error, DeviceTimeoutError)
+    assert took_s < 0.5
+
+
+def test_an_answer_may_come_in_pieces(tmp_path):
+    with peer(SCRIPT | {b"LEVEL?\n": (b"0.", b"25", b"\n")}) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        device.connect(1.0)
+        assert device.read(["level"]) == {"level": 0.25}
+        device.close()
 
 
 @pytest.mark.parametrize(
@@ -205,6 +222,14 @@ def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
 def test_an_address_that_cannot_be_is_refused(settings):
     with pytest.raises(ValidationError, match="allowed is host:port, or 'simulated: yes'"):
         LineSettings(**settings)
+
+
+def test_it_gives_up_before_the_station_gives_it_up(tmp_path):
+    patience = Patience(answer_s=3.0)
+    context = DeviceContext("lamp", SimulatedClock(), tmp_path, patience=patience)
+    assert Lamp(LineSettings(simulated=True, timeout="2.9 s"), context)
+    with pytest.raises(PluginError, match=r"timeout: got 3 s, allowed is less than 3 s .*patience"):
+        Lamp(LineSettings(simulated=True, timeout="3 s"), context)
 
 
 @pytest.mark.parametrize("address", ["10.0.0.5:5025", "bench-3.lab:80", "[::1]:5025"])

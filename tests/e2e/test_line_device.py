@@ -1,0 +1,94 @@
+"""A device as `rigrunner new` makes it, at a peer on loopback: measured, or lost and made safe."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_cli import call
+from helpers_lines import HANG_UP, ScriptedPeer
+from rigrunner.api.errors import ExitCode
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import run_names
+from rigrunner.workflow.new_plugin import NewPlugin
+
+
+class Press(ScriptedPeer):
+    """A press that answers every set-point with itself, and keeps it.
+
+    `wrong` is answered instead where a line is one of it.
+    """
+
+    def __init__(self, wrong):
+        self.force = b"0.0"
+        self.wrong = wrong
+        super().__init__(self)
+
+    def get(self, line, _):
+        """Return the answer, as the dictionary of a script does."""
+        if line.startswith(b"FORCE ") and line not in self.wrong:
+            self.force = line.removeprefix(b"FORCE ").strip()
+        usual = b"Example,press,0042,1.0" if line == b"*IDN?\n" else self.force
+        return self.wrong.pop(line, usual + b"\n")
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """Make a station with the drop-in and the package's procedure; give how to run them."""
+    plugin = NewPlugin("device", "press")
+    texts = plugin.texts()
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins" / "press.py").write_text(plugin.module(), encoding="utf-8")
+    procedure = tmp_path / "procedure.yaml"
+    procedure.write_text(texts["example/procedure.yaml"], encoding="utf-8")
+
+    def run(wrong):
+        press = Press(wrong)
+        station = tmp_path / "station.yaml"
+        text = texts["example/station.yaml"].replace(
+            "{simulated: yes}", f"{{address: '{press.address}', timeout: 0.3 s}}"
+        )
+        station.write_text(text + "plugins: plugins\n", encoding="utf-8")
+        runs = tmp_path / "runs"
+        words = ["run", procedure, "--station", station, "--unattended", "--runs", runs]
+        try:
+            called = call(*words)
+        finally:
+            press.close()
+        return called, press, [runs / name for name in run_names(runs)]
+
+    return run
+
+
+def test_it_is_measured_over_a_socket(lab):
+    called, press, (folder,) = lab({})
+    assert called.code == ExitCode.PASS, called.err
+    values = [each.values["device.force"] for each in read(folder).measurements]
+    assert values == [0.0, 500.0, 1000.0]
+    assert press.heard[0] == b"*IDN?\n"
+    assert press.force == b"0.0"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({b"FORCE 500.0\n": HANG_UP}, "closed the connection at 'FORCE 500.0'"),
+        ({b"FORCE 500.0\n": b"500.0\r"}, "is it the terminator"),
+        ({b"FORCE 500.0\n": b""}, "did not answer 'FORCE 500.0' within"),
+        ({b"FORCE?\n": b"E07\n"}, "'E07'"),
+    ],
+)
+def test_what_goes_wrong_at_half_way_is_told_and_the_press_let_go(lab, wrong, words):
+    called, press, (folder,) = lab(wrong)
+    assert called.code == ExitCode.DEVICE
+    assert words in called.err
+    assert press.force == b"0.0"
+    assert press.heard[-1] == b"FORCE?\n"  # the safe force was read back
+    assert read(folder).info.outcome == "error"
+
+
+def test_another_instrument_is_refused_before_anything_is_set(lab):
+    called, press, folders = lab({b"*IDN?\n": b"ERROR 3\n"})
+    assert called.code == ExitCode.DEVICE
+    assert "is it the right instrument at this address?" in called.err
+    assert not any(line.startswith(b"FORCE 5") for line in press.heard)
+    assert folders == []
