@@ -57,7 +57,7 @@ def read_csv(
             where = _find(columns, header, path, table)
             rows = _rows(reader, list(where.values()), path, table)
             samples = np.array(list(rows), dtype=np.float64).reshape(-1, len(where))
-    except UnicodeDecodeError as error:
+    except UnicodeError as error:
         raise DataError(f"is not {table.encoding}", location=Location(str(path))) from error
     except csv.Error as error:
         raise DataError(f"is not CSV: {error}", location=Location(str(path))) from error

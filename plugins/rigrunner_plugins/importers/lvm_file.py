@@ -45,7 +45,7 @@ class LvmImporter:
         try:
             with path.open(encoding=encoding_of(self.settings.encoding)) as file:
                 return self._read(file, str(path), columns, _segment_number(group))
-        except UnicodeDecodeError as error:
+        except UnicodeError as error:
             raise DataError(
                 f"is not {self.settings.encoding}",
                 location=place,

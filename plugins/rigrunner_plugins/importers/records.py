@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import MissingPackageError
@@ -77,10 +76,10 @@ def _matlab(_: NoSettings) -> Importer:
 
 
 def _tdms(_: NoSettings) -> Importer:
-    if find_spec("nptdms") is None:
+    try:
+        from rigrunner_plugins.importers.tdms_file import TdmsImporter  # noqa: PLC0415  (an extra)
+    except ImportError as error:
         raise MissingPackageError(
             "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
-        )
-    from rigrunner_plugins.importers.tdms_file import TdmsImporter  # noqa: PLC0415  (an extra)
-
+        ) from error
     return TdmsImporter()

@@ -14,7 +14,7 @@ from rigrunner_plugins.importers.settings import TableSettings
 
 
 def csv(tmp_path, text, columns, group="", **table):
-    (tmp_path / "a.csv").write_text(text)
+    (tmp_path / "a.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     return CsvImporter(TableSettings(**table)).read(tmp_path / "a.csv", columns, group)
 
 
@@ -50,6 +50,12 @@ def test_a_csv_without_a_row_is_refused(tmp_path):
     for text in ("a,b\n", ""):
         with pytest.raises(DataError):
             csv(tmp_path, text, {"x": "a"})
+
+
+def test_another_encoding_is_told(tmp_path):
+    for encoding in ("utf-8", "utf-16"):
+        with pytest.raises(DataError, match=f"is not {encoding}"):
+            csv(tmp_path, "\N{DEGREE SIGN},b\n1,2\n".encode("latin-1"), {"x": 1}, encoding=encoding)
 
 
 def test_hdf5_states_units(tmp_path):

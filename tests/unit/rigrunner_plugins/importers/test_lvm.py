@@ -80,6 +80,14 @@ def test_the_first_version_states_no_decimal_mark(tmp_path):
     assert read(tmp_path, text, decimal=",")["angle"].values.tolist() == NUMBERS["Angle"]
 
 
+def test_another_encoding_is_told(tmp_path):
+    text = lvm_text([NUMBERS], unit="\N{DEGREE SIGN}").encode("latin-1")
+    for encoding in ("utf-8", "utf-16"):
+        with pytest.raises(DataError, match=f"is not {encoding}"):
+            read(tmp_path, text, encoding=encoding)
+    assert read(tmp_path, text, encoding="latin-1")["angle"].unit == "\N{DEGREE SIGN}"
+
+
 def test_special_blocks_are_passed_over(tmp_path):
     block = "***Start_Special***\t\nBinary_Stuff\t1\n1\t2\t3\n***End_Special***\t\n"
     text = lvm_text([NUMBERS, NUMBERS])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from datetime import UTC, datetime
 
 import numpy as np
 import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, MissingPackageError
 from rigrunner.api.importing import NotInFileError
+from rigrunner.registry import load_registry
 from rigrunner_plugins.importers.tdms_file import TdmsImporter
 
 START = np.datetime64("2026-03-02T09:15:00.25", "us")
@@ -124,6 +126,14 @@ def test_a_cut_file_still_gives_the_channels_that_are_whole(tmp_path):
     assert read(path, group="r1").values.tolist() == TORQUE.tolist()
     with pytest.raises(DataError, match=r"'r2/Torque' is cut short"):
         read(path, group="r2")
+
+
+def test_without_nptdms_it_is_told_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    monkeypatch.delitem(sys.modules, "rigrunner_plugins.importers.tdms_file", raising=False)
+    with pytest.raises(MissingPackageError) as caught:
+        load_registry().make("importer", "tdms", {})
+    assert caught.value.hint == "pip install 'rigrunner[tdms]'"
 
 
 def test_other_files_are_refused(tmp_path):

@@ -391,3 +391,17 @@ def test_dates_of_the_file_must_be_those_of_the_run(lab):
     assert first.started_utc == "2026-03-02T09:15:01.250Z"
     ended = datetime.fromisoformat(imported(lab).info.ended_utc)
     assert ended - datetime.fromisoformat(first.started_utc) > timedelta(days=3)
+
+
+def test_columns_of_different_lengths_are_refused(lab):
+    from nptdms import ChannelObject, TdmsWriter  # noqa: PLC0415  (as above)
+
+    for name, count in (("a.tdms", 1200), ("b.tdms", 1199)):
+        columns = {"Angle": TIME, "Torque (mNm)": TORQUE_MNM[:count]}
+        with TdmsWriter(lab / name) as writer:
+            writer.write_segment([ChannelObject("r", *each) for each in columns.items()])
+    csv = (": {column: Force, unit: kN}", ": 1 kN")
+    called = bring_in(lab, ("format: csv", "format: tdms"), (".csv", ".tdms"), csv)
+    assert called.code == 5
+    told = "b.tdms: error: the columns have different numbers of samples: 1200 of 'Angle', 1199 of"
+    assert told in called.err
