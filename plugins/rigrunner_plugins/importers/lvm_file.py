@@ -14,10 +14,9 @@ from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.csv_file import encoding_of
 from rigrunner_plugins.importers.finding import position
 from rigrunner_plugins.importers.lvm_header import (
-    END_SPECIAL,
-    SPECIAL,
     read_file_header,
     read_segment_header,
+    said,
 )
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ class LvmImporter:
     def _read(
         self, file: TextIO, name: str, columns: Mapping[str, int | str], wanted: int | None
     ) -> dict[str, Column]:
-        lines = ((at, text.rstrip("\r\n")) for at, text in enumerate(file, 1))
+        lines = said(file)
         header = read_file_header(lines, name, self.settings)
         found: dict[str, Column] | None = None
         count, segments = 0, _Segments(lines, name, header)
@@ -93,20 +92,15 @@ class _Segments:
 
     def rows(self) -> Iterator[Line]:
         """Yield the lines of the segment up to the next header."""
-        special = False
         for line in self._lines:
-            text = line[1]
-            if text.startswith((SPECIAL, END_SPECIAL)):
-                special = text.startswith(SPECIAL)
-            elif not special and text[:1].isalpha():
+            if line[1][:1].isalpha():
                 self._next = line
                 return
-            elif text.strip() and not special:
-                yield line
+            yield line
 
     def _begin(self) -> Line | None:
         found, self._next = self._next, None
-        return found or next((line for line in self._lines if line[1].strip()), None)
+        return found or next(self._lines, None)
 
 
 def _columns(

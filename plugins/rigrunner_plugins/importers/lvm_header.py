@@ -14,7 +14,7 @@ from rigrunner.api.errors import DataError, Location
 from rigrunner_plugins.importers.cells import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner_plugins.importers.settings import LvmSettings
 
@@ -78,6 +78,17 @@ class SegmentHeader:
         return int(text) if text.isascii() and text.isdigit() else None
 
 
+def said(file: Iterable[str]) -> Iterator[Line]:
+    """Yield the lines that say something: blank ones and special blocks are passed over."""
+    special = False
+    for number_, line in enumerate(file, 1):
+        text = line.rstrip("\r\n")
+        if text.startswith((SPECIAL, END_SPECIAL)):
+            special = text.startswith(SPECIAL)
+        elif not special and text.strip():
+            yield number_, text
+
+
 def read_file_header(lines: Iterator[Line], file: str, settings: LvmSettings) -> FileHeader:
     """Return the header of a file; raise DataError naming the line."""
     number_, first = next(lines, (1, ""))
@@ -134,17 +145,14 @@ def read_segment_header(
 
 
 def _until_end(lines: Iterator[Line], file: str, what: str) -> Iterator[Line]:
-    """Yield the lines of a header that say something; special blocks are passed over."""
-    special, line = False, 0
+    """Yield the lines of a header."""
+    line = 0
     for count, (line, text) in enumerate(lines):
         if text.startswith(END):
             return
         if count > _MOST_LINES:
             break
-        if text.startswith((SPECIAL, END_SPECIAL)):
-            special = text.startswith(SPECIAL)
-        elif text.strip() and not special:
-            yield line, text
+        yield line, text
     raise DataError(
         f"the header {what} has no end: '{END}' is missing",
         location=Location(file, line or None),

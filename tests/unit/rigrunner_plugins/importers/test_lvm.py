@@ -89,9 +89,9 @@ def test_another_encoding_is_told(tmp_path):
 
 
 def test_special_blocks_are_passed_over(tmp_path):
-    block = "***Start_Special***\t\nBinary_Stuff\t1\n1\t2\t3\n***End_Special***\t\n"
+    block = "***Start_Special***\t\nSamples\t9\t9\n1\t2\t3\n***End_Special***\t\n"
     text = lvm_text([NUMBERS, NUMBERS])
-    for at in ("Delta_X", "\t\nChannels"):
+    for at in ("X0", "X_Value", "\t\nChannels"):
         assert read(tmp_path, text.replace(at, block + at), group="2")["angle"].unit == "Nm"
 
 
