@@ -54,7 +54,8 @@ def test_an_imported_no_load_run_is_found(demo, tmp_path):
     same(demo.loaded, loaded, exact=True)
     report = (loaded / "report.html").read_text(encoding="utf-8")
     assert "made the recordings of this run and of the no-load run, not Rigrunner" in report
-    issued = issue(loaded, make_letterhead(tmp_path / "letterhead"), tmp_path / "issued")
+    letterhead = make_letterhead(tmp_path / "letterhead")
+    issued = issue(loaded, letterhead, loaded)
     (content,) = (path for path in issued.files if path.suffix == ".json")
     document = json.loads(content.read_text(encoding="utf-8"))
     told = [(each["run_id"], each["text"]) for each in document["deviations"]]
@@ -62,4 +63,4 @@ def test_an_imported_no_load_run_is_found(demo, tmp_path):
         assert any(of == run.name and "SwingTest.vi 3.2 made" in text for of, text in told)
     simulated = {each["code"] for each in document["restrictions"]}
     assert "simulated" in simulated  # as the station that it was recorded on
-    assert call("verify", content).code == 0
+    assert call("verify", content, "--letterhead", letterhead).code == 0

@@ -15,6 +15,7 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.durable import publish, temporary, writing
+from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.patient_file import PatientFile
 
 if TYPE_CHECKING:
@@ -33,8 +34,11 @@ _MOST_PER_BYTE = 1100
 
 @contextmanager
 def new_file(path: Path, *, read_only: bool = False) -> Iterator[h5py.File]:
-    """Give an HDF5 file that appears under its name whole and durable, or not at all."""
-    with writing(path):
+    """Give an HDF5 file that appears under its name whole and durable, or not at all.
+
+    A Ctrl-C meanwhile is taken once the file is there.
+    """
+    with uninterrupted(), writing(path):
         with PatientFile(temporary(path)) as patient:
             try:
                 with h5py.File(patient, "w", libver=("earliest", "v110")) as file:

@@ -9,6 +9,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.runfile.entry import add_recordings, write_analysis, write_entry
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import new_file, new_group, open_file
+from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
 from rigrunner.runfile.manifest import write_manifest
 from rigrunner.runfile.model import FORMAT
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 _NOT_EMBEDDED = ("verification", "no_load", "analysis")
 
 
+@uninterrupted()
 def seal(
     folder: Path,
     result_document: Mapping[str, Any] | None = None,

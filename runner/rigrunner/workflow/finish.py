@@ -12,6 +12,7 @@ from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import Verdict
 from rigrunner.runfile.durable import writing
+from rigrunner.runfile.folder import RunFolder
 from rigrunner.workflow.plot import sweep_plot
 from rigrunner.workflow.report import write_report
 from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
@@ -91,10 +92,9 @@ def finish(
         with kept(errors):
             result = analyse_run(folder, planned.registry, no_load, progress=progress)
     content = None if result is None else document(result)
-    sealed = False
     with kept(errors):
         writer.seal(content, None if result is None else sweep_plot(result), no_load)
-        sealed = True
+    sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with kept(errors):
             _write_result(folder, content)
