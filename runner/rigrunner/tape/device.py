@@ -16,29 +16,36 @@ from rigrunner.api.devices import (
     Settable,
     Streaming,
 )
+from rigrunner.tape.stop import plain_stop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, StopToken, Wire
 
 
-def taped(inner: Device, wire: Wire) -> Device:
+def taped(
+    inner: Device, wire: Wire, stop_for: Callable[[StopToken], StopToken] = plain_stop
+) -> Device:
     """Return a device with the abilities of that one, each of whose calls goes over the wire.
 
-    What a device says of itself without being connected is its own word, and not on the wire.
+    `stop_for` makes the stop token that its streams look at of the one that it is given. What a
+    device says of itself without being connected is its own word, and not on the wire.
     """
     able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
     kind = type("TapedDevice", (*able, TapedDevice), {})
-    return cast("Device", kind(inner, wire))
+    return cast("Device", kind(inner, wire, stop_for))
 
 
 class TapedDevice:
     """What every device can do."""
 
-    def __init__(self, inner: Device, wire: Wire) -> None:
+    def __init__(
+        self, inner: Device, wire: Wire, stop_for: Callable[[StopToken], StopToken]
+    ) -> None:
         self._inner: Any = inner
         self._wire = wire
+        self._stop_for = stop_for
 
     @property
     def channels(self) -> Sequence[ChannelInfo]:
@@ -111,9 +118,10 @@ class _Streaming(TapedDevice):
     ) -> Iterator[Block]:
         """Yield the blocks of the device."""
         source: list[Iterator[Block]] = []
+        looked_at = self._stop_for(stop)
         self._wire.exchange(
             f"stream {_listing(channels)} for {duration_s!r} s",
-            lambda: source.append(iter(self._inner.stream(channels, duration_s, stop))),
+            lambda: source.append(iter(self._inner.stream(channels, duration_s, looked_at))),
         )
         return self._blocks(source)
 

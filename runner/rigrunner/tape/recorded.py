@@ -8,13 +8,14 @@ from rigrunner.api.errors import DataError
 from rigrunner.tape.clock import RecordedClock
 from rigrunner.tape.manifest import NAME
 from rigrunner.tape.recording import RecordingWire, Trouble
+from rigrunner.tape.stop import RecordedStop, plain_stop
 from rigrunner.tape.tape import DEVICES, Tape
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from rigrunner.api.devices import Clock
+    from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.events import Event, EventSink
     from rigrunner.tape.manifest import TapeManifest
 
@@ -69,6 +70,9 @@ class RecordedTape(Tape):
         if name not in self._wires:
             self._wires[name] = RecordingWire(self.folder / f"{name}.jsonl", self._trouble)
         return self._wires[name]
+
+    def _stop(self, name: str, patience_s: float, plain: StopToken) -> StopToken:
+        return RecordedStop(plain_stop(plain), self._wire(name, patience_s))
 
     def _clock(self, name: str, patience_s: float, plain: Clock) -> Clock:
         return RecordedClock(plain, self._wire(name, patience_s))

@@ -11,13 +11,14 @@ from rigrunner.tape.clock import ReplayedClock
 from rigrunner.tape.file import TapeFile
 from rigrunner.tape.manifest import differences, read_manifest
 from rigrunner.tape.replaying import Replay, ReplayWire
+from rigrunner.tape.stop import ReplayedStop, plain_stop
 from rigrunner.tape.tape import Tape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from rigrunner.api.devices import Clock
+    from rigrunner.api.devices import Clock, StopToken
     from rigrunner.tape.manifest import TapeManifest
 
 
@@ -65,6 +66,9 @@ class ReplayedTape(Tape):
             file = self._files[name] = TapeFile(self.folder / f"{name}.jsonl")
             self._wires[name] = ReplayWire(file, self._replay, patience_s)
         return self._wires[name]
+
+    def _stop(self, name: str, patience_s: float, plain: StopToken) -> StopToken:
+        return ReplayedStop(plain_stop(plain), self._wire(name, patience_s))
 
     def _clock(self, name: str, patience_s: float, plain: Clock) -> Clock:  # noqa: ARG002  (the base's)
         return ReplayedClock(self._wire(name, patience_s), self.manifest.began_utc)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Self
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from rigrunner.api.devices import Clock, Device, DeviceContext, Wire
+    from rigrunner.api.devices import Clock, Device, DeviceContext, StopToken, Wire
     from rigrunner.api.events import EventSink
     from rigrunner.engine import AnswerSource
     from rigrunner.tape.manifest import TapeManifest
@@ -67,6 +68,10 @@ class Tape(ABC):
         """Return the clock of a run."""
         return self._clock(_CLOCK, inf, plain)
 
+    def stop(self, plain: StopToken) -> StopToken:
+        """Return the stop token of a run."""
+        return self._stop(_CLOCK, inf, plain)
+
     def answers(self, plain: AnswerSource) -> AnswerSource:
         """Return the answers of a run."""
         return TapedAnswers(plain, self._wire(_ANSWERS, inf))
@@ -80,7 +85,8 @@ class Tape(ABC):
 
     def called(self, device: Device, context: DeviceContext) -> Device:
         """Return the device, of which it is known while it is called."""
-        return taped(device, self._calls[_place(context)[0]])
+        name, patience_s = _place(context)
+        return taped(device, self._calls[name], partial(self._stop, name, patience_s))
 
     def whole(self, device: Device, context: DeviceContext) -> Device:
         """Return the device with the tape at its calls."""
@@ -89,6 +95,10 @@ class Tape(ABC):
     @abstractmethod
     def _wire(self, name: str, patience_s: float) -> Wire:
         """Return the wire of that name, the same each time."""
+
+    @abstractmethod
+    def _stop(self, name: str, patience_s: float, plain: StopToken) -> StopToken:
+        """Return a stop token on the wire of that name."""
 
     @abstractmethod
     def _clock(self, name: str, patience_s: float, plain: Clock) -> Clock:

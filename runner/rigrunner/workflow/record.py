@@ -91,6 +91,7 @@ def carry_out(
 
     `opened` is told who answered, and holds the folder until it is sealed. Raises as `execute`.
     """
+    asked = stop if planned.tape is None else planned.tape.stop(stop)
 
     def work(rig: Rig, bus: Bus, run_id: str) -> RunSummary:
         if seam is not None:
@@ -101,7 +102,7 @@ def carry_out(
             bus,
             planned.clock,
             answers,
-            stop,
+            asked,
             run_id,
             overrides,
             pauses=pauses,

@@ -13,6 +13,7 @@ from helpers_workflow import START, quick_procedure, station_file
 from rigrunner.api.devices import ChannelInfo, Identity
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
+    AbortedError,
     DataError,
     DeviceError,
     DeviceLostError,
@@ -21,7 +22,7 @@ from rigrunner.api.errors import (
     ExitCode,
     UsageError,
 )
-from rigrunner.api.events import Alarm, Answer, Outcome
+from rigrunner.api.events import Alarm, Answer, Outcome, StepStarted
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Override, UnattendedAnswers
@@ -43,7 +44,9 @@ NO_ANALYSIS = (
 )  # fmt: skip
 
 
-def run(tape, procedure, runs, *, station=None, registry=None, listeners=(), answers=None):
+def run(
+    tape, procedure, runs, *, station=None, registry=None, listeners=(), answers=None, stop=None
+):
     clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
     where = station or find_station("simulated")
     planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
@@ -55,7 +58,7 @@ def run(tape, procedure, runs, *, station=None, registry=None, listeners=(), ans
             inputs=answer_inputs(planned.procedure, inputs_on(tape), answers),
             no_load=None,
             answers=answers,
-            stop=threading.Event(),
+            stop=stop or threading.Event(),
             listeners=listeners,
         )
 
@@ -275,6 +278,51 @@ def test_what_was_let_pass_in_the_lab_is_let_pass_at_the_desk(tmp_path):
     assert inputs_on(played) == {"operator": "B. Smith"}
     assert overrides_on(tape) == ()
     assert inputs_on(None) == {}
+
+
+class StopAt:
+    """A stop token that somebody sets as a step begins."""
+
+    def __init__(self, recording):
+        self.recording = recording
+        self.set = False
+
+    def __call__(self, event):
+        self.set |= isinstance(event, StepStarted) and event.recording.startswith(self.recording)
+
+    def is_set(self):
+        return self.set
+
+    def reason(self):
+        error = AbortedError("it sounded odd", by="A. Jones")
+        error.exit_code = ExitCode.INTERRUPTED
+        return error
+
+
+def test_a_run_that_was_stopped_is_stopped_again_at_the_same_place(tmp_path):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    stop = StopAt("002")
+    tape = RecordedTape(tmp_path / "tape")
+    first = run(tape, procedure, tmp_path / "runs", listeners=[stop], stop=stop)
+    played = ReplayedTape(tmp_path / "tape")
+    again = run(played, procedure, tmp_path / "runs")
+    for each in (first, again):
+        assert (each.outcome, each.reason) == (Outcome.ABORTED, "it sounded odd")
+        assert each.exit_code is ExitCode.INTERRUPTED
+        assert each.error.by == "A. Jones"
+    one, other = (read(each.folder) for each in (first, again))
+    assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
+    assert [len(each.recordings) for each in (one, other)] == [1, 1]
+    assert played.notes() == ()
+
+
+def test_a_replay_can_be_stopped_too(taped, tmp_path):
+    folder, procedure, *_ = taped
+    stop = StopAt("001")
+    again = run(
+        ReplayedTape(folder / "tape"), procedure, tmp_path / "runs", listeners=[stop], stop=stop
+    )
+    assert (again.outcome, again.reason) == (Outcome.ABORTED, "it sounded odd")
 
 
 def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):

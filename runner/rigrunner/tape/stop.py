@@ -1,0 +1,71 @@
+"""That a run was asked to stop, on tape: a replay is stopped at the same place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import AbortedError, ExitCode
+from rigrunner.engine.pausing import Reasoned
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.devices import StopToken, Wire
+    from rigrunner.tape.replaying import ReplayWire
+
+_IS_SET, _REASON = "is the run to stop?", "why it is to stop"
+
+
+class RecordedStop:
+    """A stop token of which each look is saved."""
+
+    def __init__(self, plain: StopToken, wire: Wire) -> None:
+        self.plain = plain
+        self._wire = wire
+
+    def is_set(self) -> bool:
+        """Return True once the run is to stop."""
+        return self._wire.exchange(_IS_SET, lambda: bool(self.plain.is_set()))
+
+    def reason(self) -> AbortedError:
+        """Return what ends the run."""
+        return _error(self._wire.exchange(_REASON, lambda: _told(self.plain)))
+
+
+class ReplayedStop:
+    """A stop token that is set where it was; and, by who stops the replay, at any time.
+
+    It never raises, as the clock of a replay does not.
+    """
+
+    def __init__(self, plain: StopToken, wire: ReplayWire) -> None:
+        self.plain = plain
+        self._wire = wire
+        self._was_set = False
+
+    def is_set(self) -> bool:
+        """Return True once the run was to stop, or the replay is."""
+        self._was_set = self._wire.reading(_IS_SET) is True
+        return self._was_set or self.plain.is_set()
+
+    def reason(self) -> AbortedError:
+        """Return what ended the run, or ends the replay."""
+        told = self._wire.reading(_REASON) if self._was_set else None
+        return _error(told if isinstance(told, dict) else _told(self.plain))
+
+
+def plain_stop(stop: StopToken) -> StopToken:
+    """Return the token that is behind one on tape, for what is not on that tape itself."""
+    return stop.plain if isinstance(stop, (RecordedStop, ReplayedStop)) else stop
+
+
+def _told(stop: StopToken) -> dict[str, Any]:
+    reason = stop.reason() if isinstance(stop, Reasoned) else AbortedError("stopped on request")
+    known = {"message": reason.message, "hint": reason.hint, "by": reason.by}
+    return {**known, "exit_code": int(reason.exit_code)}
+
+
+def _error(told: Mapping[str, Any]) -> AbortedError:
+    error = AbortedError(str(told["message"]), hint=str(told["hint"]), by=str(told["by"]))
+    error.exit_code = ExitCode(told["exit_code"])
+    return error
