@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Block
     from rigrunner.api.devices import StopToken
+    from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute
 
 
@@ -83,6 +84,7 @@ class Streams(Composite):
     """Records channels of one part, or of several on the time base of the reference."""
 
     _aligned: AlignedStream | None = None
+    _streamed: Sequence[ChannelRoute] = ()
 
     @property
     def sample_rate_hz(self) -> float:
@@ -101,7 +103,7 @@ class Streams(Composite):
                 f"{', '.join(read_only)} cannot be recorded: read as single values"
             )
         parts = list(dict.fromkeys(route.part for route in routes))
-        self._aligned = None
+        self._aligned, self._streamed = None, routes
         if len(parts) == 1 and self.parts[parts[0]].device.sample_rate_hz == self.sample_rate_hz:
             names = [route.name for route in routes]
             return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
@@ -110,8 +112,19 @@ class Streams(Composite):
         return self._aligned.blocks()
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return how well the last stream's clocks were brought together; nothing of one clock."""
-        return {} if self._aligned is None else self._aligned.conditions()
+        """Return what the parts found of the last stream, and how their clocks were aligned.
+
+        What a part says of a channel stands under the channel's name in the role.
+        """
+        found: dict[str, tuple[float, str]] = {}
+        for route in self._streamed:
+            part = self.parts[route.part]
+            found |= {
+                route.info.name + name.removeprefix(route.name): value
+                for name, value in part.found().items()
+                if _is_of(name, route.name, part)
+            }
+        return found if self._aligned is None else {**found, **self._aligned.conditions()}
 
 
 class Pauses(Sets):
@@ -164,6 +177,12 @@ class KnowsPartsTruth(Composite):
             if isinstance(part.device, KnowsTruth):
                 known |= part.call("tell the truth", part.device.truth)
         return known
+
+
+def _is_of(name: str, channel: str, part: Part) -> bool:
+    """Say whether what a part found is of that channel: the longest name that it begins with."""
+    own = [info.name for info in part.device.channels if name.startswith(f"{info.name}_")]
+    return bool(own) and max(own, key=len) == channel
 
 
 def _renamed(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:

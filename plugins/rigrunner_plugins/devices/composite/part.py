@@ -7,7 +7,7 @@ from math import nan
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.calling import InlineCaller, ThreadCaller, blocks_of
-from rigrunner.api.devices import Approaching, Readable, Streaming
+from rigrunner.api.devices import Approaching, KnowsStream, Readable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class Part:
         self.name = name
         self.device: Any = device
         self._patience = patience
+        self._streams = 0
         self._drives: dict[str, DriveInfo] = {info.name: info for info in device.drives}
         self._caller: Caller = (
             InlineCaller() if device.non_blocking else ThreadCaller(f"{role}/{name}")
@@ -136,9 +137,29 @@ class Part:
         if not isinstance(self.device, Streaming):
             raise DeviceRejectedError(f"{self.name}: it does not stream")
         longest_s = self._patience.answer_s + duration_s
-        return blocks_of(self.device, channels, duration_s, stop, self.call, longest_s)
+        with self.streaming():
+            yield from blocks_of(self.device, channels, duration_s, stop, self.call, longest_s)
+
+    @contextmanager
+    def streaming(self) -> Iterator[None]:
+        """Hold that it streams: what gives single values by a stream cannot do so meanwhile."""
+        self._streams += 1
+        try:
+            yield
+        finally:
+            self._streams -= 1
+
+    def found(self) -> Mapping[str, tuple[float, str]]:
+        """Return what the device found of its last stream, by its own names."""
+        if not isinstance(self.device, KnowsStream):
+            return {}
+        known = self.device
+        return self.call("tell of the stream", lambda: dict(known.stream_conditions()))
 
     def _means(self, channels: Sequence[str]) -> Mapping[str, float]:
+        if self._streams:
+            told = f"{self.name}: {', '.join(channels)} cannot be read while it records"
+            raise DeviceRejectedError(told, hint="it gives single values by a stream of its own")
         totals, samples = dict.fromkeys(channels, 0.0), 0
         for block in self.stream(channels, _GLANCE_S, _Never()):
             samples += block.samples

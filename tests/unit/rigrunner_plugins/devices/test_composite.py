@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers_devices import CHANNELS, DRIVES, FakeTester
+from helpers_devices import CHANNELS, DRIVES, FakeTester, Listener, plan_of, record, run
 from rigrunner.api.calling import Patience, ThreadCaller
 from rigrunner.api.devices import (
     Approaching,
@@ -28,7 +28,9 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
     PluginError,
 )
+from rigrunner.api.events import MadeSafe
 from rigrunner.clock import SimulatedClock
+from rigrunner.plan.actions import SetDrive
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
 from rigrunner.workflow.provenance import identities, is_simulated
@@ -405,6 +407,69 @@ def test_what_is_only_read_is_not_streamed():
 def test_a_part_that_only_streams_gives_a_short_mean():
     values = Bench(daq=StreamsAlone()).connected().read(["torque"])
     assert values["torque"] == pytest.approx(-0.01 + 1e-6 * 49.5)
+
+
+def test_a_part_that_only_streams_is_not_read_while_it_records():
+    device = Bench(daq=StreamsAlone()).connected()
+    blocks = device.stream(["torque"], 1.0, threading.Event())
+    next(blocks)
+    with pytest.raises(DeviceRejectedError, match="daq: angle cannot be read while it records"):
+        device.read(["angle"])
+    blocks.close()
+    assert device.read(["angle"])
+
+
+def test_what_a_part_finds_of_its_stream_has_the_names_of_the_role():
+    found = {
+        "torque_filter_delay": (0.003, "s"),
+        "torque_raw_filter_delay": (0.001, "s"),
+        "angle_filter_delay": (0.0, "s"),
+    }
+    daq = Daq()
+    raw = ChannelInfo("torque_raw", "N·m", "")
+    daq.channels, daq.stream_conditions = (*CHANNELS[:2], raw), lambda: found
+    device = Bench({**SETTINGS, "channels": {"moment": "daq.torque"}}, daq=daq).connected()
+    list(device.stream(["moment"], 0.1, threading.Event()))
+    assert device.stream_conditions() == {"moment_filter_delay": (0.003, "s")}
+
+
+def lost_after(blocks):
+    def spoil(whole):
+        yield from whole[:blocks]
+        raise DeviceLostError("unplugged")
+
+    return spoil
+
+
+def test_a_part_that_is_lost_in_a_recording_ends_the_run_with_all_others_safe():
+    bench = Bench()
+    bench.daq.spoil = lost_after(1)
+    bench.inverter.at, bench.press.at = 0.0, 0.0
+    kinds = Listener()
+    drives = ("load", 1000.0, "N"), ("frequency", 10.0, "Hz")
+    plan = plan_of(
+        setup=(), main=(*(SetDrive("tester", *each) for each in drives), record("001_10Hz"))
+    )
+    summary = run(bench.device, plan, critical=[kinds])
+    assert isinstance(summary.error, DeviceLostError)
+    assert "tester: daq: unplugged" in str(summary.error)
+    assert (bench.inverter.at, bench.press.at) == (0.0, 0.0)
+    (told,) = kinds.of(MadeSafe)
+    assert told.problems == ()
+
+
+def test_a_rig_with_a_part_that_cannot_be_made_safe_is_not_called_safe():
+    inverter = Inverter(raising("make_safe", DeviceLostError("no answer")))
+    bench = Bench(inverter=inverter)
+    bench.daq.spoil = lost_after(1)
+    kinds = Listener()
+    plan = plan_of(setup=(), main=(SetDrive("tester", "frequency", 10.0, "Hz"), record("001")))
+    summary = run(bench.device, plan, critical=[kinds])
+    assert "daq: unplugged" in str(summary.error)
+    told = kinds.of(MadeSafe)[-1]
+    assert told.problems
+    assert "inverter: no answer" in str(told)
+    assert bench.press.calls[-1] == "make_safe"
 
 
 @pytest.mark.parametrize(

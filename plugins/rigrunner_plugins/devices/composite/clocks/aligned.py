@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import FIRST_COMPLETED, wait
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -64,13 +65,14 @@ class AlignedStream:
 
     def blocks(self) -> Generator[Block]:
         """Yield gapless blocks at the reference's rate; begin once the clocks are compared."""
-        try:
-            self._start()
-            yield from self._aligned()
-        finally:
-            self._stop.done = True
-            for feed in self._feeds.values():
-                feed.end()
+        with ExitStack() as held:
+            try:
+                self._start(held)
+                yield from self._aligned()
+            finally:
+                self._stop.done = True
+                for feed in self._feeds.values():
+                    feed.end()
 
     def conditions(self) -> dict[str, tuple[float, str]]:
         """Return how each channel that is not the reference's was aligned, with the units."""
@@ -84,7 +86,7 @@ class AlignedStream:
                 found[f"{name}_alignment_u"] = (tracker.residual_u_s(), "s")
         return found
 
-    def _start(self) -> None:
+    def _start(self, held: ExitStack) -> None:
         settings = self._wanted.settings
         longest_s = self._duration_s + settings.lead + MARGIN_S
         names = dict.fromkeys([self._wanted.reference, *(r.part for r in self._wanted.routes)])
@@ -92,6 +94,7 @@ class AlignedStream:
             channels = [route.name for route in self._wanted.routes if route.part == name]
             channels += [settings.common[name]] if name in settings.common else []
             part = self._wanted.parts[name]
+            held.enter_context(part.streaming())
             chosen = list(dict.fromkeys(channels))
             self._feeds[name] = Feed(part, chosen, longest_s, self._stop, self._clock)
         self._reference = self._feeds[self._wanted.reference]
@@ -104,6 +107,7 @@ class AlignedStream:
 
     def _aligned(self) -> Generator[Block]:
         wanted_samples = round(self._duration_s * self._reference.rate_hz)
+        whole = max(1, int(BLOCK_S * self._reference.rate_hz))
         begin: int | None = None
         given = 0
         while given < wanted_samples:
@@ -116,8 +120,9 @@ class AlignedStream:
             if begin is None:
                 continue
             end = min(self._ready(relations), begin + wanted_samples)
-            while begin + given < end:
-                size = min(int(BLOCK_S * self._reference.rate_hz), end - begin - given)
+            while size := min(whole, wanted_samples - given):
+                if begin + given + size > end:
+                    break
                 yield self._block(begin + given, size, given, relations)
                 given += size
 
