@@ -20,7 +20,7 @@ from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.record import _rig_of, execute
+from rigrunner.workflow.record import execute, rig_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -230,7 +230,7 @@ def run_with_fault(
 
 def _events(planned, answers, stop, listeners) -> list[Event]:
     """Run in memory, on the rig that `execute` makes of a station."""
-    rig, heard = _rig_of(planned), Listener()
+    rig, heard = rig_of(planned), Listener()
     rig.connect()
     bus = Bus([heard], listeners)
     run_plan(planned.plan, rig, bus, planned.clock, answers, stop, "moment")
