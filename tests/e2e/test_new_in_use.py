@@ -1,0 +1,130 @@
+"""What `rigrunner new --drop-in` makes of each kind has a part in real runs at once."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+from helpers_cli import call
+from helpers_workflow import quick_procedure, station_file
+from rigrunner.api.errors import ExitCode
+from rigrunner.runfile import read
+from rigrunner.workflow.new_plugin import KINDS, NewPlugin
+
+NAMES = {word: f"own_{word.replace('-', '_')}" for word in KINDS}
+HERTZ = (8, 15, 20, 25, 35)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Return a lab's folder in which every analysis is by new plugins, and its two runs."""
+    folder = tmp_path_factory.mktemp("lab")
+    (folder / "plugins").mkdir()
+    for word, name in NAMES.items():
+        text = NewPlugin(word, name).module()
+        (folder / "plugins" / f"{name}.py").write_text(text, encoding="utf-8")
+    station = station_file(folder, ("id: simulated\n", "id: simulated\nplugins: plugins\n"))
+    rule = ("{grubbs: {alpha: 0.05}}", f"{{{NAMES['outlier-rule']}: {{limit: 6}}}}")
+    fit = ("    - polynomial: {degree: 2}\n", f"    - {NAMES['fit']}\n")
+    method = (
+        "    - template_inverse\n",
+        f"    - template_inverse\n    - {NAMES['compensation']}\n",
+    )
+    no_load = quick_procedure(folder, "no_load_inertia_sweep", rule, fit)
+    loaded = quick_procedure(folder, "starting_torque_1000n", rule, fit, method)
+    for procedure in (no_load, loaded):
+        words = ["--station", station, "--unattended", "--runs", folder / "runs"]
+        called = call("run", procedure, *words)
+        assert called.code in {ExitCode.PASS, ExitCode.FAIL, ExitCode.UNDECIDED}, called.err
+    return folder, sorted((folder / "runs").iterdir())
+
+
+def analysed(run):
+    return json.loads((run / "result.json").read_text(encoding="utf-8"))
+
+
+def test_the_new_rule_and_the_new_fit_are_in_the_result(lab):
+    _, (no_load, _) = lab
+    result = analysed(no_load)
+    assert NAMES["outlier-rule"] in json.dumps(result["analysis"])
+    fits = {each["name"]: each for each in result["fits"]}
+    assert fits[NAMES["fit"]]["curve"]["formula"] == "T = c0 + c1 f"
+
+
+def test_the_new_compensation_stands_beside_the_others(lab):
+    _, (_, loaded) = lab
+    found = analysed(loaded)["compensations"]
+    assert set(found) == {"paper_peak", "template_inverse", "energy", NAMES["compensation"]}
+    torques = [each["torque"]["value"] for each in found[NAMES["compensation"]]["points"]]
+    assert len(torques) == len(HERTZ)
+    assert all(0.2 < torque < 2.5 for torque in torques)
+
+
+def test_the_new_report_has_a_row_for_each_point_of_each_method(lab):
+    folder, (_, loaded) = lab
+    words = ["--station", folder / "station.yaml", "--runs", folder / "runs"]
+    called = call("report", loaded.name, *words, "--format", NAMES["report"])
+    assert called.code == ExitCode.PASS, called.err
+    written = loaded / "report.csv"
+    assert called.out.strip() == str(written)
+    head, *rows = csv.reader(io.StringIO(written.read_text(encoding="utf-8")))
+    assert head[0] == "method"
+    assert len(rows) == 4 * len(HERTZ)
+    of_own = {float(row[1]): float(row[3]) for row in rows if row[0] == NAMES["compensation"]}
+    own = analysed(loaded)["compensations"][NAMES["compensation"]]["points"]
+    assert sorted(of_own.values()) == pytest.approx(sorted(p["torque"]["value"] for p in own))
+
+
+def test_the_new_importer_makes_the_same_run_of_text_files(lab):
+    folder, (no_load, _) = lab
+    for recording, hertz in zip(read(no_load).recordings, HERTZ, strict=True):
+        columns = np.c_[recording.channels["tester.angle"], recording.channels["tester.torque"]]
+        np.savetxt(
+            folder / f"{hertz}.txt", columns, fmt="%.17g", header="angle torque", comments=""
+        )
+    zero = read(no_load).zeros["tester.torque"]
+    recordings = "\n".join(
+        f"  - {{file: {hertz}.txt, set_points: {{tester.frequency: {hertz} Hz}}}}"
+        for hertz in HERTZ
+    )
+    mapping = folder / "mapping.yaml"
+    mapping.write_text(
+        "rigrunner: import/1\n"
+        "procedure: no_load_inertia_sweep.yaml\n"
+        "station: station.yaml\n"
+        f"format: {NAMES['importer']}\n"
+        "program: a program of our own\n"
+        "by: A. Jones\n"
+        "started: 2026-03-02T09:15:00+01:00\n"
+        "inputs: {operator: B. Lee}\n"
+        "sampling: {rate: 10 kHz}\n"
+        "channels:\n"
+        "  tester.angle: {column: angle, unit: rad}\n"
+        "  tester.torque: {column: 2, unit: N·m}\n"
+        f"zeros: {{tester.torque: {zero!r} N·m}}\n"
+        "set_points: {tester.load: 0 N}\n"
+        f"recordings:\n{recordings}\n",
+        encoding="utf-8",
+    )
+    called = call(
+        "import", mapping, "--runs", folder / "imported", "--station", folder / "station.yaml"
+    )
+    assert called.code == ExitCode.PASS, called.err
+    (imported,) = (folder / "imported").iterdir()
+    given, found = (slope_of(analysed(run)) for run in (no_load, imported))
+    assert found == pytest.approx(given, rel=1e-9)
+
+
+def slope_of(result):
+    return result["fits"][0]["curve"]["coefficients"]["c1"]["value"]
+
+
+def test_the_new_device_is_known_to_the_station(lab):
+    folder, _ = lab
+    called = call("plugins", NAMES["device"], "--station", folder / "station.yaml")
+    assert called.code == ExitCode.PASS
+    assert "simulated: no" in called.out or "simulated: false" in called.out
