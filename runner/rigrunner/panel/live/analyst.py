@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
@@ -27,6 +28,11 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 
+MOST_BYTES = 500_000_000
+"""Of recordings: more would be read again and again, and take much memory for a screen."""
+TOO_MUCH = "so much is recorded that it is analysed at the end alone"
+
+
 class _Analyst:
     """Keeps what does not change while a run goes on."""
 
@@ -37,6 +43,8 @@ class _Analyst:
     def answer(self, asked: Analyse) -> Analysed:
         """Return the result so far; what keeps it from being made stands in its problem."""
         began_s = time.monotonic()
+        if _bytes(asked.folder) > MOST_BYTES:
+            return Analysed(_problem(TOO_MUCH, began_s))
         try:
             registry, no_load = self._registry(asked.station), self._no_load(asked.no_load)
             result = result_so_far(asked.folder, registry, no_load, asked.recording, asked.watched)
@@ -62,6 +70,15 @@ class _Analyst:
         if path not in self._no_loads:
             self._no_loads = {path: read(path)}
         return self._no_loads[path]
+
+
+def _bytes(folder: Path) -> int:
+    """Return how much was recorded; what vanishes meanwhile does not count."""
+    sizes = 0
+    for each in folder.glob("*/*"):
+        with suppress(OSError):
+            sizes += each.stat().st_size
+    return sizes
 
 
 def _problem(text: str, began_s: float) -> LiveView:

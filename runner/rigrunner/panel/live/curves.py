@@ -96,10 +96,11 @@ class Curves:
         self._next_sample = curve.first_sample + len(torque)
         for swing in self._cutter.take(torque, _channel(curve, "angle")):
             self.frequency_hz = swing.frequency_hz
-            self._latest = self._swing_frame(curve.recording, swing)
+            since_s = (self._next_sample - swing.end_s * curve.rate_hz) / curve.rate_hz
+            self._latest = self._swing_frame(curve.recording, swing, curve.monotonic_s - since_s)
             self._swings.append(self._latest)
 
-    def _swing_frame(self, recording: str, swing: Swing) -> bytes:
+    def _swing_frame(self, recording: str, swing: Swing, ended_s: float) -> bytes:
         arrays: dict[str, Floats] = {"raw_nm": swing.raw_nm}
         if swing.angle_rad is not None:
             arrays["angle_rad"] = swing.angle_rad
@@ -110,6 +111,7 @@ class Curves:
             "recording": recording,
             "frequency_hz": swing.frequency_hz,
             "t_s": swing.end_s,
+            "monotonic_s": ended_s,
         }
         return frame(header, arrays)
 

@@ -1,0 +1,166 @@
+"""How soon the panel stops a rig and shows a sample, and what it keeps: see panel-measured.md.
+
+    python tests/benchmarks/panel.py stop [times] | frames | memory [hours]
+
+Not a test: it takes minutes, of real time. `stop` and `frames` serve a panel and run the shipped
+procedure on the simulated station in real time; `memory` feeds the server's part of a panel with
+as many blocks as so many hours make.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import tempfile
+import threading
+import time
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from helpers_panel import Screen, ready, served
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api.events import RunStarted, StepEnded, StepStarted
+from rigrunner.clock import SimulatedClock
+from rigrunner.panel.process.messages import Curve, Happened, Planned
+from rigrunner.panel.view.board import Board
+from rigrunner.panel.view.sections import JobView, PlanView, StepView
+from rigrunner.panel.view.story import Story
+
+LOADED = "starting_torque_1000n.yaml"
+
+
+def tell(text):
+    """Print a line at once."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def lab(folder):
+    """Make a lab folder with short set-ups and a no-load run."""
+    no_load = quick_procedure(folder, "no_load_inertia_sweep")
+    quick_procedure(folder, "starting_torque_1000n", ("cycles: 100}", "cycles: 5}"))
+    run(no_load, folder / "runs", station=station_file(folder), clock=SimulatedClock())
+    return folder
+
+
+def started(screen):
+    """Start the loaded run and answer its prompt."""
+    pair = ready(screen, LOADED)
+    inputs = {"specimen": "SN-1", "operator": "Ann"}
+    screen.post("run/start", 202, **pair, inputs=inputs)
+    screen.answer()
+
+
+def stop(times):
+    """Stop runs after a random time; print what each part took, in milliseconds."""
+    rows = []
+    with tempfile.TemporaryDirectory() as name, served(lab(Path(name)), Path(name) / "runs") as one:
+        screen = Screen(one, "client-bench-1")
+        for _ in range(times):
+            started(screen)
+            time.sleep(random.uniform(0.0, 8.0))  # noqa: S311  (no secret)
+            step = screen.state["log"][-1]["text"].split(":")[0].split(".")[-1]
+            asked = time.time()
+            screen.post("stop")
+            answered = time.time()
+            log = screen.phase("finished")["log"]
+            at = {
+                each["kind"]: datetime.fromisoformat(each["utc"]).timestamp() for each in log[::-1]
+            }
+            rows.append([1e3 * (each - asked) for each in (answered, at["abort"], at["made_safe"])])
+            tell(f"{step:10}" + "".join(f"{each:9.1f}" for each in rows[-1]))
+        screen.close()
+    columns = zip(*rows, strict=True)
+    for what, values in zip(("answered", "acted", "first drive safe"), columns, strict=True):
+        tell(f"{what:18} median {np.median(values):7.1f} ms, greatest {max(values):7.1f} ms")
+
+
+def seconds(utc):
+    """Return a time of day as seconds."""
+    return datetime.fromisoformat(utc).timestamp()
+
+
+def frames():
+    """Print the rate of swing frames, and how old their last sample is when they arrive."""
+    with tempfile.TemporaryDirectory() as name, served(lab(Path(name)), Path(name) / "runs") as one:
+        screen, seen = Screen(one, "client-bench-1"), {}
+        take = screen._take
+
+        def timed(message):
+            take(message)
+            if isinstance(message, bytes) and screen.frames[-1][0]["kind"] == "swing":
+                header, _ = screen.frames[-1]
+                now = time.monotonic()
+                seen.setdefault(header["recording"], []).append((now, now - header["monotonic_s"]))
+
+        screen._take = timed
+        started(screen)
+        screen.phase("finished")
+        screen.close()
+    for recording, found in seen.items():
+        arrived, ages = np.array(found).T
+        rate = (len(arrived) - 1) / np.ptp(arrived)
+        tell(f"{recording:10} {rate:5.1f} swings/s shown; age at arrival median"
+              f" {1e3 * np.median(ages):6.1f} ms, greatest {1e3 * ages.max():6.1f} ms")  # fmt: skip
+
+
+class _NoLinks:
+    def picture(self, path):
+        return path
+
+    def of_run(self, _run):
+        return ()
+
+
+def memory(hours):
+    """Feed a story with blocks of 0.1 s at 10 kHz, three channels; print the memory as it goes."""
+    steps = tuple(
+        StepView(index=i, path=f"main[{i}]", phase="main", action="record", text="", point=str(i),
+                 estimated_s=60.0, frequency_hz=20.0)
+        for i in range(60 * hours)
+    )  # fmt: skip
+    board = Board()
+    job = JobView(kind="run", procedure="p", station="s")
+    story = Story(board, job, _NoLinks())
+    story.take(Planned(PlanView(estimated_s=3600.0 * hours, steps=steps), "", ""))
+    known = {"monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
+    start = RunStarted(seq=0, run_id="R", steps=len(steps), estimated_s=3600.0 * hours, **known)
+    story.take(Happened(start))
+    phase = 2 * np.pi * 20.0 * np.arange(1000) / 1e4
+    channels = {
+        f"t.{name}": np.sin(phase).astype(np.float32) for name in ("torque", "angle", "load")
+    }
+    began_s = time.monotonic()
+    for i in range(len(steps)):
+        step = {"step": f"main[{i}]", "index": i, "action": "record", "recording": f"{i:03d}"}
+        story.take(Happened(StepStarted(seq=2 * i + 1, text="record", **step, **known)))
+        for block in range(600):
+            end_s = 60.0 * i + 0.1 * (block + 1)
+            story.take(Curve(f"{i:03d}", 1e4, 1000 * block, end_s, channels))
+            while story.curves.next_swing() is not None:
+                pass
+            story.curves.next_trend()
+            board.delta()
+        story.take(Happened(StepEnded(seq=2 * i + 2, ok=True, **step, **known)))
+        if (i + 1) % 60 == 0:
+            passed = time.monotonic() - began_s
+            size = len(board.state("x"))
+            tell(f"{(i + 1) // 60} h: {resident_mb():6.1f} MB, state {size} bytes, {passed:.0f} s")
+
+
+def resident_mb():
+    """Return the memory of this process."""
+    text = Path("/proc/self/status").read_text(encoding="utf-8")
+    line = next(each for each in text.splitlines() if each.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024
+
+
+if __name__ == "__main__":
+    what, *numbers = sys.argv[1:] or ["stop"]
+    threading.excepthook = lambda _: None
+    {"stop": lambda: stop(int((numbers or ["10"])[0])), "frames": frames,
+     "memory": lambda: memory(int((numbers or ["8"])[0]))}[what]()  # fmt: skip
