@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import pytest
 from matplotlib import font_manager
 
+from helpers_workflow import station_file
 from rigrunner.api.hooks import FitRecord
 from rigrunner.registry import DisabledPlugin, Plugin, Provider, Registry, load_registry
 from rigrunner.workflow import doctor
@@ -309,3 +310,19 @@ def test_serial_ports_that_may_not_be_opened_say_in_which_group_to_be(tmp_path, 
     assert barred.mend == "sudo usermod -aG dialout jones, then log in anew"
     ports.clear()
     assert only("serial ports", tmp_path).found == "none is seen"
+
+
+def station_finding(path, tmp_path):
+    findings = examine(Surroundings(tmp_path, load_registry(), NOW, path))
+    return [finding for finding in findings if finding.name == "station"]
+
+
+def test_the_devices_of_a_station_can_be_made_here_or_it_says_why_not(tmp_path):
+    (fine,) = station_finding(station_file(tmp_path), tmp_path)
+    assert fine.state == "ok"
+    assert "its plugins take the settings of tester" in fine.found
+    broken = station_file(tmp_path, ("swing_tester_sim", "swing_tester_smi"))
+    (wrong,) = station_finding(broken, tmp_path)
+    assert wrong.state == "fail"
+    assert "there is no device 'swing_tester_smi'" in wrong.found
+    assert "did you mean 'swing_tester_sim'?" in wrong.mend

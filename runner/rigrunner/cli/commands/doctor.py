@@ -13,6 +13,7 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.table import pairs
+from rigrunner.workflow.locate import find_station
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +34,9 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
     from rigrunner.workflow.doctor import Surroundings, examine
     from rigrunner.workflow.planning import lab_registry
 
-    findings = examine(Surroundings(runs, lab_registry(station), datetime.now(UTC)))
+    named = find_station(station) if station is not None else None
+    surroundings = Surroundings(runs, lab_registry(station), datetime.now(UTC), named)
+    findings = examine(surroundings)
     if as_json:
         result_json([asdict(finding) for finding in findings])
     else:

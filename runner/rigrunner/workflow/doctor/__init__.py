@@ -8,6 +8,7 @@ from rigrunner.workflow.doctor.drivers import daqmx, serial_ports, visa
 from rigrunner.workflow.doctor.extras import each_extra
 from rigrunner.workflow.doctor.finding import Finding, Surroundings
 from rigrunner.workflow.doctor.installation import packages, plugins, python
+from rigrunner.workflow.doctor.lab import station
 from rigrunner.workflow.doctor.machine import (
     browser,
     clock,
@@ -38,6 +39,7 @@ CHECKS = (
     visa,
     daqmx,
     serial_ports,
+    station,
     browser,
     editor,
 )

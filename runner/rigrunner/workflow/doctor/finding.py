@@ -31,3 +31,5 @@ class Surroundings:
     runs: Path
     registry: Registry
     now: datetime
+    station: Path | None = None
+    """Which is looked at too."""
