@@ -204,13 +204,13 @@ def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
     assert recording.units["tester.angle_alignment_u"] == "s"
     assert recording.conditions["tester.angle_clock_rate"] == pytest.approx(0.0, abs=1e-6)
     found = done.result.compensations["template_inverse"]
-    assert "clocks are aligned to 4.1 ms" in found.not_applicable
+    assert "two clocks, aligned to 4.1 ms" in found.not_applicable
     assert done.result.headline is None
     assert done.result.compensations["paper_peak"].points  # it needs no angle
     assert done.exit_code == ExitCode.UNDECIDED
     page = (done.folder / "report.html").read_text(encoding="utf-8")
     assert "clock alignment" in page
-    assert "clocks are aligned to 4.1 ms" in page
+    assert "two clocks, aligned to 4.1 ms" in page
 
 
 def test_clocks_that_are_well_known_give_the_result_of_one(tmp_path):

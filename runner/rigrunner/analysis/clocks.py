@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import hypot, pi
+from dataclasses import dataclass
+from math import hypot, inf, pi
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import SwingPoint
@@ -23,6 +24,7 @@ SHARE = 0.05
 effect grows with the misalignment; beyond, the maximum is looked for at the wrong place, and no
 uncertainty that is found by a small shift stands for it (docs/explanation/clocks.md)."""
 
+_NOTHING_NM = 1e-12
 CLOCKS = Limit(
     name="clock alignment",
     good="what may be wrong between the clocks of torque and angle moves the torque by at most 5 %",
@@ -48,25 +50,62 @@ def shift_rad(point: PeakPoint) -> float:
     return 2 * pi * point.frequency_hz.value * point.alignment_u_s
 
 
-def alignment_check(
+@dataclass(frozen=True)
+class Alignment:
+    """Of one set-point: the standard uncertainty of the alignment, and what the method bears."""
+
+    frequency_hz: float
+    u_s: float
+    effect: float
+    """What that uncertainty moves the torque by, over what it may."""
+
+    @property
+    def allowed_s(self) -> float:
+        """The greatest standard uncertainty that the method bears."""
+        return self.u_s / self.effect if self.effect else inf
+
+
+def alignments(
     points: Sequence[CompensatedPoint], sources: Iterable[PeakPoint], effects_nm: Array
-) -> Check:
-    """Check what a standard uncertainty of the alignment moves each torque by, shape (points,)."""
+) -> tuple[Alignment, ...]:
+    """Return each point's alignment, of the worse of its two recordings.
+
+    `effects_nm` is what a standard uncertainty moves each torque by, shape (points,).
+    """
     worst_s = {
         source.set_frequency_hz: source.alignment_u_s
         for source in sorted(sources, key=shift_rad)
         if isinstance(source, SwingPoint)
     }
-    found = []
-    for point, effect in zip(points, effects_nm, strict=True):
-        ratio = float(effect) / max(SHARE * abs(point.torque.value), 1e-12)
-        u_s = worst_s.get(point.set_frequency_hz, 0.0)
-        words = (
-            f"at {point.frequency_hz:.4g} Hz the clocks are aligned to {_ms(u_s)} (standard"
-            f" uncertainty), allowed are {_ms(u_s / ratio if ratio else 0.0)}"
+    return tuple(
+        Alignment(
+            point.frequency_hz,
+            worst_s.get(point.set_frequency_hz, 0.0),
+            float(effect) / max(SHARE * abs(point.torque.value), _NOTHING_NM),
         )
-        found.append((ratio, words))
-    return CLOCKS.check(found)
+        for point, effect in zip(points, effects_nm, strict=True)
+    )
+
+
+def alignment_check(found: Iterable[Alignment]) -> Check:
+    """Check that the method bears the alignment at every set-point."""
+    return CLOCKS.check(
+        (
+            each.effect,
+            f"{each.frequency_hz:.4g} Hz: {_ms(each.u_s)}, allowed {_ms(each.allowed_s)}",
+        )
+        for each in found
+    )
+
+
+def refusal(found: Iterable[Alignment]) -> str:
+    """Return why there is no result, by the set-point where the alignment is worst."""
+    worst = max(found, key=lambda each: each.effect)
+    return (
+        f"torque and angle were sampled by two clocks, aligned to {_ms(worst.u_s)} (standard"
+        f" uncertainty); at {worst.frequency_hz:.4g} Hz {_ms(worst.allowed_s)} is allowed, for more"
+        f" moves the torque by over {SHARE:.0%} ({CLOCKS.advice})"
+    )
 
 
 def with_clocks(error: DataError, points: Iterable[PeakPoint]) -> DataError:

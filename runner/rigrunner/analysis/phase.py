@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.clocks import SHARE, alignment_check, shift_rad, with_clocks
+from rigrunner.analysis.clocks import alignment_check, alignments, refusal, shift_rad, with_clocks
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.api.uncertainty import Effect
@@ -73,10 +73,11 @@ def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
         return found
     if np.any(effects[ALIGNMENT]):
         sources = (*sweep.loaded, *sweep.no_load)
-        check = alignment_check(found.points, sources, effects[ALIGNMENT])
-        found = replace(found, checks=(*found.checks, check))
+        aligned = alignments(found.points, sources, effects[ALIGNMENT])
+        check = alignment_check(aligned)
         if not check.ok:
-            return _refused(found, check)
+            return _refused(found, check, refusal(aligned))
+        found = replace(found, checks=(*found.checks, check))
     points = tuple(
         _with(point, {name: float(effect[i]) for name, effect in effects.items()})
         for i, point in enumerate(found.points)
@@ -91,17 +92,9 @@ def _notes(effects: Mapping[str, Array]) -> Iterator[str]:
         yield CLOCK_NOTE
 
 
-def _refused(found: Compensation, check: Check) -> Compensation:
-    """Return the compensation without a result, and why; what was learned of the rig is no use."""
-    why = f"{check.text}: beyond it the misalignment moves the torque by more than {SHARE:.0%}"
-    return replace(
-        found,
-        points=(),
-        curve=None,
-        parameters={},
-        not_applicable=f"{why} ({check.advice})",
-        checks=(check,),
-    )
+def _refused(found: Compensation, check: Check, why: str) -> Compensation:
+    """Return the compensation without a result; what was learned of the rig is of no use."""
+    return replace(found, points=(), curve=None, parameters={}, not_applicable=why, checks=(check,))
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,10 +76,11 @@ def test_beyond_it_is_refused_with_what_is_and_what_may_be():
     found = compensated(difference, sweep(u_s))
     assert found.points == ()
     assert f"aligned to {1e3 * u_s:.2g} ms" in found.not_applicable
-    assert f"allowed are {1e3 * TOLERATED_S:.2g} ms" in found.not_applicable
+    assert f"at 10 Hz {1e3 * TOLERATED_S:.2g} ms is allowed" in found.not_applicable
     assert "record torque and angle with one instrument" in found.not_applicable
     (check,) = found.checks
     assert (check.name, check.ok, check.decisive) == (CLOCKS.name, False, True)
+    assert check.text == f"10 Hz: {1e3 * u_s:.2g} ms, allowed {1e3 * TOLERATED_S:.2g} ms"
     assert check.value == pytest.approx(2.0, rel=1e-2)
 
 
