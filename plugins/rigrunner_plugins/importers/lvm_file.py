@@ -150,6 +150,7 @@ def _column(
         interval_s=interval_s,
         interval_within_s=within_s,
         started=segment.started(index),
+        offset_s=number(segment.of("X0", index), header.decimal) or 0.0,
     )
 
 

@@ -19,7 +19,7 @@ from rigrunner_plugins.importers.finding import near, numbers
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
-    from typing import BinaryIO
+    from typing import BinaryIO, TypeGuard
 
 _BEGINS = b"TDSm"
 _INDEX_BEGINS = b"TDSh"
@@ -141,11 +141,13 @@ def _column(
             hint="was the program that wrote it broken off, or the copy?",
         )
     interval_s = channel.properties.get("wf_increment")
+    offset_s = channel.properties.get("wf_start_offset")
     return Column(
         numbers(np.asarray(channel[:]), what, path),
         unit=str(channel.properties.get("unit_string", "")),
-        interval_s=float(interval_s) if _is_positive(interval_s) else None,
+        interval_s=float(interval_s) if _is_number(interval_s) and interval_s > 0 else None,
         started=_started(channel.properties.get("wf_start_time")),
+        offset_s=float(offset_s) if _is_number(offset_s) else 0.0,
     )
 
 
@@ -158,8 +160,8 @@ def _is_cut(file: nptdms.TdmsFile, channel: str) -> bool:
     return lengths is None or channel in lengths
 
 
-def _is_positive(interval_s: object) -> bool:
-    return isinstance(interval_s, (int, float, np.number)) and bool(interval_s > 0)
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
 
 
 def _started(time: object) -> datetime | None:

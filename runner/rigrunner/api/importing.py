@@ -29,7 +29,9 @@ class Column:
     interval_within_s: float = 0.0
     """How far the stated interval may be from the true one, because of the digits written."""
     started: datetime | None = None
-    """When the first sample was taken: with its zone, or in the local time of the rig without."""
+    """When the column's time begins: with its zone, or in the local time of the rig without."""
+    offset_s: float = 0.0
+    """When the first sample was taken, counted from there."""
 
 
 class Importer(Protocol):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import DataError, InvalidFileError, Location, Problem
 from rigrunner.api.importing import NotInFileError
 from rigrunner.api.quantity import QuantityError, unit
-from rigrunner.workflow.importing.sampling import rate_of
+from rigrunner.workflow.importing.sampling import rate_of, start_of
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def read_part(
     sampled = {name: found[name] for name in wanted}
     rate_hz = rate_of(sampled, times_s, sampling.rate, file)
     first, last = _window(mapping, part, at, rate_hz, len(next(iter(in_si.values()))))
-    started = next((each.started for each in sampled.values() if each.started is not None), None)
+    started = start_of(sampled, rate_hz, file)
     return Read(rate_hz, {name: values[first:last] for name, values in in_si.items()}, started)
 
 

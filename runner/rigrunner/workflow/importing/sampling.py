@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from rigrunner.api.errors import DataError, Location
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from datetime import datetime
 
     from rigrunner.api.data import Array
     from rigrunner.api.importing import Column
@@ -20,6 +22,10 @@ _SAME = 1e-6
 _OFF = 0.25
 """How far, in intervals, a time may be from its place in an even series: digits are rounded."""
 _GAP = 0.5
+_AT_ONCE = 0.01
+"""How far, in intervals, two channels may begin from each other."""
+_RESOLUTION_S = 2e-6
+"""Of the times in files: Python's own is a microsecond."""
 
 
 def rate_of(
@@ -39,6 +45,27 @@ def rate_of(
     for name, column in columns.items():
         _check_interval(name, column, rate_hz, place)
     return rate_hz
+
+
+def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datetime | None:
+    """Return when the first samples were taken, as the file `where` says; None if it does not.
+
+    Raises DataError where some columns begin at other times than others: a torque that is late
+    against its angle gives another result, and nobody would see why.
+    """
+    timed = {name: each for name, each in columns.items() if each.started} or dict(columns)
+    (first, origin), *others = timed.items()
+    for name, column in others:
+        late_s = column.offset_s - origin.offset_s
+        if column.started and origin.started:
+            late_s += (column.started - origin.started).total_seconds()
+        if abs(late_s) > max(_AT_ONCE / rate_hz, _RESOLUTION_S):
+            raise DataError(
+                f"'{name}' begins {late_s:.6g} s after '{first}'",
+                location=Location(where),
+                hint="the channels of a recording are sampled at the same times",
+            )
+    return origin.started and origin.started + timedelta(seconds=origin.offset_s)
 
 
 def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> float:

@@ -38,6 +38,13 @@ def test_numbers_are_read_in_every_form(tmp_path, x, sep, mark, end):
     assert found["torque"].started == datetime(2026, 3, 2, 10, 15, 1, 250_000)  # noqa: DTZ001  (local time)
 
 
+def test_channels_may_begin_at_other_times(tmp_path):
+    zero = "0.0000000000000000E+0"
+    text = lvm_text([NUMBERS]).replace(f"X0\t{zero}\t{zero}", f"X0\t{zero}\t2.5E-4")
+    found = read(tmp_path, text)
+    assert (found["angle"].offset_s, found["torque"].offset_s) == (0.0, 2.5e-4)
+
+
 def test_x_values_are_a_column_too(tmp_path):
     found = read(tmp_path, lvm_text([NUMBERS]), {"time": "X_Value"})
     assert found["time"].values.tolist() == [0.0, 0.001, 0.002]

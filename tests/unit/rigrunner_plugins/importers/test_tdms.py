@@ -15,7 +15,7 @@ from rigrunner.registry import load_registry
 from rigrunner_plugins.importers.tdms_file import TdmsImporter
 
 START = np.datetime64("2026-03-02T09:15:00.25", "us")
-WAVE = {"wf_increment": 1e-4, "wf_start_time": START, "unit_string": "Nm"}
+WAVE = {"wf_increment": 1e-4, "wf_start_offset": 0.5, "wf_start_time": START, "unit_string": "Nm"}
 TORQUE = np.array([1.0, -2.5, 1e-9])
 
 
@@ -39,6 +39,7 @@ def test_samples_come_with_unit_interval_and_start(tmp_path):
     found = read(write(tmp_path / "a.tdms", torque()))
     assert found.values.tolist() == TORQUE.tolist()
     assert (found.unit, found.interval_s, found.interval_within_s) == ("Nm", 1e-4, 0.0)
+    assert found.offset_s == 0.5
     assert found.started == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime, timedelta
+
 import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.importing import Column
-from rigrunner.workflow.importing.sampling import rate_of
+from rigrunner.workflow.importing.sampling import rate_of, start_of
 
 VALUES = np.zeros(1001)
 
@@ -62,3 +64,29 @@ def test_what_does_not_agree_is_refused(columns, times_s, stated_hz, told):
         rate_of(columns, times_s, stated_hz, "run.csv")
     assert told in str(caught.value)
     assert str(caught.value).startswith("run.csv: ")
+
+
+NOON = datetime(2026, 3, 2, 12, tzinfo=UTC)
+
+
+def started(*offsets_s):
+    at = [None if each is None else NOON + timedelta(seconds=each) for each in offsets_s]
+    return {f"c{i}": Column(VALUES, started=each) for i, each in enumerate(at)}
+
+
+def test_the_first_sample_is_at_the_start_and_the_offset():
+    column = Column(VALUES, started=NOON, offset_s=0.25)
+    assert start_of({"x": column, "y": column}, 1e4, "f") == NOON + timedelta(seconds=0.25)
+    assert start_of(started(None, None), 1e4, "f") is None
+    assert start_of(started(None, 1.0), 1e4, "f") == NOON + timedelta(seconds=1)
+    assert start_of(started(0.0, 1e-6), 1e4, "f") == NOON
+
+
+def test_channels_that_do_not_begin_at_once_are_refused():
+    with pytest.raises(DataError, match="f: 'c1' begins 5e-05 s after 'c0'"):
+        start_of(started(0.0, 5e-5), 1e4, "f")
+    late = {"x": Column(VALUES), "y": Column(VALUES, offset_s=5e-5)}
+    with pytest.raises(DataError, match="f: 'y' begins 5e-05 s after 'x'"):
+        start_of(late, 1e4, "f")
+    same = {"x": Column(VALUES, started=NOON, offset_s=0.5), **started(0.5)}
+    assert start_of(same, 1e4, "f") == NOON + timedelta(seconds=0.5)
