@@ -201,8 +201,8 @@ class ImporterRecord(PluginRecord):
 class EventSinkRecord(PluginRecord):
     """A guarded listener to the events of a run: `factory(settings)`.
 
-    A station names it under `listeners`. It is called in the run's own time and returns at once;
-    one that raises is dropped, with an alarm.
+    A station names it under `listeners`. It has a thread of its own; one that raises, or does not
+    keep up with the run, is dropped with an alarm.
     """
 
     factory: Callable[[Any], EventSink]

@@ -16,6 +16,7 @@ from rigrunner.rig import Rig
 from rigrunner.runfile import RunHeader, RunWriter, create_run_folder, run_lock
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.workflow.finish import finish, kept, stoppable
+from rigrunner.workflow.listening import listeners_of
 from rigrunner.workflow.log import RunLog
 from rigrunner.workflow.overrides import require_overridden
 from rigrunner.workflow.prepare import patience_of
@@ -133,8 +134,8 @@ def into_folder(
     `work` is given the rig, the bus and the run's id. Raises as `execute`.
     """
     errors: list[BaseException] = []
-    told = [*_listeners(planned), *listeners]
     with ExitStack() as held:
+        told = [*held.enter_context(listeners_of(planned)), *listeners]
         with rig_lock(planned):
             rig = rig_of(planned)
             identified = rig.connect()
@@ -151,12 +152,6 @@ def into_folder(
             errors.insert(0, summary.error)
         end = (summary.outcome, summary.reason, summary.passed_over)
         return finish(planned, writer, end, no_load, errors, progress=progress)
-
-
-def _listeners(planned: Planned) -> list[EventSink]:
-    """Return the listeners that the station names; raise PluginError for one that refuses."""
-    named = planned.station.model.listeners
-    return [planned.registry.make("event_sink", each.plugin, each.settings) for each in named]
 
 
 @contextmanager

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+import time
+
 import pytest
 
 from helpers_workflow import quick_procedure, run, station_file
@@ -9,6 +12,7 @@ from rigrunner.api.errors import InvalidFileError
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
+from rigrunner.workflow.listening import Detached
 from rigrunner.workflow.prepare import plan_run
 
 PLUGIN = '''
@@ -85,8 +89,12 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
     )
     assert finished.error is None
     assert file.read_text().split() == ["RunStarted"]
+    assert no_listener_is_left()
     alarms = [each.text for each in read(finished.folder).events if hasattr(each, "source")]
-    assert any("failed and was dropped: OSError: the network is gone" in text for text in alarms)
+    assert any(
+        "lab_messages failed and was dropped: OSError: the network is gone" in text
+        for text in alarms
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,3 +111,53 @@ def test_one_that_cannot_be_is_refused_where_it_is_named(lab, named, message):
     procedure = quick_procedure(folder, "no_load_inertia_sweep")
     with pytest.raises(InvalidFileError, match=message):
         plan_run(procedure, station(named), load_registry(), SimulatedClock())
+
+
+def no_listener_is_left():
+    return not [each for each in threading.enumerate() if each.name.startswith("listener ")]
+
+
+def wait_until(holds, longest_s=5.0):
+    until = time.monotonic() + longest_s
+    while not holds():
+        assert time.monotonic() < until
+        time.sleep(0.001)
+
+
+def test_one_that_hangs_holds_up_nothing():
+    """Two events wait, one is with the listener; the run waits half a second for room, once."""
+    hang, taken = threading.Event(), []
+
+    def sink(event):
+        taken.append(event)
+        hang.wait(10)
+
+    detached = Detached("slow", sink, most_waiting=2)
+    began = time.monotonic()
+    detached("one")
+    wait_until(lambda: taken)
+    detached("two")
+    detached("three")
+    assert time.monotonic() - began < 0.3
+    with pytest.raises(TimeoutError, match="it does not keep up"):
+        detached("four")
+    detached.close()
+    assert time.monotonic() - began < 2.0
+    hang.set()
+    wait_until(no_listener_is_left)
+    assert taken == ["one"]
+
+
+def test_what_waits_at_the_end_is_still_handed_over():
+    taken = []
+
+    def sink(event):
+        time.sleep(0.01)
+        taken.append(event)
+
+    detached = Detached("late", sink)
+    for number in range(20):
+        detached(number)
+    detached.close()
+    assert taken == list(range(20))
+    assert no_listener_is_left()

@@ -1,0 +1,78 @@
+"""Lets a station's listeners have the events of a run without holding it up."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import ExitStack, contextmanager
+from queue import Full, Queue
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.events import Event, EventSink
+    from rigrunner.workflow.prepare import Planned
+
+MOST_WAITING = 1000
+"""Events; of samples these are a tenth of a second each."""
+PATIENCE_S = 0.5
+"""How long the run waits, once, for a listener that does not keep up; then that one is dropped."""
+LAST_WORDS_S = 5.0
+"""How long a listener may take for what is left when the run is over."""
+
+
+class Detached:
+    """Hands events to a listener in a thread of its own: one that hangs stops nothing else.
+
+    What it raises, the next call raises; so does one for which too many events wait.
+    """
+
+    def __init__(self, name: str, sink: EventSink, most_waiting: int = MOST_WAITING) -> None:
+        self.__name__ = name
+        self._sink = sink
+        self._waiting: Queue[Event | None] = Queue(most_waiting)
+        self._failure: Exception | None = None
+        self._given_up = False
+        self._thread = threading.Thread(target=self._work, name=f"listener {name}", daemon=True)
+        self._thread.start()
+
+    def __call__(self, event: Event) -> None:
+        """Take one event and return, at the latest after PATIENCE_S."""
+        if self._failure is not None:
+            raise self._failure
+        try:
+            self._waiting.put(event, timeout=PATIENCE_S)
+        except Full:
+            self._given_up = True
+            raise TimeoutError("it does not keep up with the run") from None
+
+    def close(self) -> None:
+        """Let it have what is waiting, and let go of it."""
+        try:
+            self._waiting.put_nowait(None)
+        except Full:  # it hangs, or has failed
+            self._given_up = True
+            return
+        self._thread.join(LAST_WORDS_S)
+
+    def _work(self) -> None:
+        while not self._given_up and (event := self._waiting.get()) is not None:
+            try:
+                self._sink(event)
+            except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+                self._failure = error
+                return
+
+
+@contextmanager
+def listeners_of(planned: Planned) -> Iterator[list[EventSink]]:
+    """Give the listeners that the station names; raise PluginError for one that refuses."""
+    registry, named = planned.registry, planned.station.model.listeners
+    sinks = [
+        (each.plugin, registry.make("event_sink", each.plugin, each.settings)) for each in named
+    ]
+    with ExitStack() as held:
+        detached = [Detached(name, sink) for name, sink in sinks]
+        for each in detached:
+            held.callback(each.close)
+        yield list(detached)
