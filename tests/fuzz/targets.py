@@ -6,7 +6,9 @@ A target takes a file that may hold anything; it may read it or raise a Rigrunne
 from __future__ import annotations
 
 import shutil
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +24,7 @@ from helpers_importing import lvm_text, write_matlab_73
 from helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
 from helpers_workflow import run
 from rigrunner.api.data import Block
+from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import read_order
@@ -35,6 +38,10 @@ from rigrunner.runfile.codec import block_bytes, header_bytes
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records
 from rigrunner.station import load_station
+from rigrunner.tape import TapedFile, TapedPlugin, TapeManifest
+from rigrunner.tape.file import TapeFile
+from rigrunner.tape.manifest import read_manifest
+from rigrunner.tape.recording import RecordingWire, Trouble
 from rigrunner.workflow.approval import ApprovalFile
 from rigrunner.workflow.importing.mapping import load_mapping
 from rigrunner.workflow.inputs import read_answers
@@ -185,6 +192,54 @@ def _good_block() -> tuple[bytes | memoryview, ...]:
 
 def _block_seeds(_: Path) -> list[bytes]:
     return [b"".join(_good_block())]
+
+
+def _tape(path: Path) -> object:
+    """Read every exchange of a tape; of a failure that is on it nothing but that is wanted."""
+    tape = TapeFile(path)
+    try:
+        return [tape.entry(seq) for seq in range(len(tape))]
+    finally:
+        tape.close()
+
+
+def _tape_seeds(folder: Path) -> list[bytes]:
+    trouble = Trouble()
+    wire = RecordingWire(folder / "tape", trouble)
+    blocks = [
+        {"torque": np.arange(9.0), "at": [0.25, float("nan")]},
+        b"#15\x00\x01",
+        "Zoë",
+        None,
+        7,
+    ]
+    for answer in blocks:
+        wire.exchange("fetch TRAC:DATA? 9", lambda answer=answer: answer)
+    with suppress(DeviceTimeoutError):
+        wire.exchange("query *IDN?", _times_out)
+    wire.close()
+    return [(folder / "tape").read_bytes()]
+
+
+def _tape_manifest(path: Path) -> object:
+    folder = _empty(path.parent / "tape")
+    shutil.copy(path, folder / "tape.json")
+    return read_manifest(folder)
+
+
+def _tape_manifest_seeds(_: Path) -> list[bytes]:
+    manifest = TapeManifest(
+        program="0.1.0",
+        began_utc=datetime(2026, 3, 1, 12, tzinfo=UTC),
+        station=TapedFile(id="bench", sha256="0" * 64),
+        devices={"tester": TapedPlugin(plugin="visa", provider="lab 1", settings_sha256="1" * 64)},
+        inputs={"specimen": "SN-0042"},
+    )
+    return [manifest.model_dump_json(indent=2).encode()]
+
+
+def _times_out() -> None:
+    raise DeviceTimeoutError("no answer in 2 s", hint="is it on?")
 
 
 def _approval(path: Path) -> object:
@@ -356,6 +411,8 @@ TARGETS = (
     Target("journal", ".journal", _journal_seeds, _journal),
     Target("journal record", ".record", _record_seeds, _record),
     Target("journal block", ".block", _block_seeds, _block),
+    Target("tape", ".jsonl", _tape_seeds, _tape),
+    Target("tape manifest", ".json", _tape_manifest_seeds, _tape_manifest),
     Target("approval", ".json", lambda _: [APPROVAL.encode()], _approval),
     Target("order", ".yaml", lambda _: [ORDER_FILE.encode()], read_order),
     Target("letterhead", ".yaml", _letterhead_seeds, _letterhead),

@@ -16,6 +16,8 @@ from rigrunner.api.errors import DataError, RigrunnerError
 
 _NUMBERS = "biuf"
 """The kinds of arrays that are kept: booleans, integers and real numbers."""
+_LARGEST = 2**32
+"""Bytes of one array."""
 
 
 def encode(answer: object) -> Any:
@@ -45,13 +47,17 @@ def decode(stored: Any) -> Any:
         return stored
     try:
         return _decode_tagged(stored)
-    except (ValueError, TypeError, KeyError, AttributeError, zlib.error) as error:
+    except (
+        ValueError, TypeError, KeyError, AttributeError, OverflowError, MemoryError, zlib.error,
+    ) as error:  # fmt: skip
         raise DataError(f"an answer cannot be read: {error}") from error
 
 
 def encode_error(error: BaseException) -> dict[str, Any]:
     """Return a failure as JSON can hold it: the nearest class that a replay knows, its words."""
-    known = next(kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind)
+    known = next(
+        (kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind), RuntimeError
+    )
     if isinstance(error, RigrunnerError):
         told = {"message": error.message, "hint": error.hint}
     else:
@@ -110,12 +116,19 @@ def _encode_array(array: np.ndarray[Any, Any]) -> dict[str, Any]:
 
 
 def _decode_array(stored: Mapping[str, Any]) -> np.ndarray[Any, Any]:
-    dtype = np.dtype(str(stored["array"]))
+    dtype, shape = np.dtype(str(stored["array"])), [int(each) for each in stored["shape"]]
     if dtype.kind not in _NUMBERS:
         raise ValueError(f"{dtype} is no kind of number")
-    columns = np.frombuffer(zlib.decompress(base64.b64decode(stored["data"])), np.uint8)
+    size = dtype.itemsize * math.prod(shape)
+    if not 0 <= size <= _LARGEST:
+        raise ValueError(f"an array of the shape {shape} is too large")
+    packed = base64.b64decode(stored["data"], validate=True)
+    unpacked = zlib.decompressobj().decompress(
+        packed, size + 1
+    )  # no more than it says, from anyone
+    columns = np.frombuffer(unpacked, np.uint8)
     whole = columns.reshape(dtype.itemsize, -1).T.tobytes()
-    array = np.frombuffer(whole, dtype).reshape(stored["shape"])
+    array = np.frombuffer(whole, dtype).reshape(shape)
     return array.astype(dtype.newbyteorder("="))  # a copy, which may be written to
 
 
@@ -143,6 +156,6 @@ def _error_class(name: str) -> type[BaseException] | None:
     """Return one of our errors, or one of Python's, by name."""
     for module in (errors, builtins):
         kind = getattr(module, name, None)
-        if isinstance(kind, type) and issubclass(kind, BaseException):
+        if isinstance(kind, type) and issubclass(kind, (Exception, KeyboardInterrupt)):
             return kind
     return None

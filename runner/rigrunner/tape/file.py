@@ -99,7 +99,9 @@ class TapeFile:
         self._file.seek(offset)
         try:
             return _entry(number, json.loads(self._file.readline()))
-        except (ValueError, TypeError, KeyError, AttributeError, DataError) as error:
+        except (
+            ValueError, TypeError, KeyError, AttributeError, RecursionError, DataError,
+        ) as error:  # fmt: skip
             raise DataError(f"not an exchange: {error}", location=self.place(number)) from error
 
     def place(self, line: int) -> Location:

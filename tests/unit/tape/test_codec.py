@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import builtins
+import contextlib
 import json
 import math
+import zlib
 
 import numpy as np
 import pytest
@@ -80,7 +83,8 @@ def test_what_cannot_be_kept_is_refused_not_changed(answer):
     "stored",
     [{}, {"flaot": "nan"}, {"bytes": "$"}, {"float": "much"}, {"map": [1]},
      {"array": "|O", "shape": [1], "data": "eJwDAAAAAAE="}, {"array": "<f8", "shape": [1]},
-     {"array": "<f8", "shape": [3], "data": "eJwDAAAAAAE="}],
+     {"array": "<f8", "shape": [3], "data": "eJwDAAAAAAE="}, {"array": "<f8", "shape": [10**12],
+     "data": ""}, {"array": "<f8", "shape": [-1], "data": ""}, {"array": 1, "shape": 1, "data": 1}],
 )  # fmt: skip
 def test_what_stands_for_no_answer_is_a_data_error(stored):
     with pytest.raises(DataError):
@@ -117,6 +121,37 @@ def test_a_failure_of_a_class_of_its_own_comes_back_as_the_nearest_that_is_known
     assert type(decode_error(encode_error(BridgeError("no")))) is DeviceRejectedError
     assert type(decode_error(encode_error(PollError("no")))) is ValueError
     assert decode_error(encode_error(AbortedError("x", by="me"))).exit_code == 20
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["array", "shape", "data", "float", "bytes", "map", "x"]), inner
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@given(JSON)
+def test_whatever_stands_in_a_line_is_an_answer_or_a_data_error(stored):
+    with contextlib.suppress(DataError):
+        decode(stored)
+
+
+def test_an_array_that_unpacks_to_more_than_it_says_is_refused():
+    bomb = base64.b64encode(zlib.compress(bytes(10**7))).decode()
+    with pytest.raises(DataError):
+        decode({"array": "<f8", "shape": [1], "data": bomb})
+
+
+@pytest.mark.parametrize("name", ["SystemExit", "GeneratorExit", "BaseException"])
+def test_no_tape_ends_the_program(name):
+    with pytest.raises(DataError, match="no error of the class"):
+        decode_error({"class": name})
+    assert encode_error(getattr(builtins, name)("x"))["class"] == "RuntimeError"
 
 
 @pytest.mark.parametrize("stored", [{}, {"class": "print"}, {"class": "os"}, {"class": "ExitCode"}])

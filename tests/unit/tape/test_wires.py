@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import threading
@@ -9,6 +10,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rigrunner.api.errors import (
     DataError,
@@ -23,6 +26,11 @@ from rigrunner.tape.file import TapeFile
 from rigrunner.tape.recording import RecordingWire, Trouble
 from rigrunner.tape.replaying import Replay, ReplayWire
 
+LINES = [
+    b'{"seq":0,"ask":"x","answer":1,"took_s":0}', b'{"seq":1,"ask":"x","error":{},"took_s":0}',
+    b'{"seq":2,"ask":[],"answer":{"array":1},"took_s":"x"}', b'{"seq":3,', b"[" * 100_000,
+    b'{"seq":4,"ask":"x","answer":' + b"[" * 100_000,
+]  # fmt: skip
 START = datetime(2026, 3, 1, 12, tzinfo=UTC)
 
 
@@ -135,6 +143,18 @@ def test_a_line_that_is_no_exchange_is_named(path, line, what):
     path.write_bytes(path.read_bytes() + line)
     with pytest.raises(DataError, match=rf"press.jsonl:4: {what}"):
         TapeFile(path)
+
+
+@given(st.lists(st.binary(max_size=80) | st.sampled_from(LINES), max_size=6))
+def test_whatever_a_file_holds_it_is_a_tape_or_a_data_error(tmp_path_factory, lines):
+    path = tmp_path_factory.mktemp("any") / "a.jsonl"
+    path.write_bytes(b"\n".join(lines))
+    with contextlib.suppress(DataError):
+        tape = TapeFile(path)
+        for seq in range(len(tape)):
+            with contextlib.suppress(DataError):
+                tape.entry(seq)
+        tape.close()
 
 
 def test_a_damaged_answer_is_named_when_its_turn_comes(path, replay_of):
