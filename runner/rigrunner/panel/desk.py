@@ -64,8 +64,8 @@ class Desk:
         """Start a job; raise PanelError while another one goes on."""
         with self._lock:
             self._refuse_second()
-            story = Story(self.board, view, links)
             process = Process(RIG_PROCESS)
+            story = Story(self.board, view, links)
             watcher = Watcher(self.runs, job.station) if job.kind != "preflight" else None
             self._story, self._process, self._watcher = story, process, watcher
             process.send(job)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import uvicorn
 
 from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.panel.errors import PanelError
 from rigrunner.panel.web.app import make_app
 from rigrunner.panel.web.panel import Panel
 from rigrunner.panel.web.security import is_loopback
@@ -103,7 +104,8 @@ class Ending:
                 f"{run} is going on. Aborting: teardown, then the rig is made safe."
                 " Ctrl-C stops at once."
             )
-            self._panel.desk.abort("keyboard", "Ctrl-C in the panel's terminal")
+            with contextlib.suppress(PanelError):  # it has ended just now
+                self._panel.desk.abort("keyboard", "Ctrl-C in the panel's terminal")
         elif self._presses:
             self._presses = 0
             self._tell("Stopping now: no teardown, the rig is made safe. Please wait.")

@@ -47,7 +47,7 @@ class Watcher:
             case LiveRecording():
                 self._watched = message.recording
                 self._news.set()
-            case Happened(event=StepEnded(recording=name)) if name:
+            case Happened(event=StepEnded(recording=name, measurement=table)) if name or table:
                 self._watched = None
                 self._news.set()
             case Curve(recording=name) if name != LIVE:

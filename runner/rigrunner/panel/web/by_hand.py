@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def open_manual(panel: Panel, asked: Asked) -> Done:
     """Let a person have the rig, after a preflight as for a run."""
-    start_job(panel, "manual", asked.body, {})
+    start_job(panel, "manual", asked.body, asked.by)
     return Done()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
@@ -20,6 +21,7 @@ from rigrunner.procedure.answers import AnswerError
 from rigrunner.workflow.locate import find_run
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from rigrunner.panel.process.messages import Kind
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
         Why,
     )
 
+NOTHING: Mapping[str, str] = MappingProxyType({})
 FRESH_S = 15 * 60.0
 """How long a preflight counts."""
 
@@ -91,22 +94,27 @@ def start_run(panel: Panel, asked: Asked) -> Done:
     body: StartRun = asked.body
     procedure, _ = files(panel, body)
     _check_inputs(procedure, body.inputs)
-    start_job(panel, "run", body, body.inputs)
+    start_job(panel, "run", body, asked.by, body.inputs)
     return Done()
 
 
 def start_job(
-    panel: Panel, kind: Kind, body: StartRun | OpenManual, inputs: dict[str, str]
+    panel: Panel,
+    kind: Kind,
+    body: StartRun | OpenManual,
+    by: str,
+    inputs: Mapping[str, str] = NOTHING,
 ) -> None:
     """Start a job that moves the rig; raise PanelError where the preflight does not let it."""
     procedure, station = files(panel, body)
     overridden = _overridden(_preflight(panel, body, _digest(procedure, station)), body.override)
+    operator = body.operator.strip() or inputs.get("operator", "").strip() or by
     view = JobView(
         kind=kind,
         procedure=body.procedure,
         station=body.station,
-        inputs=inputs,
-        operator=body.operator.strip(),
+        inputs=dict(inputs),
+        operator=operator,
         realtime=body.realtime,
         started_utc=utc_text(panel.now()),
     )
@@ -115,8 +123,8 @@ def start_job(
         procedure=procedure,
         station=station,
         runs=panel.settings.runs,
-        inputs=inputs,
-        operator=body.operator.strip(),
+        inputs=dict(inputs),
+        operator=operator,
         no_load=_run_name(panel, body.no_load),
         realtime=body.realtime,
         items=overridden,

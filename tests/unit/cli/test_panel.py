@@ -1,0 +1,26 @@
+"""`rigrunner panel`, as far as it goes without being served."""
+
+from __future__ import annotations
+
+import sys
+
+from helpers_cli import call
+
+
+def test_without_its_packages_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    called = call("panel", "--no-browser", "--runs", tmp_path)
+    assert called.code == 3
+    assert "the panel needs uvicorn" in called.err
+    assert "pip install 'rigrunner[panel]'" in called.err
+
+
+def test_a_port_that_is_taken_is_told(tmp_path):
+    import socket  # noqa: PLC0415  (this test alone listens)
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        called = call("panel", "--no-browser", "--port", str(port), "--runs", tmp_path)
+    assert called.code == 2
+    assert f"cannot listen on 127.0.0.1, port {port}" in called.err
+    assert "--port 0" in called.err

@@ -1,0 +1,118 @@
+"""A run whose steps a person gives one by one: watched, on record, and made safe like any other."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import pytest
+
+from helpers_devices import FakeTester, Listener, record
+from helpers_pausing import Person
+from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.events import Intervention, MadeSafe, Outcome, RunEnded, StepEnded, StepStarted
+from rigrunner.api.quantity import unit
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import run_by_hand
+from rigrunner.plan.actions import Interlock, Phase, PlannedStep, SetDrive, Terms
+from rigrunner.rig import Rig
+
+
+def step(action, **terms):
+    return PlannedStep("by_hand", Phase.MAIN, action, "", 0.0, Terms(**terms))
+
+
+SET = step(SetDrive("tester", "frequency", 10.0, "Hz"))
+RECORD = step(record("001", seconds=0.5, frequency=10.0))
+
+
+def by_hand(steps, device=None, *, stop=None, interlocks=(), listener=None):
+    listener, device = listener or Listener(), device or FakeTester()
+    clock = SimulatedClock()
+    rig = Rig({"tester": device}, clock)
+    rig.connect()
+    summary = run_by_hand(
+        steps,
+        rig,
+        Bus(critical=[listener]),
+        clock,
+        stop or threading.Event(),
+        "R1",
+        interlocks=interlocks,
+        pauses=Person([]),
+    )
+    return summary, listener, device
+
+
+def test_steps_are_done_as_they_come_and_the_rig_is_safe_in_the_end():
+    seen = []
+
+    def steps(session):
+        yield SET
+        seen.append(session.rig.standing("tester", "frequency"))
+        yield RECORD
+
+    summary, listener, device = by_hand(steps)
+    assert (summary.outcome, summary.safe, seen) == (Outcome.COMPLETED, True, [10.0])
+    assert [(each.index, each.ok) for each in listener.of(StepEnded)] == [(0, True), (1, True)]
+    assert device.drives_at["frequency"] == 0.0
+    assert listener.of(MadeSafe)
+    assert listener.of(RunEnded)[0].outcome is Outcome.COMPLETED
+
+
+def test_what_fails_ends_it_unless_it_is_to_go_on():
+    class Stubborn(FakeTester):
+        def set(self, drive, value):
+            raise DeviceRejectedError(f"{drive} is stuck at {value}")
+
+    summary, listener, _ = by_hand(lambda _: iter([SET, RECORD]), Stubborn())
+    assert (summary.outcome, len(listener.of(StepStarted))) == (Outcome.ERROR, 1)
+    goes_on = replace(SET, terms=Terms(goes_on=True))
+    summary, listener, _ = by_hand(lambda _: iter([goes_on, RECORD]), Stubborn())
+    assert (summary.outcome, len(listener.of(StepStarted))) == (Outcome.COMPLETED, 2)
+    assert "stuck" in summary.passed_over[0]
+
+
+def test_a_stop_ends_it_between_steps_and_inside_of_one():
+    stop = threading.Event()
+
+    def steps(_):
+        yield SET
+        stop.set()
+        yield RECORD
+
+    summary, listener, device = by_hand(steps, stop=stop)
+    assert summary.outcome is Outcome.ABORTED
+    assert [each.action for each in listener.of(Intervention)] == ["abort"]
+    assert len(listener.of(StepStarted)) == 1
+    assert device.drives_at["frequency"] == 0.0
+
+
+@pytest.mark.parametrize("does", ["pause", "abort", "make_safe"])
+def test_an_interlock_ends_it_whatever_it_would_do_to_a_run(does):
+    lock = Interlock(
+        name="load", member="tester.load", condition="above 5 N", shown=unit("N"), maximum=5.0,
+        does=does,
+    )  # fmt: skip
+
+    def steps(session):
+        yield SET
+        yield step(SetDrive("tester", "load", 100.0, "N"))
+        yield RECORD
+        session.check(anew=True)
+
+    summary, _, device = by_hand(steps, interlocks=[lock])
+    assert summary.outcome is Outcome.ABORTED
+    assert "tester.load is 100" in summary.reason
+    assert set(device.drives_at.values()) == {0.0}
+
+
+def test_a_bug_in_what_gives_the_steps_leaves_no_rig_moving():
+    def steps(_):
+        yield SET
+        raise ZeroDivisionError("oops")
+
+    summary, _, device = by_hand(steps)
+    assert (summary.outcome, type(summary.error)) == (Outcome.ERROR, ZeroDivisionError)
+    assert device.drives_at["frequency"] == 0.0

@@ -1,0 +1,247 @@
+"""What passes between a panel and the process of its run: in order, and never in the run's way."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from rigrunner.api.data import Block
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import Note, Outcome, RunEnded, Samples
+from rigrunner.engine import Choice, Decision, Interference, Paused, StopNow
+from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.panel.process.channel import Channel, ChannelClosedError
+from rigrunner.panel.process.inbox import Inbox
+from rigrunner.panel.process.messages import (
+    Abort,
+    Answered,
+    Asked,
+    AskPause,
+    Curve,
+    Decide,
+    GiveAnswer,
+    PausedNow,
+    PutOnRecord,
+    Stop,
+    WentOn,
+)
+from rigrunner.panel.process.outbox import MOST_CURVES, Outbox
+from rigrunner.panel.process.person import PanelAnswers, PanelPauses
+from rigrunner.panel.process.switch import Switch
+from rigrunner.plan.actions import Confirm
+
+KNOWN = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
+BY, WHY = "Ann", "because"
+
+
+class Ends:
+    """Both ends of a channel, over real pipes."""
+
+    def __init__(self):
+        pipes = [os.pipe(), os.pipe()]
+        files = [(os.fdopen(r, "rb"), os.fdopen(w, "wb")) for r, w in pipes]
+        self.panel = Channel(files[0][0], files[1][1])
+        self.run = Channel(files[1][0], files[0][1])
+        self.files = [each for pair in files for each in pair]
+
+    def close(self):
+        for each in self.files[1::2]:
+            each.close()
+        time.sleep(0.05)
+        for each in self.files[::2]:
+            each.close()
+
+
+@pytest.fixture
+def ends():
+    found = Ends()
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def inbox(ends):
+    found = Inbox(ends.run, Switch())
+    found.start()
+    return found
+
+
+def wait_for(condition):
+    until_s = time.monotonic() + 5
+    while not condition():
+        assert time.monotonic() < until_s
+        time.sleep(0.005)
+
+
+def test_messages_come_in_order_and_an_end_is_told(ends):
+    for number in range(100):
+        ends.panel.send(GiveAnswer(number, "x" * number, BY))
+    assert [ends.run.receive().prompt for _ in range(100)] == list(range(100))
+    ends.panel.close()
+    with pytest.raises(ChannelClosedError):
+        ends.run.receive()
+    with pytest.raises(ChannelClosedError):
+        ends.panel.send(1)
+
+
+@pytest.mark.parametrize("torn", [b"", b"\x80", b"\x80\x05\x95\x10", b"nonsense"])
+def test_a_torn_message_is_an_end(torn):
+    with pytest.raises(ChannelClosedError):
+        Channel(io.BytesIO(torn), io.BytesIO()).receive()
+
+
+def test_when_the_panel_is_gone_the_run_is_aborted(ends):
+    switch = Switch()
+    Inbox(ends.run, switch).start()
+    ends.panel.close()
+    wait_for(switch.is_set)
+    assert "the panel is gone" in str(switch.reason())
+
+
+def confirm(inbox, sent, switch=None):
+    answers = PanelAnswers(sent.append, inbox, switch or Switch(), "Bob")
+    return answers.confirm("s", Confirm("Ready?", None)), answers.by
+
+
+def test_an_answer_is_waited_for_and_says_who_gave_it(ends, inbox):
+    sent = []
+    ends.panel.send(GiveAnswer(99, "no", "an older prompt's"))
+    ends.panel.send(GiveAnswer(1, "yes", BY))
+    assert confirm(inbox, sent) == (True, BY)
+    asked, answered = sent
+    assert isinstance(asked, Asked)
+    assert (asked.number, asked.expected.choices) == (1, ("yes", "no"))
+    assert answered == Answered(1)
+
+
+def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, inbox):
+    switch, sent = Switch(), []
+    switch.abort(BY, WHY)
+    with pytest.raises(AbortedError, match=WHY):
+        confirm(inbox, sent, switch)
+    ends.panel.send(AskPause(BY))
+    with pytest.raises(PauseWantedError):
+        confirm(inbox, sent)
+    assert sent[-1] == Answered(1)  # the screen's question is gone, too
+
+
+PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
+
+
+def test_a_second_click_does_not_end_the_next_pause(ends, inbox):
+    sent, looked = [], []
+    pauses = PanelPauses(sent.append, inbox)
+    ends.panel.send(AskPause(BY))
+    wait_for(pauses.wanted)
+    ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
+    ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
+    wait_for(lambda: inbox._decisions.qsize() == 2)
+    decided = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
+    decided.start()
+    assert pauses.decide(PAUSED, lambda: looked.append(1)).choice is Choice.SKIP
+    assert sent == [PausedNow(PAUSED), WentOn()]
+    assert (pauses.wanted(), len(looked) > 1) == ("", True)
+    decided.join()
+
+
+def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, inbox):
+    pauses = PanelPauses([].append, inbox)
+    ends.panel.send(AskPause(BY, Decision(Choice.SKIP, BY, WHY)))
+    wait_for(pauses.wanted)
+    assert pauses.decide(PAUSED, lambda: None) == Decision(Choice.SKIP, BY, WHY)
+    ends.panel.send(AskPause(BY, Decision(Choice.REPEAT, BY)))  # cannot be done here
+    wait_for(pauses.wanted)
+    ends.panel.send(PutOnRecord(Interference("take over", BY)))
+    wait_for(lambda: not inbox._records.empty())
+    assert list(pauses.told()) == [Interference("take over", BY)]
+    later = threading.Timer(0.2, lambda: ends.panel.send(Decide(Decision(Choice.RESUME, BY))))
+    later.start()
+    assert pauses.decide(PAUSED, lambda: None).choice is Choice.RESUME
+    later.join()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends):
+    switch = Switch()
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    switch.install()
+    try:
+        Inbox(ends.run, switch).start()
+        os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
+        began_s = time.monotonic()
+        threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
+        with pytest.raises(StopNow) as stopped:
+            time.sleep(5)
+        assert time.monotonic() - began_s < 1
+        assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
+        ends.panel.send(Stop(BY, "again"))
+        time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+
+
+def test_once_the_run_has_ended_a_stop_interrupts_nothing():
+    switch = Switch()
+    switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **KNOWN))
+    switch.stop(BY, WHY)
+    assert switch.is_set()
+
+
+def test_an_abort_says_who_and_why_and_the_first_one_counts(ends):
+    switch = Switch()
+    Inbox(ends.run, switch).start()
+    ends.panel.send(Abort(BY, WHY))
+    ends.panel.send(Abort("Bob", "too"))
+    wait_for(switch.is_set)
+    assert (switch.reason().by, switch.reason().message) == (BY, f"aborted at the panel: {WHY}")
+
+
+class StuckPipe:
+    """A panel that does not read."""
+
+    def __init__(self):
+        self.free = threading.Event()
+        self.sent = []
+
+    def write(self, content):
+        self.free.wait()
+        self.sent.append(content)
+
+    def flush(self):
+        pass
+
+
+def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_waits():
+    pipe = StuckPipe()
+    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    block = Block(1000.0, 0, 1.0, {"t.torque": np.zeros(1000)})
+    began_s = time.monotonic()
+    for number in range(1000):
+        outbox(Samples(seq=number, recording="r", block=block, **KNOWN))
+        outbox(Note(seq=number, step="s", text="t", **KNOWN))
+    assert time.monotonic() - began_s < 2
+    pipe.free.set()
+    outbox.close()
+    sizes = [len(each) for each in pipe.sent]
+    assert sum(size > 4000 for size in sizes) <= MOST_CURVES + 1
+    assert sum(size < 4000 for size in sizes) == 1000
+
+
+def test_a_curve_is_what_was_recorded_in_half_the_bytes():
+    pipe = io.BytesIO()
+    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    values = np.linspace(-1, 1, 50)
+    outbox(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **KNOWN))
+    outbox.close()
+    curve = Channel(io.BytesIO(pipe.getvalue()), io.BytesIO()).receive()
+    assert isinstance(curve, Curve)
+    assert (curve.recording, curve.first_sample, curve.monotonic_s) == ("r", 100, 1.0)
+    assert curve.channels["t.a"].dtype == np.float32
+    assert curve.channels["t.a"] == pytest.approx(values, abs=1e-7)

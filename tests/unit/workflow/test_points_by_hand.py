@@ -1,0 +1,29 @@
+"""The procedure of points recorded by hand: the analysis stays, steps and limits do not."""
+
+from __future__ import annotations
+
+import pytest
+
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import load_registry
+from rigrunner.workflow.locate import find_procedure, find_station
+from rigrunner.workflow.points_by_hand import by_hand
+from rigrunner.workflow.prepare import plan_run
+
+
+@pytest.mark.parametrize("name", ["starting_torque_1000n", "no_load_inertia_sweep"])
+def test_it_keeps_measurand_and_analysis_and_can_never_be_certified(name):
+    planned = plan_run(
+        find_procedure(name), find_station("simulated"), load_registry(), SimulatedClock()
+    )
+    found = by_hand(planned)
+    model, before = found.procedure.model, planned.procedure.model
+    assert model.analysis == before.analysis
+    assert model.measurand == before.measurand
+    assert model.acceptance is None
+    assert model.id == f"{before.id}-by-hand"
+    assert before.id in found.procedure.text
+    assert found.plan.steps == ()
+    assert found.plan.interlocks == planned.plan.interlocks
+    assert found.approval.is_draft
+    assert not found.procedure.inputs
