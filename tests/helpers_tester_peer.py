@@ -26,7 +26,7 @@ def _drive(name, unit, largest):
 
 TESTER = {
     "termination": "LF",
-    "timeout": "200 ms",
+    "timeout": "500 ms",
     "identification": {"expect": "ACME,.*"},
     "error_queue": {},
     "channels": {

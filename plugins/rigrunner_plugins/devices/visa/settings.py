@@ -16,7 +16,7 @@ from rigrunner.api.settings import (
     YesNo,
 )
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
-from rigrunner_plugins.devices.text.commands import SettingCommand
+from rigrunner_plugins.devices.text.commands import SettingCommand, as_sent
 from rigrunner_plugins.devices.text.numbers import NumberInText
 from rigrunner_plugins.devices.text.patterns import (
     Check,
@@ -28,6 +28,8 @@ from rigrunner_plugins.devices.text.patterns import (
 from rigrunner_plugins.devices.text.serial_line import SerialLine
 from rigrunner_plugins.devices.text.termination import Termination
 
+_SHARES = [(number + 0.5) / 97 for number in range(97)]
+"""Of the range of a drive, at which nobody would round."""
 LONGEST_BLOCK_S = 0.5
 """A stop is looked at between blocks."""
 
@@ -66,6 +68,20 @@ class VisaDrive(DeclaredDrive, NumberInText):
     """What sets it: 'SOUR:FREQ {value}', or with a format, 'SOUR:FREQ {value:.3f}'."""
     read_back: Command
     """What the instrument is asked for where the drive stands."""
+
+    @model_validator(mode="after")
+    def _is_sent_as_exactly_as_it_is_read_back(self) -> Self:
+        info = self.info("")
+        values = [info.minimum + share * (info.maximum - info.minimum) for share in _SHARES]
+        off = max(
+            abs(self.to_si(as_sent(self.command, self.from_si(value))) - value) for value in values
+        )
+        if off > info.allowed_deviation:
+            raise ValueError(
+                f"'{self.command}' rounds a set-point by {off:.2g} {info.unit}, more than the"
+                f" tolerance of {info.allowed_deviation:.2g} {info.unit}; give it more digits"
+            )
+        return self
 
 
 class ErrorQueue(Settings):

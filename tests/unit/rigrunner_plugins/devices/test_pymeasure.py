@@ -110,7 +110,7 @@ class TestWhatASocketSays:
 
     @pytest.fixture
     def device(self, bench):
-        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="300 ms"))
+        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="500 ms"))
         yield made
         made.close()
 
@@ -131,7 +131,7 @@ class TestWhatASocketSays:
     def test_silence(self, device, answers):
         device.connect(2.0)
         answers[":READ?"] = SILENCE
-        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'get voltage' within 0\.3 s"):
+        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'get voltage' within 0\.5 s"):
             device.read(["torque"])
         answers[":READ?"] = b"+2.0E-03\n"
         assert device.read(["torque"]) == {"torque": pytest.approx(10.0)}

@@ -19,7 +19,7 @@ from rigrunner.api.errors import (
 
 SOURCE = {
     "termination": "LF",
-    "timeout": "300 ms",
+    "timeout": "500 ms",
     "identification": {"expect": "ACME,.*"},
     "error_queue": {},
     "on_connect": ["*CLS"],
@@ -139,10 +139,12 @@ def test_errors_from_before_are_nobodys_fault(device, acme):
 
 def test_a_query_does_not_wait_until_the_command_before_it_is_acknowledged(connected):
     """Else each set-point takes 40 ms or more: Nagle's algorithm and a delayed acknowledgement."""
-    began_s = time.monotonic()
-    for _ in range(20):
+    took_s = []
+    for _ in range(10):
+        began_s = time.monotonic()
         connected.set("speed", 10.0)
-    assert time.monotonic() - began_s < 20 * 0.03
+        took_s.append(time.monotonic() - began_s)
+    assert min(took_s) < 0.03
 
 
 class TestWhoAnswers:
@@ -198,7 +200,7 @@ class TestAnswersThatAreWrong:
 
     def test_no_answer(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = SILENCE
-        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'MEAS:TORQ\?' within 0.3 s"):
+        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'MEAS:TORQ\?' within 0.5 s"):
             connected.read(["torque"])
 
     def test_no_answer_because_the_query_is_unknown_to_the_instrument(self, connected, acme):
@@ -210,11 +212,11 @@ class TestAnswersThatAreWrong:
             connected.read(["torque"])
 
     def test_a_late_answer_is_not_taken_for_that_of_the_next_query(self, connected, acme):
-        acme.delay_s = 0.4
+        acme.delay_s = 0.7
         with pytest.raises(DeviceTimeoutError):
             connected.read(["torque"])
         acme.delay_s = 0.0
-        time.sleep(0.2)  # until the late one is there
+        time.sleep(0.4)  # until the late one is there
         assert connected.read_back("speed") == 10.0
 
     def test_what_comes_unasked_is_not_taken_for_an_answer(self, connected, acme):
@@ -388,6 +390,25 @@ def test_a_command_has_the_set_point_once(command):
     drive = {**SOURCE["drives"]["speed"], "command": command}
     settings = merged(SOURCE, resource="GPIB0::5::INSTR", drives={"speed": drive})
     with pytest.raises(PluginError, match="has to hold the set-point once"):
+        instrument("visa", settings)
+
+
+@pytest.mark.parametrize(
+    ("command", "tolerance", "told"),
+    [
+        ("SPE {value:.0f}", "0.3 rpm", "rounds a set-point by 0.008"),  # 0.5 rpm are 0.0083 Hz
+        ("SPE {value:.0f}", "0.6 rpm", ""),
+        ("SPE {value:.3g}", "1 rpm", "rounds a set-point"),  # 1195 rpm are sent as 1.2e+03
+        ("SPE {value}", "0.001 rpm", ""),
+    ],
+)
+def test_a_command_that_rounds_beyond_the_tolerance_is_refused(command, tolerance, told):
+    drive = {**SOURCE["drives"]["speed"], "command": command, "tolerance": tolerance}
+    settings = merged(SOURCE, resource="GPIB0::5::INSTR", drives={"speed": drive})
+    if told:
+        with pytest.raises(PluginError, match=told):
+            instrument("visa", settings)
+    else:
         instrument("visa", settings)
 
 

@@ -99,7 +99,7 @@ def test_without_trouble_the_run_completes(device, tester):
         pytest.param(
             Trouble("MEAS:LOAD?", 0, b"1000\r"),
             DeviceTimeoutError,
-            r"no answer to 'MEAS:LOAD\?' within 0.2 s.*with LF, as `termination` says",
+            r"no answer to 'MEAS:LOAD\?' within 0.5 s.*with LF, as `termination` says",
             id="another termination",
         ),
         pytest.param(

@@ -37,7 +37,7 @@ STREAM = {
 }
 SETTINGS = {
     "termination": "LF",
-    "timeout": "300 ms",
+    "timeout": "700 ms",
     "channels": {
         "angle": {"query": "MEAS:ANGL?", "unit": "deg"},
         "torque": {"query": "MEAS:TORQ?", "unit": "N·m", "scale": 2.0},
@@ -138,7 +138,7 @@ def test_angle_and_torque_come_sample_by_sample_from_one_clock(make, talk):
     assert joined(blocks, "angle") == pytest.approx(np.deg2rad(numbers / 100), rel=1e-6)
     assert joined(blocks, "torque") == pytest.approx(-2.0 * numbers)
     assert all(a.monotonic_s <= b.monotonic_s for a, b in pairwise(blocks))
-    assert QUARTER <= took_s < 2 * QUARTER
+    assert QUARTER <= took_s < 8 * QUARTER
     assert talk.heard[0] == "INIT"
     assert talk.last("ABOR") == "ABOR"
     assert talk.heard[-3:-1] == ["TRAC:DATA? 500", "TRAC:OVER?"]
