@@ -97,8 +97,8 @@ def test_a_common_signal_aligns_to_microseconds_and_says_how_well(hz):
         _, late, stated = Bench(hz, seed=seed).recorded()
         assert stated["angle_alignment_u"] < 10e-6
         apart.append(late / stated["angle_alignment_u"])
-    assert np.mean(np.abs(apart) < 2) >= 0.8
-    assert max(map(abs, apart)) < 4
+    assert np.mean(np.abs(apart) < 2) >= 0.9
+    assert max(map(abs, apart)) < 3
 
 
 def test_the_rate_of_the_other_clock_is_found():
@@ -132,7 +132,7 @@ def test_a_common_signal_that_differs_or_stands_still_is_not_taken():
 def test_another_nominal_rate_is_brought_to_that_of_the_reference(rate_hz):
     found, late, stated = Bench(sample_rate_hz=rate_hz).recorded()
     assert len(found["angle"]) == len(found["torque"]) == 9000
-    assert abs(late) < 4 * stated["angle_alignment_u"] < 20e-6
+    assert abs(late) < 4 * stated["angle_alignment_u"] < 30e-6
     assert np.abs(found["angle"] - found["torque"]).max() < 5e-3
 
 

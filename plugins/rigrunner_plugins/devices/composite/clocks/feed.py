@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner_plugins.devices.composite.part import Part
 
+_FIRST = 65_536
+"""Samples for which there is room at first."""
 Arrival = tuple["Block | None", float]
 
 
@@ -36,7 +38,7 @@ class Feed:
         self.is_over = False
         self._clock = clock
         self._channels = tuple(channels)
-        self._kept: dict[str, list[Array]] = {name: [] for name in channels}
+        self._kept: dict[str, Array] = {name: np.empty(_FIRST) for name in channels}
         self._ends_s: list[float] = []
         self._arrived_s: list[float] = []
         device = part.device
@@ -63,10 +65,7 @@ class Feed:
 
     def channel(self, name: str, begin: int, end: int) -> Array:
         """Return samples `begin` to `end` of a channel."""
-        chunks = self._kept[name]
-        if len(chunks) > 1:
-            chunks[:] = [np.concatenate(chunks)]
-        return chunks[0][begin:end] if chunks else np.zeros(0)
+        return self._kept[name][begin : min(end, self.samples)]
 
     def ask(self) -> None:
         """Ask for the next block, unless that is under way."""
@@ -90,8 +89,8 @@ class Feed:
             self.is_over = True
             return
         self._check(block)
-        for name, chunks in self._kept.items():
-            chunks.append(np.asarray(block.channels[name], dtype=np.float64))
+        for name in self._kept:
+            self._keep(name, block.channels[name])
         self.samples += block.samples
         self._ends_s.append(self.received_s)
         self._arrived_s.append(now_s)
@@ -109,6 +108,13 @@ class Feed:
             return block, self._clock.monotonic_s()
         # Without threads others' waiting would count as its own: only it knows when it was.
         return block, block.monotonic_s + block.samples / block.rate_hz
+
+    def _keep(self, name: str, values: Array) -> None:
+        """Append; the room doubles where it ends, so that long recordings are not copied anew."""
+        end = self.samples + len(values)
+        while end > len(self._kept[name]):
+            self._kept[name] = np.concatenate([self._kept[name], np.empty_like(self._kept[name])])
+        self._kept[name][self.samples : end] = values
 
     def _check(self, block: Block) -> None:
         name = self.part.name

@@ -22,6 +22,10 @@ WINDOW_S = 0.25
 """Over which the common signal is compared once."""
 SURE = 4.0
 """In standard uncertainties of the arrivals: where the common signal is looked for."""
+BETWEEN = 0.01
+"""Of a sample: as a standard uncertainty, what comparing and interpolating samples errs by."""
+_LEAST = 1e-3
+"""Of a sample: no single look tells more, however free of noise the signal is."""
 NEAR_S = 0.5e-3
 """How far from the last sighting the next one may be: more than clocks drift in a window."""
 
@@ -60,7 +64,8 @@ class Tracker:
         last = self.relation()
         tau = np.concatenate([tau for tau, _ in self._used])
         off = np.concatenate([delta for _, delta in self._used]) - last.delta_s(tau)
-        return float(np.hypot(np.sqrt(np.mean(off**2)), last.u_s(tau)))
+        between_s = BETWEEN / min(self._reference.rate_hz, self._other.rate_hz)
+        return float(np.linalg.norm([np.sqrt(np.mean(off**2)), last.u_s(tau), between_s]))
 
     def _look(self, arrivals: Relation) -> None:
         """Compare the common signal in each window that is complete in both streams."""
@@ -91,8 +96,7 @@ class Tracker:
         if found is not None:
             tau_s, lag_s = begin / rate, (first + found.samples) / other_rate
             middle_s = tau_s + size / rate / 2
-            # Below a thousandth of a sample nobody knows when it was taken.
-            u_s = max(found.u_samples, 1e-3) / other_rate
+            u_s = max(found.u_samples, _LEAST) / other_rate
             self._sightings.append(Sighting(middle_s, lag_s - tau_s, u_s))
 
     def _range_s(self, arrivals: Relation) -> float:
