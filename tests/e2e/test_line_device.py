@@ -92,3 +92,18 @@ def test_another_instrument_is_refused_before_anything_is_set(lab):
     assert "is it the right instrument at this address?" in called.err
     assert not any(line.startswith(b"FORCE 5") for line in press.heard)
     assert folders == []
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_kit_finds_nothing_over_a_socket_either(tmp_path):
+    press = Press({})
+    settings = tmp_path / "settings.yaml"
+    settings.write_text(f"address: '{press.address}'\ntimeout: 1 s\n", encoding="utf-8")
+    try:
+        words = ["press", "--drop-in", tmp_path / "plugins", "--settings", settings, "--yes"]
+        called = call("check-plugin", *words)
+    finally:
+        press.close()
+    assert called.code == ExitCode.PASS, called.out
+    assert ", 0 fail, " in called.out
+    assert press.force == b"0.0"
