@@ -13,6 +13,7 @@ from rigrunner.api.importing import Column, NotInFileError
 from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.csv_file import encoding_of
 from rigrunner_plugins.importers.finding import position
+from rigrunner_plugins.importers.lvm_goes import ALL, joined, segment_range
 from rigrunner_plugins.importers.lvm_header import (
     read_file_header,
     read_segment_header,
@@ -32,7 +33,10 @@ _X = "X_Value"
 
 @dataclass(frozen=True)
 class LvmImporter:
-    """Reads LVM files, in which a recording is a segment: its number from 1 is the group."""
+    """Reads LVM files, in which a recording is a segment, or several that follow each other.
+
+    The group is the number of the segment from 1, '2-30', or 'all'.
+    """
 
     settings: LvmSettings
 
@@ -43,7 +47,7 @@ class LvmImporter:
         place = Location(str(path))
         try:
             with path.open(encoding=encoding_of(self.settings.encoding)) as file:
-                return self._read(file, str(path), columns, _segment_number(group))
+                return self._read(file, str(path), columns, segment_range(group))
         except UnicodeError as error:
             raise DataError(
                 f"is not {self.settings.encoding}",
@@ -54,24 +58,29 @@ class LvmImporter:
             raise DataError(f"cannot be read: {error.strerror or error}", location=place) from error
 
     def _read(
-        self, file: TextIO, name: str, columns: Mapping[str, int | str], wanted: int | None
+        self, file: TextIO, name: str, columns: Mapping[str, int | str], wanted: range | None
     ) -> dict[str, Column]:
         lines = said(file)
         header = read_file_header(lines, name, self.settings)
-        found: dict[str, Column] | None = None
+        found: list[dict[str, Column]] = []
         count, segments = 0, _Segments(lines, name, header)
         for segment in segments:
             count += 1
-            if count == (wanted or 1):
-                found = _columns(segment, segments.rows(), name, header, columns)
-        if found is None or (wanted is None and count > 1):
-            problem = f"there is no segment {wanted}" if wanted else "no segment is named"
+            if count in (wanted or (1,)):
+                found.append(_columns(segment, segments.rows(), name, header, columns))
+        if not count:
             raise NotInFileError(
-                problem if count else "the file has no segment: it holds a header alone",
-                location=Location(name),
-                hint=f"there are {count}: give one as 'group', from 1 to {count}" if count else "",
+                "the file has no segment: it holds a header alone", location=Location(name)
             )
-        return found
+        last = wanted and wanted.stop - 1
+        if (last is None and count > 1) or (last != ALL and (last or 1) > count) or not found:
+            raise NotInFileError(
+                f"there is no segment {last}" if last else "no segment is named",
+                location=Location(name),
+                hint=f"there are {count}: give one as 'group', from 1 to {count}, or"
+                " those that follow each other, such as 2-30, or all",
+            )
+        return joined(found, Location(name))
 
 
 class _Segments:
@@ -177,11 +186,3 @@ def _cells(
                 raise DataError(problem, location=Location(file, line))
             found[at].append(value)
     return found
-
-
-def _segment_number(group: str) -> int | None:
-    if not group:
-        return None
-    if group.isascii() and group.isdigit() and int(group) > 0:
-        return int(group)
-    raise NotInFileError(f"'{group}' is not a segment", hint="segments have numbers, from 1")

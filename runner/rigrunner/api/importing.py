@@ -32,6 +32,9 @@ class Column:
     """When the column's time begins: with its zone, or in the local time of the rig without."""
     offset_s: float = 0.0
     """When the first sample was taken, counted from there."""
+    goes: tuple[tuple[int, datetime], ...] = ()
+    """Of what was written in several goes: with which sample, from 0, each but the first began, and
+    when that sample was taken."""
 
 
 class Importer(Protocol):

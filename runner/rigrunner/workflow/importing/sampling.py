@@ -65,7 +65,24 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
                 location=Location(where),
                 hint="the channels of a recording are sampled at the same times",
             )
-    return origin.started and origin.started + timedelta(seconds=origin.offset_s)
+    begun = origin.started and origin.started + timedelta(seconds=origin.offset_s)
+    for name, column in columns.items():
+        if begun is not None:
+            _refuse_gaps(name, column, begun, rate_hz, where)
+    return begun
+
+
+def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, where: str) -> None:
+    """Raise DataError where a go does not begin when the one before it ended."""
+    for sample, taken in column.goes:
+        late_s = (taken - begun).total_seconds() - sample / rate_hz
+        if abs(late_s) > max(_GAP / rate_hz, _RESOLUTION_S):
+            raise DataError(
+                f"'{name}' has a gap: sample {sample + 1} was taken {late_s:.6g} s later than the"
+                " samples before it say",
+                location=Location(where),
+                hint="what was written in several goes is one recording only without gaps",
+            )
 
 
 def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> float:

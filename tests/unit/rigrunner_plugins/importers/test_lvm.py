@@ -109,9 +109,28 @@ def test_segments_are_told_apart_by_number(tmp_path):
     for group, told in {"": "no segment is named", "3": "there is no segment 3"}.items():
         with pytest.raises(NotInFileError, match=told) as caught:
             read(tmp_path, text, group=group)
-        assert caught.value.hint == "there are 2: give one as 'group', from 1 to 2"
-    with pytest.raises(NotInFileError, match="'two' is not a segment"):
-        read(tmp_path, text, group="two")
+        assert caught.value.hint.startswith("there are 2: give one as 'group', from 1 to 2, or")
+    for group in ("two", "0", "2-1", "1-", "1-2-3"):
+        with pytest.raises(NotInFileError, match=f"'{group}' names no segments"):
+            read(tmp_path, text, group=group)
+
+
+def test_segments_that_follow_each_other_are_joined(tmp_path):
+    goes = [lvm_text([NUMBERS]), lvm_text([{"Angle": [7.0], "Torque": [1.0]}])]
+    second = goes[1].split("***End_of_Header***", 1)[1].replace("10:15:01.25", "10:15:01.253")
+    text = goes[0] + second.lstrip("\t\n").join(["\n", ""])
+    for group in ("1-2", "all"):
+        found = read(tmp_path, text, group=group)
+        assert found["angle"].values.tolist() == [*NUMBERS["Angle"], 7.0]
+        taken = datetime(2026, 3, 2, 10, 15, 1, 253_000)  # noqa: DTZ001  (local time)
+        assert found["angle"].goes == ((3, taken),)
+    assert read(tmp_path, text, group="2")["angle"].goes == ()
+    with pytest.raises(DataError, match="segment 2 of 'angle' has another unit or interval"):
+        read(tmp_path, text.replace("Nm", "rad", 2), group="all")
+    with pytest.raises(DataError, match="does not say when each segment began"):
+        read(tmp_path, text.replace("Time\t10", "Zeit\t10"), group="all")
+    with pytest.raises(NotInFileError, match="there is no segment 3"):
+        read(tmp_path, text, group="1-3")
 
 
 def test_what_was_written_in_several_goes_needs_its_x_values(tmp_path):

@@ -90,3 +90,14 @@ def test_channels_that_do_not_begin_at_once_are_refused():
         start_of(late, 1e4, "f")
     same = {"x": Column(VALUES, started=NOON, offset_s=0.5), **started(0.5)}
     assert start_of(same, 1e4, "f") == NOON + timedelta(seconds=0.5)
+
+
+@pytest.mark.parametrize("late_s", [0.0, 4e-5, 0.01, -0.01])
+def test_what_was_written_in_several_goes_has_no_gaps(late_s):
+    goes = ((400, NOON + timedelta(seconds=0.04)), (700, NOON + timedelta(seconds=0.07 + late_s)))
+    columns = {"x": Column(VALUES, started=NOON, goes=goes)}
+    if abs(late_s) < 5e-5:
+        assert start_of(columns, 1e4, "f") == NOON
+        return
+    with pytest.raises(DataError, match=f"'x' has a gap: sample 701 was taken {late_s:g} s later"):
+        start_of(columns, 1e4, "f")
