@@ -6,6 +6,7 @@ from typing import Any
 
 _IPPROTO_TCP = 6
 _TCP_NODELAY = 1
+_MSG_PEEK = 2
 """The numbers of IANA and of every operating system; pyvisa-py refuses the VISA attribute."""
 
 
@@ -30,9 +31,15 @@ def is_gone(resource: Any) -> bool:
         return False
     try:
         socket.getpeername()
+        socket.settimeout(0)
+        try:
+            return bool(socket.recv(1, _MSG_PEEK) == b"")  # the end of what the other one sends
+        finally:
+            socket.settimeout(None)
+    except BlockingIOError:
+        return False
     except OSError:
         return True
-    return False
 
 
 def _socket_of(resource: Any) -> Any:

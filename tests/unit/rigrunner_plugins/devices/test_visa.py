@@ -283,12 +283,12 @@ def test_the_safe_commands_are_sent_even_if_a_drive_does_not_move(bench, acme, t
 class TestConnectionsThatBreak:
     def test_one_that_is_cut_is_lost_and_told_so(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = HANG_UP
-        with pytest.raises((DeviceLostError, DeviceTimeoutError), match="MEAS:TORQ"):
+        with pytest.raises(DeviceLostError, match=r"'MEAS:TORQ.': the other end has hung up"):
             connected.read(["torque"])
 
     def test_while_it_is_gone_everything_is_lost(self, connected, bench):
         bench.close()
-        with pytest.raises((DeviceLostError, DeviceTimeoutError)):
+        with pytest.raises(DeviceLostError):
             connected.read(["torque"])
         with pytest.raises(DeviceLostError, match=r"nobody answers|cannot be opened"):
             connected.read(["torque"])
