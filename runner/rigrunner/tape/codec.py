@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rigrunner.api import errors
-from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.errors import AbortedError, DataError, RigrunnerError
 
 _NUMBERS = "biuf"
 """The kinds of arrays that are kept: booleans, integers and real numbers."""
@@ -60,6 +60,8 @@ def encode_error(error: BaseException) -> dict[str, Any]:
     )
     if isinstance(error, RigrunnerError):
         told = {"message": error.message, "hint": error.hint}
+        if isinstance(error, AbortedError):
+            told["by"] = error.by
     else:
         plain = len(error.args) == 1 and isinstance(error.args[0], str)
         told = {"message": error.args[0] if plain else str(error)}
@@ -73,8 +75,11 @@ def decode_error(stored: Mapping[str, Any]) -> BaseException:
     message = str(stored.get("message", ""))
     if kind is None:
         raise DataError(f"there is no error of the class {stored.get('class')!r}")
-    if issubclass(kind, RigrunnerError):
-        error: BaseException = kind(message, hint=str(stored.get("hint", "")))
+    hint = str(stored.get("hint", ""))
+    if issubclass(kind, AbortedError):
+        error: BaseException = kind(message, hint=hint, by=str(stored.get("by", "")))
+    elif issubclass(kind, RigrunnerError):
+        error = kind(message, hint=hint)
     else:
         error = _made(kind, message)
     for note in stored.get("notes", ()):

@@ -56,6 +56,8 @@ class TapeManifest(_Part):
     """By role."""
     procedure: TapedFile | None = None
     """None where instruments were used by hand."""
+    attended: bool = False
+    """Whether somebody was there to pause the run."""
     inputs: dict[str, str] = {}
     """The answers to the procedure's inputs."""
     overrides: tuple[TapedOverride, ...] = ()

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.tape.clock import RecordedClock
 from rigrunner.tape.manifest import NAME
+from rigrunner.tape.pauses import RecordedPauses
 from rigrunner.tape.recording import RecordingWire, Trouble
 from rigrunner.tape.stop import RecordedStop, plain_stop
-from rigrunner.tape.tape import DEVICES, Tape
+from rigrunner.tape.tape import CLOCK, DEVICES, Tape
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.events import Event, EventSink
+    from rigrunner.engine import Pauses
     from rigrunner.tape.manifest import TapeManifest
 
 
@@ -65,6 +68,10 @@ class RecordedTape(Tape):
         """Close all files."""
         for wire in self._wires.values():
             wire.close()
+
+    def pauses(self, plain: Pauses | None) -> Pauses | None:
+        """Return pauses that are saved."""
+        return None if plain is None else RecordedPauses(plain, self._wire(CLOCK, inf))
 
     def _wire(self, name: str, patience_s: float) -> RecordingWire:  # noqa: ARG002  (the base's)
         if name not in self._wires:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.api.results import REPLAYED
@@ -10,15 +11,17 @@ from rigrunner.clock import utc_text
 from rigrunner.tape.clock import ReplayedClock
 from rigrunner.tape.file import TapeFile
 from rigrunner.tape.manifest import differences, read_manifest
+from rigrunner.tape.pauses import ReplayedPauses
 from rigrunner.tape.replaying import Replay, ReplayWire
 from rigrunner.tape.stop import ReplayedStop, plain_stop
-from rigrunner.tape.tape import Tape
+from rigrunner.tape.tape import CLOCK, Tape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.engine import Pauses
     from rigrunner.tape.manifest import TapeManifest
 
 
@@ -60,6 +63,10 @@ class ReplayedTape(Tape):
         self._replay.over.set()
         for file in self._files.values():
             file.close()
+
+    def pauses(self, plain: Pauses | None) -> Pauses | None:  # noqa: ARG002  (the base's)
+        """Return the pauses that were, where somebody could pause."""
+        return ReplayedPauses(self._wire(CLOCK, inf)) if self.manifest.attended else None
 
     def _wire(self, name: str, patience_s: float) -> ReplayWire:
         if name not in self._wires:

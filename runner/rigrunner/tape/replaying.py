@@ -87,6 +87,12 @@ class ReplayWire:
             self._before = [*self._before[1 - _SHOWN_BEFORE :], request]
             return entry
 
+    def is_next(self, request: str) -> bool:
+        """Say whether that is what the tape has next."""
+        with self._lock:
+            entry = None if self._replay.difference else self._tape.entry(self._next)
+            return entry is not None and entry.request == request
+
     def rest(self) -> str:
         """Return in words what of the tape was not asked for; '' if all was."""
         left = len(self._tape) - self._next

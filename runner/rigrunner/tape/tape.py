@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Clock, Device, DeviceContext, StopToken, Wire
     from rigrunner.api.events import EventSink
-    from rigrunner.engine import AnswerSource
+    from rigrunner.engine import AnswerSource, Pauses
     from rigrunner.tape.manifest import TapeManifest
 
 DEVICES = "devices"
 """The folder of the instruments' tapes, each named by role, or 'role.part'."""
-_CLOCK, _ANSWERS = "clock", "answers"
+CLOCK, _ANSWERS = "clock", "answers"
 
 
 class Tape(ABC):
@@ -66,11 +66,11 @@ class Tape(ABC):
 
     def clock(self, plain: Clock) -> Clock:
         """Return the clock of a run."""
-        return self._clock(_CLOCK, inf, plain)
+        return self._clock(CLOCK, inf, plain)
 
     def stop(self, plain: StopToken) -> StopToken:
         """Return the stop token of a run."""
-        return self._stop(_CLOCK, inf, plain)
+        return self._stop(CLOCK, inf, plain)
 
     def answers(self, plain: AnswerSource) -> AnswerSource:
         """Return the answers of a run."""
@@ -91,6 +91,10 @@ class Tape(ABC):
     def whole(self, device: Device, context: DeviceContext) -> Device:
         """Return the device with the tape at its calls."""
         return taped(device, self._wire(*_place(context)))
+
+    @abstractmethod
+    def pauses(self, plain: Pauses | None) -> Pauses | None:
+        """Return who may pause a run; None where nobody may."""
 
     @abstractmethod
     def _wire(self, name: str, patience_s: float) -> Wire:

@@ -59,7 +59,9 @@ def execute(
     """
     require_overridden(planned, overrides)
     if (tape := planned.tape) is not None:
-        planned, answers = on_tape(planned, tape, inputs, overrides, answers)
+        attended = pauses is not None
+        planned, answers = on_tape(planned, tape, inputs, overrides, answers, attended=attended)
+        pauses = tape.pauses(pauses)
         listeners = (*tape.listeners, *listeners)
     people = {"operator": name} if (name := operator or inputs.get("operator", "")) else {}
     return carry_out(

@@ -46,6 +46,8 @@ def on_tape(
     inputs: Mapping[str, str],
     overrides: Sequence[Override],
     answers: AnswerSource,
+    *,
+    attended: bool = False,
 ) -> tuple[Planned, AnswerSource]:
     """Begin the tape of a run; return the run with its clock on tape, and its answers so."""
     procedure = planned.procedure
@@ -53,6 +55,7 @@ def on_tape(
     manifest = manifest_of(planned.station, planned.registry, planned.clock.utc()).model_copy(
         update={
             "procedure": TapedFile(id=procedure.model.id, sha256=_digest("\0".join(texts))),
+            "attended": attended,
             "inputs": dict(inputs),
             "overrides": tuple(TapedOverride(**asdict(each)) for each in overrides),
         }

@@ -25,7 +25,7 @@ from rigrunner.api.errors import (
 from rigrunner.api.events import Alarm, Answer, Outcome, StepStarted
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import Override, UnattendedAnswers
+from rigrunner.engine import Choice, Decision, Override, UnattendedAnswers
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape, ReplayedTape
@@ -44,9 +44,8 @@ NO_ANALYSIS = (
 )  # fmt: skip
 
 
-def run(
-    tape, procedure, runs, *, station=None, registry=None, listeners=(), answers=None, stop=None
-):
+def run(tape, procedure, runs, *, station=None, registry=None, answers=None, stop=None, **people):
+    """Run on a tape; `people` are listeners and pauses."""
     clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
     where = station or find_station("simulated")
     planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
@@ -59,7 +58,7 @@ def run(
             no_load=None,
             answers=answers,
             stop=stop or threading.Event(),
-            listeners=listeners,
+            **people,
         )
 
 
@@ -313,6 +312,59 @@ def test_a_run_that_was_stopped_is_stopped_again_at_the_same_place(tmp_path):
     one, other = (read(each.folder) for each in (first, again))
     assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
     assert [len(each.recordings) for each in (one, other)] == [1, 1]
+    assert played.notes() == ()
+
+
+class Pausing:
+    """Pauses once, as a recording begins; looks a few times, then decides."""
+
+    def __init__(self, recording, *decisions):
+        self.recording = recording
+        self.decisions = list(decisions)
+        self.asked = False
+
+    def __call__(self, event):
+        if isinstance(event, StepStarted) and event.recording.startswith(self.recording):
+            self.asked = bool(self.decisions)
+
+    def wanted(self):
+        return "keyboard" if self.asked else ""
+
+    def decide(self, paused, watch):  # noqa: ARG002  (the engine's)
+        self.asked = False
+        for _ in range(3):
+            watch()
+        decision = self.decisions.pop(0)
+        if isinstance(decision, Exception):
+            raise decision
+        return decision
+
+
+@pytest.mark.parametrize(
+    ("decisions", "outcome"),
+    [
+        ([Decision(Choice.RESUME, "A. Jones")], Outcome.COMPLETED),
+        ([Decision(Choice.NOTE, "A. Jones", "odd"), Decision(Choice.REPEAT, "A. Jones")],
+         Outcome.COMPLETED),
+        ([Decision(Choice.SKIP, "A. Jones", "too hot")], Outcome.COMPLETED),
+        ([Decision(Choice.ABORT, "A. Jones", "enough")], Outcome.ABORTED),
+        ([AbortedError("paused, and nobody answered", by="nobody")], Outcome.ABORTED),
+    ],
+    ids=["resume", "note and repeat", "skip", "abort", "nobody"],
+)  # fmt: skip
+def test_a_run_that_was_paused_is_paused_again_and_goes_on_so(tmp_path, decisions, outcome):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    pauses = Pausing("002", *decisions)
+    tape = RecordedTape(tmp_path / "tape")
+    first = run(tape, procedure, tmp_path / "runs", listeners=[pauses], pauses=pauses)
+    assert pauses.decisions == []
+    played = ReplayedTape(tmp_path / "tape")
+    again = run(played, procedure, tmp_path / "runs")
+    assert first.outcome is again.outcome is outcome
+    assert again.reason == first.reason
+    one, other = (read(each.folder) for each in (first, again))
+    assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
+    assert one.digest == other.digest
     assert played.notes() == ()
 
 

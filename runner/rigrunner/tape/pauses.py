@@ -1,0 +1,83 @@
+"""Pauses on tape: when one was asked for, how often was looked meanwhile, and what was decided."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.engine.pausing import Choice, Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.devices import Wire
+    from rigrunner.engine import Paused, Pauses
+    from rigrunner.tape.replaying import ReplayWire
+
+_WANTED, _WATCH, _DECIDE = "is the run to pause?", "watch while paused", "what was decided"
+
+
+class RecordedPauses:
+    """Pauses that are saved."""
+
+    def __init__(self, pauses: Pauses, wire: Wire) -> None:
+        self._pauses = pauses
+        self._wire = wire
+
+    def wanted(self) -> str:
+        """Return who asks for a pause."""
+        return self._wire.exchange(_WANTED, self._pauses.wanted)
+
+    def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
+        """Return what is decided; each look at the interlocks until then is saved.
+
+        What a look raises comes again by itself, as what it looked at is on tape.
+        """
+        raised: list[AbortedError] = []
+
+        def watched() -> None:
+            self._wire.exchange(_WATCH, lambda: None)
+            try:
+                watch()
+            except AbortedError as error:
+                raised.append(error)
+                raise
+
+        try:
+            decision = self._pauses.decide(paused, watched)
+        except AbortedError as error:
+            if error not in raised:
+                self._save(error)
+            raise
+        return _decision(self._wire.exchange(_DECIDE, lambda: asdict(decision)))
+
+    def _save(self, error: AbortedError) -> None:
+        def fail() -> None:
+            raise error
+
+        with suppress(AbortedError):
+            self._wire.exchange(_DECIDE, fail)
+
+
+class ReplayedPauses:
+    """Pauses that are asked for, and end, as they did."""
+
+    def __init__(self, wire: ReplayWire) -> None:
+        self._wire = wire
+
+    def wanted(self) -> str:
+        """Return who asked for a pause."""
+        return str(self._wire.reading(_WANTED) or "")
+
+    def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:  # noqa: ARG002  (the engine's)
+        """Return what was decided, after as many looks at the interlocks."""
+        while self._wire.is_next(_WATCH):
+            self._wire.reading(_WATCH)
+            watch()
+        return _decision(self._wire.exchange(_DECIDE, dict))
+
+
+def _decision(told: dict[str, Any]) -> Decision:
+    return Decision(Choice(told["choice"]), str(told["by"]), str(told["reason"]))

@@ -1,0 +1,101 @@
+"""What ends a pause ends it again: a decision, nobody there to decide, or an interlock."""
+
+from __future__ import annotations
+
+import pytest
+
+from rigrunner.api.errors import AbortedError, DeviceRejectedError
+from rigrunner.engine import Choice, Decision, Paused
+from rigrunner.tape.file import TapeFile
+from rigrunner.tape.pauses import RecordedPauses, ReplayedPauses
+from rigrunner.tape.recording import RecordingWire, Trouble
+from rigrunner.tape.replaying import Replay, ReplayWire
+
+PAUSED = Paused("main[0]", "main[0]", "a pause was asked for", (), tuple(Choice))
+RESUME = Decision(Choice.RESUME, "A. Jones")
+
+
+class Person:
+    """Looks so often, then decides."""
+
+    def __init__(self, looks, decision):
+        self.looks = looks
+        self.decision = decision
+
+    def wanted(self):
+        return "keyboard"
+
+    def decide(self, paused, watch):
+        assert paused is PAUSED
+        for _ in range(self.looks):
+            watch()
+        if isinstance(self.decision, Exception):
+            raise self.decision
+        return self.decision
+
+
+class Watch:
+    """Interlocks that trip at the so-manieth look."""
+
+    def __init__(self, trips_at=0):
+        self.trips_at = trips_at
+        self.looks = 0
+
+    def __call__(self):
+        self.looks += 1
+        if self.looks == self.trips_at:
+            raise AbortedError("too hot", by="interlock overheated")
+
+
+@pytest.fixture
+def replayed(tmp_path):
+    tapes = []
+
+    def make(person, watch):
+        wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
+        recorded = RecordedPauses(person, wire)
+        wanted = recorded.wanted()
+        ended = outcome(recorded, watch)
+        wire.close()
+        tapes.append(TapeFile(tmp_path / "clock.jsonl"))
+        again = ReplayWire(tapes[-1], Replay(), 10.0)
+        assert ReplayedPauses(again).wanted() == wanted == "keyboard"
+        return ended, again
+
+    yield make
+    for tape in tapes:
+        tape.close()
+
+
+def outcome(pauses, watch):
+    try:
+        return pauses.decide(PAUSED, watch)
+    except AbortedError as error:
+        return str(error), error.by
+
+
+@pytest.mark.parametrize(
+    ("decision", "trips_at", "expected", "looks"),
+    [
+        (RESUME, 0, RESUME, 4),
+        (AbortedError("nobody answered", by="nobody"), 0, ("nobody answered", "nobody"), 4),
+        (RESUME, 3, ("too hot", "interlock overheated"), 3),
+    ],
+    ids=["decision", "nobody", "interlock"],
+)
+def test_a_pause_ends_as_it_did_after_as_many_looks(replayed, decision, trips_at, expected, looks):
+    ended, again = replayed(Person(4, decision), Watch(trips_at))
+    assert ended == expected
+    watch = Watch(trips_at)
+    assert outcome(ReplayedPauses(again), watch) == expected
+    assert watch.looks == looks
+    assert again.rest() == ""
+
+
+def test_a_pause_that_is_not_on_the_tape_is_a_difference(replayed):
+    _, again = replayed(Person(0, RESUME), Watch())
+    pauses = ReplayedPauses(again)
+    pauses.decide(PAUSED, Watch())
+    assert pauses.wanted() == ""
+    with pytest.raises(DeviceRejectedError, match="the tape is over"):
+        pauses.decide(PAUSED, Watch())
