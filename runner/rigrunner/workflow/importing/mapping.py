@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from datetime import datetime
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
@@ -120,6 +121,12 @@ class Part(Settings):
     """What lies before is left out; counted from the first sample."""
     to: Annotated[Duration | None, Field(gt=0)] = None
     """What lies after is left out; counted from the first sample."""
+
+    def overlaps(self, other: Part) -> bool:
+        """Return whether both have samples in common."""
+        return (self.file, self.group) == (other.file, other.group) and max(
+            self.from_ or 0.0, other.from_ or 0.0
+        ) < min(self.to or inf, other.to or inf)
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

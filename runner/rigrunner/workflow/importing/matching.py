@@ -64,6 +64,7 @@ class _Matcher:
         self._measures()
         self._set_points()
         self._conditions()
+        self._same_samples()
         inputs = self._inputs()
         self._problems.stop_if_any()
         recordings = self._recordings()
@@ -170,6 +171,16 @@ class _Matcher:
         yield ("conditions",), self._mapping.conditions
         for index, entry in enumerate(self._mapping.recordings):
             yield ("recordings", index, "conditions"), entry.conditions
+
+    def _same_samples(self) -> None:
+        """Complain of samples that are taken for two recordings: a line that was copied."""
+        entries = self._mapping.recordings
+        for index, entry in enumerate(entries):
+            other = next((i for i in range(index) if entry.overlaps(entries[i])), None)
+            if other is not None:
+                self._complain(
+                    ("recordings", index, "file"), f"recordings[{other}] has the same samples"
+                )
 
     def _readable(self) -> Iterator[tuple[str, str]]:
         for role, device in self._planned.devices.items():

@@ -180,6 +180,17 @@ def test_a_part_of_a_file_is_taken(lab):
     np.testing.assert_allclose(first.channels["tester.torque"], TORQUE_MNM[50:1150] / 1000)
 
 
+def test_two_parts_of_a_file_may_be_two_recordings(lab):
+    bring_in(lab, ("[10 Hz, 20 Hz]", "[20 Hz, 25 Hz]"), file="short.yaml")
+    early, late = "{file: b.csv, to: 600 ms,", "{file: b.csv, from: 600 ms,"
+    frequencies = (("10 Hz", "25 Hz"),)
+    changes = (("{file: b.csv,", early), ("{file: a.csv,", late), *frequencies)
+    called = bring_in(lab, *changes)
+    assert called.code == 0, called.err
+    second, third = (each.channels["tester.torque"] for each in imported(lab).recordings)
+    np.testing.assert_allclose(np.r_[second, third], TORQUE_MNM / 1000)
+
+
 def test_a_zero_is_the_mean_of_a_recording_at_rest(lab):
     (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
     called = bring_in(lab, ("10 mN·m}", "{file: rest.csv, to: 3 ms}}"))
@@ -226,6 +237,7 @@ WRONG = {
     "file: b.csv -> file: b.csv, group: x": "map.yaml:18:26: error: recordings[1].group: ",
     "file: b.csv -> file: b.csv, from: 9 s": "map.yaml:18:25: error: recordings[1].from: b.csv is",
     "file: b.csv -> file: b.csv, from: 1 s, to: 1 s": "'from' must be before 'to'",
+    "file: b.csv -> file: a.csv": "map.yaml:18:12: error: recordings[1].file: recordings[0] has",
     "by: A. Jones -> by: A. Jones\nended: 2026-03-02T09:14:00+01:00": "ended before it was started",
     "by: A. Jones -> by: A. Jones\nended: 2026-03-02T09:15:01+01:00": "which is later",
     "Torque (mNm), unit: mN·m -> Torque (mNm), unit: N·m": "a.csv states 'mNm' for",
