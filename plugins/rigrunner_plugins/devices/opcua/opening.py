@@ -64,19 +64,21 @@ def status(code: int) -> str:
 
 def _log_in(client: Client, user: User, folder: Path) -> None:
     client.set_user(user.name)
-    client.set_password(_text(folder / user.password_file))
+    client.set_password(_text(_inside(folder, user.password_file)))
 
 
 async def _secure(client: Client, security: Security, folder: Path) -> None:
-    own = folder / security.certificate
+    own = _inside(folder, security.certificate)
+    key = _inside(folder, security.private_key)
+    servers = _inside(folder, security.server_certificate)
     try:
         certificate = await uacrypto.load_certificate(own)
         client.application_uri = _application_uri(certificate) or client.application_uri
         await client.set_security(
             getattr(security_policies, f"SecurityPolicy{security.policy}"),
             own,
-            folder / security.private_key,
-            server_certificate=str(folder / security.server_certificate),
+            key,
+            server_certificate=str(servers),
             mode=_MODES[security.mode],
         )
     except OSError as error:
@@ -100,9 +102,19 @@ def _application_uri(certificate: x509.Certificate) -> str:
     return next(iter(names.value.get_values_for_type(x509.UniformResourceIdentifier)), "")
 
 
+def _inside(folder: Path, name: str) -> Path:
+    """Return a file beside the station: no other is handed to a server that a station names."""
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise DeviceRejectedError(
+            f"{name} lies outside of the station's folder", hint=f"put it into {folder.resolve()}"
+        )
+    return path
+
+
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8").strip()
+        return path.read_text(encoding="utf-8").rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:
         raise DeviceRejectedError(
             f"the password file {path} cannot be read: {error}", hint="it lies beside the station"

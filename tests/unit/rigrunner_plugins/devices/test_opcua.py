@@ -144,6 +144,14 @@ def test_who_may_not_log_in_is_told_so(bench):
     assert "nowhere cannot be read" in told
 
 
+@pytest.mark.parametrize("name", ["/etc/hostname", "../secret"])
+def test_no_file_from_elsewhere_is_handed_to_a_server(bench, name):
+    told = refused(bench, user={"name": "lab", "password_file": name})
+    assert f"{name} lies outside of the station's folder" in told
+    security = {"certificate": name, "private_key": name, "server_certificate": name}
+    assert "lies outside of the station's folder" in refused(bench, security=security)
+
+
 def test_certificates_that_are_none(bench):
     files = {"certificate": "client.der", "private_key": "client.pem"}
     told = refused(bench, security={**files, "server_certificate": "nowhere.der"})
