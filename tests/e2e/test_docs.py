@@ -85,7 +85,10 @@ def install_entry_points(blocks, folder):
     """Do what `pip install` would do for the plugin that a page declares, without the network."""
     for block in blocks:
         if block.file == "pyproject.toml":
-            groups = tomllib.loads(block.code)["project"]["entry-points"]
+            project = tomllib.loads(block.code).get("project")
+            if project is None:  # a part of one: nothing to install
+                continue
+            groups = project["entry-points"]
             lines = [
                 line
                 for group, entries in groups.items()

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 LONGEST_S = 120.0
 """A check that takes longer is given up as hanging."""
+RELEASE_S = 30.0
+"""So long what it left behind may take to be made safe and closed."""
 
 
 def examine(subject: Subject, checks: Iterable[AnyCheck]) -> Iterator[Finding]:
@@ -27,18 +29,17 @@ def examine(subject: Subject, checks: Iterable[AnyCheck]) -> Iterator[Finding]:
 def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S) -> Finding:
     """Return what a check found; whatever the plugin does, it comes back."""
     try:
-        hangs = _in_time(lambda: check.work(subject), longest_s)
-    except NotApplicable as reason:
-        return Finding(check, State.NOT_APPLICABLE, str(reason))
-    except Nonconformity as found:
-        return Finding(check, State.FAIL, str(found))
-    except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
-        return Finding(check, State.FAIL, _crash(error))
+        raised = _in_time(lambda: check.work(subject), longest_s)
     finally:
-        subject.release()
-    if hangs:
-        return Finding(check, State.FAIL, f"it did not come back within {longest_s:g} s")
-    return Finding(check, State.PASS)
+        _in_time(subject.release, RELEASE_S)
+    match raised:
+        case None:
+            return Finding(check, State.PASS)
+        case NotApplicable():
+            return Finding(check, State.NOT_APPLICABLE, str(raised))
+        case Nonconformity():
+            return Finding(check, State.FAIL, str(raised))
+    return Finding(check, State.FAIL, _crash(raised))
 
 
 def conform(subject: Subject, check: AnyCheck) -> str:
@@ -52,22 +53,25 @@ def conform(subject: Subject, check: AnyCheck) -> str:
     return finding.text
 
 
-def _in_time(work: Callable[[], None], longest_s: float) -> bool:
-    """Return True if the work did not end in time; raise what it raises."""
+def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
+    """Return what the work raises, a Nonconformity if it does not end in time, or None.
+
+    In a thread of its own, so that what breaks off the wait is never taken for the work's error.
+    """
     raised: list[Exception] = []
 
     def run() -> None:
         try:
             work()
-        except Exception as error:  # noqa: BLE001  (raised below, in the caller's thread)
+        except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
             raised.append(error)
 
     thread = threading.Thread(target=run, name="rigrunner check", daemon=True)
     thread.start()
     thread.join(longest_s)
-    if raised:
-        raise raised[0]
-    return thread.is_alive()
+    if thread.is_alive():
+        return Nonconformity(f"it did not come back within {longest_s:g} s")
+    return raised[0] if raised else None
 
 
 def _crash(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
@@ -11,15 +12,19 @@ from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.testing.device import DeviceSubject
 from rigrunner.workflow.prepare import with_lab_plugins
+from rigrunner.workflow.rig_lock import station_lock
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 
-def bound_subject(station: Path, role: str, plugin: str) -> DeviceSubject:
-    """Return the device that fills a role, ready to be checked within the station's limits.
+@contextmanager
+def bound_subject(station: Path, role: str, plugin: str) -> Iterator[DeviceSubject]:
+    """Give the device that fills a role, ready to be checked within the station's limits.
 
-    Raises UsageError where the station has no such role, or another plugin in it.
+    The rig is held meanwhile. Raises UsageError where the station has no such role, or another
+    plugin in it, and DeviceError where a run has the rig.
     """
     loaded = load_station(station)
     devices = loaded.model.devices
@@ -35,6 +40,8 @@ def bound_subject(station: Path, role: str, plugin: str) -> DeviceSubject:
     rules = DriveRules(dict(safety.drives), safety.combinations)
     found = registry.find("device", plugin)
     registry.validated("device", plugin, bound.settings)
-    return DeviceSubject(
+    subject = DeviceSubject(
         found, registry, bound.settings, folder=station.parent, role=role, rules=rules
     )
+    with station_lock(loaded, registry, f"check-plugin {plugin}"):
+        yield subject

@@ -2,6 +2,10 @@ from __future__ import annotations
 
 import io
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 
@@ -132,7 +136,70 @@ def test_what_is_mistyped_is_told(arguments, said):
     assert said in called.err
 
 
-def test_of_two_kinds_with_one_name_both_are_checked():
-    called = call("check-plugin", "html")
-    assert "certificate format 'html'" in called.out
-    assert "report format 'html'" in called.out
+TWO = """\
+from rigrunner.api.hooks import EventSinkRecord, OutlierRuleRecord, hookimpl
+
+api_version = 1
+
+
+@hookimpl
+def rigrunner_event_sinks():
+    return [EventSinkRecord(name="two", help="A.", factory=lambda _: lambda event: None)]
+
+
+@hookimpl
+def rigrunner_outlier_rules():
+    return [
+        OutlierRuleRecord(name="two", help="B.", factory=lambda _: lambda values: [], rejects=False)
+    ]
+"""
+
+
+def test_of_two_kinds_with_one_name_both_are_checked(tmp_path):
+    tmp_path.joinpath("two.py").write_text(TWO)
+    called = call("check-plugin", "two", "--drop-in", tmp_path)
+    assert called.code == ExitCode.PASS
+    assert "event sink 'two'" in called.out
+    assert "outlier rule 'two'" in called.out
+    called = call("check-plugin", "two", "--drop-in", tmp_path, "--kind", "event_sink")
+    assert "outlier rule" not in called.out
+
+
+HANGS = (
+    SCALE.replace("HELP", "A winch.")
+    .replace(
+        "        return self.stands\n",
+        """        if self.stands > 0:  # it says that it hangs, and does
+            Path(__file__).with_name("hangs").touch()
+            time.sleep(20)
+        return self.stands
+""",
+    )
+    .replace(
+        "        self.stands = value\n",
+        """        self.stands = value
+        Path(__file__).with_name("stands").write_text(f"{value:g}")
+""",
+    )
+    .replace(
+        "from rigrunner.api.devices",
+        "import time\nfrom pathlib import Path\n\nfrom rigrunner.api.devices",
+        1,
+    )
+)
+
+
+@pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 20)])
+def test_a_check_that_is_broken_off_leaves_the_drive_safe(folder, sent, code):
+    folder.joinpath("winch.py").write_text(HANGS)
+    command = [sys.executable, "-m", "rigrunner", "check-plugin", "winch", "--yes"]
+    with subprocess.Popen([*command, "--drop-in", str(folder)], stderr=-1, text=True) as process:
+        until = time.monotonic() + 30
+        while not folder.joinpath("hangs").exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        assert folder.joinpath("stands").read_text() == "20"
+        process.send_signal(sent)
+        _, said = process.communicate(timeout=15)
+    assert folder.joinpath("stands").read_text() == "0"
+    assert process.returncode == code, said
+    assert "interrupted; pass  left_safe" in said

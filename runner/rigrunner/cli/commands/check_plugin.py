@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
@@ -18,6 +19,7 @@ from rigrunner.cli.output import message, result, result_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from contextlib import AbstractContextManager
 
     from rigrunner.testing import AnyCheck, Finding, Subject
 
@@ -76,18 +78,25 @@ def command(
         raise UsageError("--station and --role go together", hint="--station rig.yaml --role press")
     if station is not None and (settings_file or drop_in):
         raise UsageError("a station has its own settings and plugins", hint="leave the others out")
-    if station is not None and role is not None:
-        subjects: Sequence[Subject] = [_bound(station, role, name)]
-    else:
-        subjects = _installed(name, kind, settings_file, drop_in)
-    findings = [_checked(each, read_only=read_only, yes=yes, quiet=as_json) for each in subjects]
+    from rigrunner.cli.stopping import stop_on_signals
+
+    with ExitStack() as held:
+        if station is not None and role is not None:
+            subjects: Sequence[Subject] = [held.enter_context(_bound(station, role, name))]
+        else:
+            subjects = _installed(name, kind, settings_file, drop_in)
+        stop = held.enter_context(stop_on_signals())
+        held.enter_context(stop.while_asking())  # a signal breaks a check off, as Ctrl-C does
+        findings = [
+            _checked(each, read_only=read_only, yes=yes, quiet=as_json) for each in subjects
+        ]
     if as_json:
         result_json([_document(*each) for each in zip(subjects, findings, strict=True)])
     failed = any(found.state == "fail" for each in findings for found in each)
     return ExitCode.FAIL if failed else ExitCode.PASS
 
 
-def _bound(station: str, role: str, name: str) -> Subject:
+def _bound(station: str, role: str, name: str) -> AbstractContextManager[Subject]:
     from rigrunner.testing.station import bound_subject
     from rigrunner.workflow.locate import find_station
 
