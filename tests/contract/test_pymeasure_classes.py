@@ -78,6 +78,11 @@ def test_how_many_there_are_is_told():
     assert [int(each) for each in told.groups()] == [len(USABLE), len(CLASSES), len(MAKERS)]
 
 
+def bound(name):
+    """Return a channel of a property, whatever its unit."""
+    return {"property": name, "unit": "1", "scale": 1}
+
+
 class Connection(Adapter):
     """Stands where PyMeasure would open a VISA resource, and answers 1 to everything."""
 
@@ -107,7 +112,7 @@ def test_the_class_takes_the_resource_and_the_backend_of_a_station(name, monkeyp
     settings = {
         "instrument": name,
         "resource": "GPIB0::5::INSTR",
-        "channels": {"first": {"property": properties_of(instrument_class(name))[0], "unit": "1"}},
+        "channels": {"first": bound(properties_of(instrument_class(name))[0])},
     }
     with suppress(DeviceError):  # of the few that talk at once, and do not like to hear 1
         instrument("pymeasure", settings).connect(1.0)
@@ -119,7 +124,7 @@ def test_the_class_takes_the_resource_and_the_backend_of_a_station(name, monkeyp
 @pytest.mark.parametrize("name", USABLE)
 def test_a_station_can_bind_each_property_of_the_class(name):
     channels = {
-        f"channel_{number}": {"property": each, "unit": "1"}
+        f"channel_{number}": bound(each)
         for number, each in enumerate(properties_of(instrument_class(name)))
     }
     settings = {"instrument": name, "resource": "GPIB0::5::INSTR", "channels": channels}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
 from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.pymeasure.units import check_unit
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
@@ -53,7 +54,7 @@ def properties_of(owner: type[Any]) -> list[str]:
 
 
 def check_names(found: type[Any], settings: PyMeasureSettings) -> None:
-    """Raise PluginError for a property or method that the class does not have.
+    """Raise PluginError for a property or method that the class does not have, or a wrong unit.
 
     Those of its channels are known only once it is connected.
     """
@@ -61,6 +62,11 @@ def check_names(found: type[Any], settings: PyMeasureSettings) -> None:
     for name in sorted(settings.properties):
         if "." not in name:
             need_property(found, name, properties)
+    used = [(each.property, each) for each in settings.channels.values()]
+    moved = [(each.property, each) for each in settings.drives.values()]
+    for name, quantity in (*used, *moved):
+        if "." not in name:
+            check_unit(found, name, quantity)
     methods = [name for name in dir(found) if is_callable_alone(found, name)]
     for name in (*settings.calls, *settings.safe_calls):
         if name not in methods:

@@ -16,6 +16,8 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
     PluginError,
 )
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class
+from rigrunner_plugins.devices.pymeasure.units import unit_told
 
 HERE = Path(__file__).parent
 SIMULATED = {"backend": "instruments.yaml@sim", "simulated": "yes"}
@@ -256,6 +258,43 @@ def test_the_trial_of_the_record():
 def test_wrong_settings_are_told_before_anything_is_connected(changes, told):
     with pytest.raises(PluginError, match=told):
         instrument("pymeasure", merged(KEITHLEY, **changes))
+
+
+class TestUnits:
+    """PyMeasure's values are plain numbers; their unit stands in the property's description."""
+
+    @pytest.mark.parametrize(
+        ("instrument_name", "name", "unit"),
+        [
+            ("keithley.Keithley2000", "voltage", "V"),  # 'measurement in Volts, based on'
+            ("keithley.Keithley2000", "temperature", "°C"),  # 'measurement in Celsius'
+            ("agilent.Agilent33220A", "frequency", "Hz"),  # '(float, in Hz)'
+            ("srs.SR830", "theta", "deg"),
+            ("lakeshore.LakeShore211", "temperature_kelvin", "K"),
+            ("keithley.Keithley2000", "mode", ""),
+        ],
+    )
+    def test_of_a_property(self, instrument_name, name, unit):
+        found = instrument_class(f"pymeasure.instruments.{instrument_name}")
+        assert unit_told(found, name) == unit
+
+    @pytest.mark.parametrize("unit", ["mV", "N·m", "A"])
+    def test_another_one_without_a_scale_is_refused(self, unit):
+        channel = {"property": "voltage", "unit": unit}
+        with pytest.raises(PluginError, match=f"voltage of Keithley2000 is in V, .* has {unit} "):
+            instrument("pymeasure", merged(KEITHLEY, channels={"u": channel}))
+
+    @pytest.mark.parametrize(
+        "channel", [{"unit": "V"}, {"unit": "mV", "scale": 1000}, {"unit": "N·m", "scale": 1}]
+    )
+    def test_the_same_or_one_with_a_scale_is_not(self, channel):
+        channel = {"property": "voltage", **channel}
+        assert instrument("pymeasure", merged(KEITHLEY, channels={"u": channel}))
+
+    def test_of_a_drive(self):
+        drive = {**FREQUENCY, "unit": "rpm"}
+        with pytest.raises(PluginError, match="frequency of Agilent33220A is in Hz"):
+            instrument("pymeasure", merged(AGILENT, drives={"frequency": drive}))
 
 
 def test_a_channel_of_an_instrument_that_there_is_not():
