@@ -142,3 +142,32 @@ def test_a_program_that_was_killed_leaves_a_tape_that_replays_up_to_there(tmp_pa
     assert "error: tester: the tape is over at" in again.err or "clock.jsonl" in again.err
     (folder,) = (tmp_path / "again").iterdir()
     assert read(folder).info.sealed
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "says"),
+    [
+        (("--record", "there"), ExitCode.DATA, "there is there already: a tape is never written"),
+        (("--record", "a", "--replay", "there"), ExitCode.USAGE, "--record and --replay exclude"),
+        (("--replay", "there"), ExitCode.DATA, "there holds no tape: tape.json: No such file"),
+        (("--replay", "nowhere"), ExitCode.DATA, "nowhere holds no tape: tape.json: No such file"),
+        (("--record", "there/x/tape"), ExitCode.DATA, "cannot make the tape there/x/tape: Not a"),
+    ],
+)
+@pytest.mark.parametrize(
+    "command",
+    [("run", "no_load_inertia_sweep", "--unattended", "--station"), ("devices",), ("jog",)],
+    ids=lambda command: command[0],
+)
+def test_what_is_no_tape_is_told_before_anything_is_connected(  # noqa: PLR0917  (a table)
+    tmp_path, monkeypatch, command, options, code, says
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there/x").touch()
+    role = ("tester", "--read", "torque") if command == ("jog",) else ()
+    called = call(*command, "simulated", *role, *options)
+    assert called.code == code
+    assert f"error: {says}" in called.err
+    assert called.out == ""
+    assert not (tmp_path / "runs").exists()

@@ -12,6 +12,8 @@ from helpers_workflow import START, station_file
 from rigrunner.api.errors import DeviceError, ExitCode
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
+from rigrunner.tape import RecordedTape, ReplayedTape
+from rigrunner.workflow.by_hand import ready_station
 from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.rig_lock import lock_folder, rig_lock
@@ -105,3 +107,31 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_device_and_says_wher
     ):
         pass
     assert "press-1.lock" in caught.value.hint
+
+
+def by_hand(folder, tape=None):
+    ready = ready_station(station_file(folder, ("id: simulated", "id: press-1")), tape=tape)
+    return dataclasses.replace(ready, registry=RealDevices(ready.registry))
+
+
+def test_by_hand_too_a_rig_is_used_by_one_alone(tmp_path):
+    rig = planned(tmp_path / "one")
+    with (
+        by_hand(tmp_path).held("jog tester"),
+        pytest.raises(DeviceError, match=r"press-1 is in use: jog tester, process \d+"),
+        rig_lock(rig),
+    ):
+        pass
+    with rig_lock(rig), pytest.raises(DeviceError, match="in use: SSPB-NLI"):
+        by_hand(tmp_path).held("devices").__enter__()
+
+
+def test_what_is_played_back_needs_no_rig(tmp_path):
+    with by_hand(tmp_path, RecordedTape(tmp_path / "tape")).held("devices"):
+        pass
+    with rig_lock(planned(tmp_path / "one")):
+        with by_hand(tmp_path, ReplayedTape(tmp_path / "tape")).held("devices"):
+            pass
+        played = ReplayedTape(tmp_path / "tape")
+        with played, rig_lock(dataclasses.replace(planned(tmp_path / "two"), tape=played)):
+            pass
