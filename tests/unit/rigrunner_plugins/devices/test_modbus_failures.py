@@ -259,3 +259,11 @@ def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
             unit.read(["torque"])
         assert unit.read(["angle"]) == {"angle": pytest.approx(math.radians(9))}
         unit.close()
+
+
+@pytest.mark.parametrize("bit", [24, 31, 32, 39])
+def test_a_serial_answer_with_a_wrong_bit_is_none(bit):
+    answer = bytearray(rtu(1, FINE))
+    answer[bit // 8] ^= 1 << bit % 8
+    with pytest.raises(DeviceTimeoutError, match="no readable answer"):
+        connect_and_read(rtu_peer([(rtu(1, PROBE), rtu(1, FINE)), (rtu(1, PROBE), bytes(answer))]))
