@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import RunStarted, StepEnded
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.panel.view.story import Story
 
 ANALYST = "rigrunner.panel.live.analyst"
-LEAST_PAUSE_S = 0.5
+LEAST_PAUSE_S = 0.25
 
 
 class Watcher:
@@ -79,4 +78,4 @@ class Watcher:
         with lock:
             story.analysed(found)
         if found.view is not None and found.view.taken_s > LEAST_PAUSE_S:
-            time.sleep(found.view.taken_s)  # half of a core is enough for the screen
+            self._closed.wait(found.view.taken_s / 2)  # two thirds of a core are enough
