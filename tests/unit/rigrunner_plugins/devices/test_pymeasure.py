@@ -16,6 +16,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
     PluginError,
 )
+from rigrunner.rig import Rig
 from rigrunner_plugins.devices.pymeasure.binding import instrument_class
 from rigrunner_plugins.devices.pymeasure.units import unit_told
 
@@ -220,6 +221,57 @@ def test_errors_of_the_instrument_are_told():
         with pytest.raises(DeviceRejectedError, match=r"frequency = 12\.5.*Data out of range"):
             device.begin("frequency", 12.5)
         device.close()
+
+
+class TestInARig:
+    """A connection that breaks ends with a generator that stands at its safe value, or is told."""
+
+    @pytest.fixture
+    def generator(self):
+        stands = {"FREQ": "50", "heard": 0}
+
+        def answer(line):
+            stands["heard"] += 1
+            if stands["heard"] == stands.get("hangs up at"):
+                return HANG_UP
+            if line.startswith("FREQ "):
+                stands["FREQ"] = line.split()[1]
+                return SILENCE
+            known = {"FREQ?": stands["FREQ"], "SYST:ERR?": '+0,"No error"'}
+            return f"{known[line]}\n".encode() if line in known else SILENCE
+
+        return stands, Lines(answer)
+
+    @pytest.fixture
+    def bench(self, generator):
+        with peer(SocketPeer, generator[1]) as made:
+            yield made
+
+    @pytest.fixture
+    def rig(self, bench):
+        settings = merged(AGILENT, resource=bench.resource, timeout="500 ms")
+        device = instrument("pymeasure", settings)
+        rig = Rig({"generator": device}, device.clock)
+        rig.connect()
+        yield rig
+        rig.close()
+
+    def test_it_is_made_safe(self, rig, generator):
+        stands, _ = generator
+        assert rig.set("generator", "frequency", 12.5) == 12.5
+        stands["hangs up at"] = stands["heard"] + 2  # at the question for errors
+        with pytest.raises(DeviceLostError, match=r"^generator: .*check errors"):
+            rig.set("generator", "frequency", 20.0)
+        (report,) = rig.make_safe()
+        assert report.safe, report.problems
+        assert float(stands["FREQ"]) == 1.0
+
+    def test_where_it_stays_away_that_is_told(self, rig, bench):
+        rig.set("generator", "frequency", 12.5)
+        bench.close()
+        (report,) = rig.make_safe()
+        assert not report.safe
+        assert "make safe failed" in report.problems[0]
 
 
 def test_the_trial_of_the_record():

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from helpers_devices import FakeTester, plan_of
 from helpers_instruments import REGISTRY, instrument, merged
 from helpers_peers import SILENCE, Lines, SerialPeer
 from rigrunner.api.devices import Device, Identity, Readable, Streaming
@@ -22,7 +23,10 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
     PluginError,
 )
+from rigrunner.api.events import Outcome
+from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.rig import Rig
 from rigrunner_plugins.devices.serial_ascii.hearing import Hearing
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
@@ -40,6 +44,13 @@ CELL = {
     "rubbish": 3,
     "rate": "200 Hz",
 }
+
+
+def run_on(rig):
+    """Run the plan of the fake tester on a rig that has more devices."""
+    return run_plan(
+        plan_of(), rig, Bus(), rig.clock, UnattendedAnswers(), threading.Event(), "test-run"
+    )
 
 
 def line(number):
@@ -216,6 +227,38 @@ class TestUnplugging:
                 list(blocks)
             assert all(report.safe for report in rig.make_safe())
             rig.close()
+
+
+class TestInARunOnAnotherRig:
+    """A load cell beside the tester: what it does not say any more ends the run, safely."""
+
+    @pytest.mark.parametrize(
+        ("spoilt", "kind", "told"),
+        [
+            (lambda n: line(n).replace(b"kN", b"lbf"), DeviceRejectedError, "behind the number"),
+            (lambda _: SILENCE, DeviceTimeoutError, "no line that can be used within 0.3 s"),
+        ],
+        ids=["another unit", "silence"],
+    )
+    def test_it_ends_the_run(self, spoilt, kind, told):
+        tester = FakeTester()
+        with cell() as device:
+            rig = Rig({"tester": tester, "cell": device}, SimulatedClock())
+            rig.connect()
+
+            def spoil(what):
+                if what == "set load 1000":
+                    device.talker.make = spoilt
+                    time.sleep(0.5)
+
+            tester.before = spoil
+            summary = run_on(rig)
+            rig.close()
+        assert summary.outcome is Outcome.ERROR
+        with pytest.raises(kind, match=f"^cell: .*{told}"):
+            raise summary.error
+        assert summary.safe
+        assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
 class TestRecordings:
