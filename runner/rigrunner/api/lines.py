@@ -1,6 +1,6 @@
 """Drivers of instruments that are asked by a line of text and answer with one.
 
-Many do, over a TCP socket: SCPI at port 5025, and the maker's own words elsewhere. A driver says
+Many do, over a TCP socket or a serial port, in SCPI or in their maker's own words. A driver says
 what is asked and what the answers mean; what is the same for all of them is here. A simulator of
 the instrument answers the same lines, so that all of a driver is tried without its instrument.
 """
@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Annotated, ClassVar, Protocol, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from rigrunner.api.devices import Identity
 from rigrunner.api.driver import Driver
@@ -21,24 +22,29 @@ from rigrunner.api.errors import (
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    MissingPackageError,
     PluginError,
 )
+from rigrunner.api.line_link import LineLink
+from rigrunner.api.ports import SerialPort, TcpPort
 from rigrunner.api.settings import PositiveDuration, SimulableSettings
-from rigrunner.api.tcp import TcpLines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.devices import DeviceContext
 
-_ADDRESS = re.compile(r"(?P<host>[^\s:]+|\[[0-9A-Fa-f:.]+\]):(?P<port>\d{1,5})")
+_HOST_AND_PORT = re.compile(r"(?P<host>[^\s:]+|\[[0-9A-Fa-f:.]+\]):(?P<port>\d{1,5})")
+_SERIAL_PORT = re.compile(r"/dev/\S+|COM\d+")
 
 
 class LineSettings(SimulableSettings):
     """Where an instrument is found that talks in lines of text."""
 
     address: str = ""
-    """host:port; not needed of a simulated one."""
+    """host:port, or a serial port such as /dev/ttyUSB0 or COM3; not needed of a simulated one."""
+    baud: Annotated[int, Field(ge=50, le=4_000_000)] = 9600
+    """Bits per second of a serial port."""
     timeout: PositiveDuration = 2.0
     """How long the answer to a line is waited for; the station's patience must be longer."""
 
@@ -46,11 +52,18 @@ class LineSettings(SimulableSettings):
     def _can_be_found(self) -> Self:
         if not self.address and self.simulated:
             return self
-        found = _ADDRESS.fullmatch(self.address)
-        if found is None or not 0 < int(found["port"]) < 65536:  # noqa: PLR2004  (ports have 16 bits)
-            got = f"'{self.address}'" if self.address else "nothing"
-            raise ValueError(f"address: got {got}, allowed is host:port, or 'simulated: yes'")
-        return self
+        found = _HOST_AND_PORT.fullmatch(self.address)
+        if self.is_serial or (found and 0 < int(found["port"]) < 65536):  # noqa: PLR2004  (16 bits)
+            return self
+        got = f"'{self.address}'" if self.address else "nothing"
+        raise ValueError(
+            f"address: got {got}, allowed is host:port, a serial port, or 'simulated: yes'"
+        )
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether the address is that of a serial port."""
+        return _SERIAL_PORT.fullmatch(self.address) is not None
 
 
 class Answering(Protocol):
@@ -83,6 +96,10 @@ class LineDriver(Driver):
             raise PluginError(
                 f"timeout: got {settings.timeout:g} s, allowed is less than {patience_s:g} s",
                 hint="after that the station gives a device up: see its safety.patience.answer",
+            )
+        if settings.is_serial and find_spec("serial") is None:
+            raise MissingPackageError(
+                "a serial port needs the package pyserial", hint="pip install 'rigrunner[serial]'"
             )
         self.settings = settings
         self._link: _Link | None = None
@@ -127,9 +144,13 @@ class LineDriver(Driver):
         if self.settings.simulated:
             self._link = _Simulated(self.simulator())
         else:
-            self._link = TcpLines(
-                self.settings.address, self.terminator, timeout_s, self.settings.timeout
-            )
+            self._link = self._over(timeout_s)
+
+    def _over(self, timeout_s: float) -> LineLink:
+        settings, address = self.settings, self.settings.address
+        serial = settings.is_serial
+        port = SerialPort(address, settings.baud) if serial else TcpPort(address, timeout_s)
+        return LineLink(address, port, self.terminator, settings.timeout)
 
     def _linked(self) -> _Link:
         if self._link is None:

@@ -8,6 +8,8 @@ import pytest
 from pydantic import ValidationError
 
 from helpers_lines import HANG_UP, peer
+from helpers_peers import SerialPeer
+from rigrunner.api import lines
 from rigrunner.api.calling import Patience
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
 from rigrunner.api.errors import (
@@ -15,6 +17,7 @@ from rigrunner.api.errors import (
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    MissingPackageError,
     PluginError,
 )
 from rigrunner.api.hooks import DeviceRecord
@@ -220,8 +223,70 @@ def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
     ],
 )
 def test_an_address_that_cannot_be_is_refused(settings):
-    with pytest.raises(ValidationError, match="allowed is host:port, or 'simulated: yes'"):
+    with pytest.raises(
+        ValidationError, match="allowed is host:port, a serial port, or 'simulated: yes'"
+    ):
         LineSettings(**settings)
+
+
+def lines_of(script):
+    """Return what a SerialPeer is to answer."""
+
+    def talk(heard):
+        line, end, _ = heard.partition(b"\n")
+        return (len(line) + 1, script.get(line + end, b"")) if end else (0, b"")
+
+    return talk
+
+
+@pytest.fixture
+def wired(tmp_path):
+    """Make a lamp behind a pseudo-terminal that answers as a script says."""
+    peers, lamps = [], []
+
+    def make(script):
+        peers.append(SerialPeer(lines_of(SCRIPT | script)))
+        lamps.append(lamp(tmp_path, address=peers[-1].port, baud=115200, timeout="0.2 s"))
+        lamps[-1].connect(5.0)
+        return lamps[-1], peers[-1]
+
+    yield make
+    for each in (*lamps,):
+        each.close()
+    for each in peers:
+        each.unplug()
+
+
+def test_over_a_serial_port_it_is_the_same(wired):
+    device, _ = wired({})
+    assert device.read(["level"]) == {"level": 0.25}
+    device.begin("level", 0.0)
+
+
+def test_a_silent_serial_instrument_ends_in_time(wired):
+    device, _ = wired({b"LEVEL?\n": b""})
+    began = time.monotonic()
+    with pytest.raises(DeviceTimeoutError, match=r"did not answer 'LEVEL\?' within 0.2 s"):
+        device.read(["level"])
+    assert time.monotonic() - began < 0.5
+
+
+def test_an_adapter_that_is_pulled_is_a_lost_device(wired):
+    device, instrument = wired({})
+    instrument.unplug()
+    with pytest.raises(DeviceLostError, match="was lost at 'LEVEL"):
+        device.read(["level"])
+
+
+def test_a_serial_port_that_is_not_there(tmp_path):
+    with pytest.raises(DeviceNotFoundError, match=r"ttyNone cannot be opened.*plugged in"):
+        lamp(tmp_path, address="/dev/ttyNone").connect(1.0)
+
+
+def test_without_pyserial_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr(lines, "find_spec", lambda name: None)  # noqa: ARG005  (whatever is asked)
+    with pytest.raises(MissingPackageError, match=r"rigrunner\[serial\]"):
+        lamp(tmp_path, address="/dev/ttyUSB0")
 
 
 def test_it_gives_up_before_the_station_gives_it_up(tmp_path):
@@ -232,7 +297,9 @@ def test_it_gives_up_before_the_station_gives_it_up(tmp_path):
         Lamp(LineSettings(simulated=True, timeout="3 s"), context)
 
 
-@pytest.mark.parametrize("address", ["10.0.0.5:5025", "bench-3.lab:80", "[::1]:5025"])
+@pytest.mark.parametrize(
+    "address", ["10.0.0.5:5025", "bench-3.lab:80", "[::1]:5025", "/dev/ttyUSB0", "COM3"]
+)
 def test_addresses(address):
     assert LineSettings(address=address).address == address
 

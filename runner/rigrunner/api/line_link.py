@@ -1,17 +1,14 @@
-"""Lines of text over a TCP socket, one asked and one answered."""
+"""Lines of text to an instrument and back, one asked and one answered."""
 
 from __future__ import annotations
 
-import select
-import socket
 import time
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
-    DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
 )
@@ -23,30 +20,36 @@ _LONGEST = 65536
 """Bytes of a line: more than that is no answer."""
 
 
-class TcpLines:
-    """A connection to `host:port` that carries lines of ASCII text, without their terminator.
+class Port(Protocol):
+    """Carries bytes; what fails is an OSError."""
 
-    `connect_s` is how long connecting may take, `answer_s` how long a whole answer. All that fails
-    is a DeviceError. After that it is closed, so that an answer which comes late is
-    never taken for that to another question.
+    def ready(self, within_s: float) -> bool:
+        """Say whether there is something to receive, once there is or the time is over."""
+        ...
+
+    def receive(self) -> bytes:
+        """Return what is there; nothing, where the other end has closed."""
+        ...
+
+    def transmit(self, data: bytes, within_s: float) -> None:
+        """Send all of the data."""
+        ...
+
+    def close(self) -> None:
+        """Give the port back; idempotent."""
+        ...
+
+
+class LineLink:
+    """Carries lines of ASCII text, without their terminator.
+
+    `answer_s` is how long a whole answer may take. All that fails is a DeviceError. After that the
+    port is closed, so that an answer which comes late is never taken for that to another question.
     """
 
-    def __init__(self, address: str, terminator: str, connect_s: float, answer_s: float) -> None:
-        self._address, self._timeout_s = address, answer_s
+    def __init__(self, name: str, port: Port, terminator: str, answer_s: float) -> None:
+        self._name, self._port, self._answer_s = name, port, answer_s
         self._end = terminator.encode("ascii")
-        host, _, port = address.rpartition(":")
-        try:
-            self._socket = socket.create_connection((host.strip("[]"), int(port)), connect_s)
-        except TimeoutError as error:
-            raise DeviceTimeoutError(
-                f"{address} did not take the connection within {connect_s:g} s",
-                hint="is it switched on, and on this network?",
-            ) from error
-        except OSError as error:
-            raise DeviceNotFoundError(
-                f"{address} cannot be reached: {error.strerror or error}",
-                hint="is it switched on, is the address right, does another program hold it?",
-            ) from error
         self._failed = False
 
     def ask(self, request: str) -> str:
@@ -61,8 +64,8 @@ class TcpLines:
             self._send(request)
 
     def close(self) -> None:
-        """Give the connection back; idempotent."""
-        self._socket.close()
+        """Give the port back; idempotent."""
+        self._port.close()
 
     @contextmanager
     def _given_up_if_it_fails(self, request: str) -> Iterator[None]:
@@ -73,44 +76,43 @@ class TcpLines:
             raise
         except TimeoutError as error:
             self._give_up()
-            raise DeviceTimeoutError(f"{self._address} did not take '{request}'") from error
+            raise DeviceTimeoutError(f"{self._name} did not take '{request}'") from error
         except OSError as error:
             self._give_up()
             reason = error.strerror or error
-            raise DeviceLostError(f"{self._address} was lost at '{request}': {reason}") from error
+            raise DeviceLostError(f"{self._name} was lost at '{request}': {reason}") from error
 
     def _give_up(self) -> None:
         self._failed = True
-        self._socket.close()
+        self._port.close()
 
     def _send(self, request: str) -> None:
         if self._failed:
-            raise DeviceLostError(f"{self._address} was given up after an earlier failure")
-        if select.select([self._socket], [], [], 0)[0]:
+            raise DeviceLostError(f"{self._name} was given up after an earlier failure")
+        if self._port.ready(0.0):
             self._refuse_what_was_not_asked_for()
-        self._socket.settimeout(self._timeout_s)
-        self._socket.sendall(request.encode("ascii") + self._end)
+        self._port.transmit(request.encode("ascii") + self._end, self._answer_s)
 
     def _refuse_what_was_not_asked_for(self) -> None:
-        waiting = self._socket.recv(_LONGEST)
+        waiting = self._port.receive()
         if not waiting:
-            raise DeviceLostError(f"{self._address} closed the connection")
+            raise DeviceLostError(f"{self._name} closed the connection")
         raise DeviceLostError(
-            f"{self._address} sent {waiting[:40]!r} without being asked",
+            f"{self._name} sent {waiting[:40]!r} without being asked",
             hint="an answer to an earlier line: does a line that is told have one?",
         )
 
     def _line(self, request: str) -> str:
         """Return one whole line, within the time-out from the first byte to the last."""
-        until_s = time.monotonic() + self._timeout_s
+        until_s = time.monotonic() + self._answer_s
         got = b""
         while not got.endswith(self._end):
             remaining_s = until_s - time.monotonic()
-            if remaining_s <= 0 or not select.select([self._socket], [], [], remaining_s)[0]:
+            if remaining_s <= 0 or not self._port.ready(remaining_s):
                 raise self._unfinished(request, got)
-            more = self._socket.recv(_LONGEST)
+            more = self._port.receive()
             if not more:
-                raise DeviceLostError(f"{self._address} closed the connection at '{request}'")
+                raise DeviceLostError(f"{self._name} closed the connection at '{request}'")
             got += more
             if len(got) > _LONGEST:
                 raise DeviceRejectedError(f"'{request}' was answered by more than {_LONGEST} bytes")
@@ -124,10 +126,10 @@ class TcpLines:
     def _unfinished(self, request: str, got: bytes) -> DeviceTimeoutError:
         if not got:
             return DeviceTimeoutError(
-                f"{self._address} did not answer '{request}' within {self._timeout_s:g} s"
+                f"{self._name} did not answer '{request}' within {self._answer_s:g} s"
             )
         return DeviceTimeoutError(
-            f"{self._address} answered '{request}' by {got[:40]!r}"
-            f" and no {self._end!r} within {self._timeout_s:g} s",
+            f"{self._name} answered '{request}' by {got[:40]!r}"
+            f" and no {self._end!r} within {self._answer_s:g} s",
             hint="is it the terminator that the instrument is set to?",
         )

@@ -1,0 +1,88 @@
+"""Where lines of text travel: a TCP socket, or a serial port (pyserial)."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from typing import Any
+
+from rigrunner.api.errors import DeviceNotFoundError, DeviceTimeoutError
+
+_AT_ONCE = 65536
+_LOOK_S = 0.005
+"""How often a serial port is looked at: it takes as long for a few characters."""
+
+
+class TcpPort:
+    """A TCP connection to `host:port`."""
+
+    def __init__(self, address: str, connect_s: float) -> None:
+        host, _, port = address.rpartition(":")
+        try:
+            self._socket = socket.create_connection((host.strip("[]"), int(port)), connect_s)
+        except TimeoutError as error:
+            raise DeviceTimeoutError(
+                f"{address} did not take the connection within {connect_s:g} s",
+                hint="is it switched on, and on this network?",
+            ) from error
+        except OSError as error:
+            raise DeviceNotFoundError(
+                f"{address} cannot be reached: {error.strerror or error}",
+                hint="is it switched on, is the address right, does another program hold it?",
+            ) from error
+
+    def ready(self, within_s: float) -> bool:
+        """Say whether there is something to receive, or the end."""
+        return bool(select.select([self._socket], [], [], within_s)[0])
+
+    def receive(self) -> bytes:
+        """Return what is there."""
+        return self._socket.recv(_AT_ONCE)
+
+    def transmit(self, data: bytes, within_s: float) -> None:
+        """Send all of the data."""
+        self._socket.settimeout(within_s)
+        self._socket.sendall(data)
+
+    def close(self) -> None:
+        """Give the connection back."""
+        self._socket.close()
+
+
+class SerialPort:
+    """A serial port of this machine: 8 data bits, no parity, one stop bit; needs pyserial."""
+
+    def __init__(self, name: str, baud: int) -> None:
+        import serial  # noqa: PLC0415  (an extra)
+
+        try:
+            self._port: Any = serial.Serial(name, baud, timeout=0, exclusive=True)
+        except (OSError, ValueError) as error:  # pyserial's SerialException is an OSError
+            raise DeviceNotFoundError(
+                f"the serial port {name} cannot be opened: {error}",
+                hint="is the adapter plugged in, may you use it, does another program hold it?",
+            ) from error
+        self._port.reset_input_buffer()
+
+    def ready(self, within_s: float) -> bool:
+        """Say whether there is something to receive."""
+        until_s = time.monotonic() + within_s
+        while not self._port.in_waiting:
+            if time.monotonic() >= until_s:
+                return False
+            time.sleep(_LOOK_S)
+        return True
+
+    def receive(self) -> bytes:
+        """Return what is there."""
+        return bytes(self._port.read(self._port.in_waiting))
+
+    def transmit(self, data: bytes, within_s: float) -> None:
+        """Send all of the data."""
+        self._port.write_timeout = within_s
+        self._port.write(data)
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._port.close()
