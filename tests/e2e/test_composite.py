@@ -8,9 +8,12 @@ import pytest
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.errors import ExitCode, InvalidFileError
 from rigrunner.clock import SimulatedClock
+from rigrunner.plan.actions import Measure
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
+from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.prepare import plan_run
+from rigrunner.yamlfile import parse
 
 PLAIN = """\
     plugin: swing_tester_sim
@@ -57,6 +60,7 @@ class Room:
 def rigrunner_devices():
     return [DeviceRecord(name="room_thermometer", help="Room.", factory=lambda *_: Room())]
 """
+SETTINGS = ("devices", "tester", "settings")
 QUICK = ("over: $frequencies", "over: [8 Hz, 15 Hz]")
 
 
@@ -114,6 +118,30 @@ def test_a_channel_of_a_part_that_does_not_stream_is_no_column_of_a_recording(tm
     told = problems(quick_procedure(tmp_path, "no_load_inertia_sweep", recorded), station)
     assert "tester.temperature cannot be recorded: it is read as a single value" in told
     assert "as a condition" in told
+
+
+def test_what_is_only_read_is_averaged_by_reading_it_again(tmp_path, station):
+    measured = (
+        "- record: {channels: [tester.angle, tester.torque], cycles: 30}",
+        "- measure: {name: room, channels: [tester.temperature], duration: 1 s}",
+    )
+    procedure = tmp_path / "p.yaml"
+    text = find_procedure("no_load_inertia_sweep").read_text(encoding="utf-8")
+    assert measured[0] in text
+    procedure.write_text(text.replace(*measured).partition("\nanalysis:")[0], encoding="utf-8")
+    planned = plan_run(procedure, station, load_registry(), SimulatedClock())
+    (first, *_) = [s.action for s in planned.plan.steps if isinstance(s.action, Measure)]
+    assert first.sample_rate_hz is None
+    assert first.duration_s == 1.0
+
+
+def test_it_is_known_which_part_gives_a_channel(tmp_path, station):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    registry = plan_run(procedure, station, load_registry(), SimulatedClock()).registry
+    settings = parse(station.read_text(encoding="utf-8"), "s").part(SETTINGS)
+    assert registry.source("composite", settings, "torque") == ("swing_tester_sim", {"seed": 1})
+    assert registry.source("composite", settings, "temperature") == ("room_thermometer", {})
+    assert not registry.is_simulated("composite", settings)  # not all of its parts are
 
 
 HALVES = """\

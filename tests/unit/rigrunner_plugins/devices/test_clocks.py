@@ -163,8 +163,9 @@ def test_channels_of_one_clock_state_nothing():
     assert device.stream_conditions() == {}
 
 
-def test_what_the_slower_part_alone_records_has_the_rate_of_the_reference():
-    device = Bench(sample_rate_hz=2000.0).device()
+@pytest.mark.parametrize("clocks", [COMMON, {}])
+def test_what_the_slower_part_alone_records_has_the_rate_of_the_reference(clocks):
+    device = Bench(sample_rate_hz=2000.0, clocks=clocks).device()
     blocks = list(device.stream(["angle"], 0.3, threading.Event()))
     assert {block.rate_hz for block in blocks} == {10_000.0}
 

@@ -94,6 +94,8 @@ class AlignedStream:
             channels = [route.name for route in self._wanted.routes if route.part == name]
             channels += [settings.common[name]] if name in settings.common else []
             part = self._wanted.parts[name]
+            if not channels:  # the reference, of which only the time base is wanted
+                channels = [next(info.name for info in part.device.channels if info.streams)]
             held.enter_context(part.streaming())
             chosen = list(dict.fromkeys(channels))
             self._feeds[name] = Feed(part, chosen, longest_s, self._stop, self._clock)
