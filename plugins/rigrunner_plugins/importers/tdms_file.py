@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import struct
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import nptdms
@@ -15,18 +13,20 @@ from nptdms.log import log_manager
 from rigrunner.api.errors import DataError, Location, RigrunnerError
 from rigrunner.api.importing import Column, NotInFileError
 from rigrunner_plugins.importers.finding import near, numbers
+from rigrunner_plugins.importers.tdms_segments import (
+    BEGINS,
+    goes_of,
+    is_number,
+    segment_ends,
+    started,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+    from datetime import datetime
     from pathlib import Path
-    from typing import BinaryIO, TypeGuard
 
-_BEGINS = b"TDSm"
 _INDEX_BEGINS = b"TDSh"
-_LEAD_IN = 28
-_BIG_ENDIAN = 1 << 6
-_NEVER = datetime(1904, 1, 2, tzinfo=UTC)
-"""Up to here a start is LabVIEW's zero: nobody entered one."""
 
 
 class TdmsImporter:
@@ -36,24 +36,32 @@ class TdmsImporter:
         self, path: Path, columns: Mapping[str, int | str], group: str
     ) -> Mapping[str, Column]:
         """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
-        with _opened(path) as file:
+        with _opened(path) as (file, ends):
             members = _group(file, group, path)
-            return {
-                wanted: _column(file, members, str(column), wanted, path)
+            found = {
+                wanted: _channel(file, members, str(column), wanted, path)
                 for wanted, column in columns.items()
+            }
+            return {
+                wanted: _column(channel, path, goes_of(path, ends, channel))
+                for wanted, channel in found.items()
             }
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[nptdms.TdmsFile]:
-    """Give the file; its index file is not looked at, which may be of another recording."""
+def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
+    """Give the file, and where its segments end.
+
+    Its index file is not looked at, which may be of another recording.
+    """
     place = Location(str(path))
     try:
         with path.open("rb") as source:
-            _refuse_other_kinds(source.read(len(_BEGINS)), place)
-            refuse_torn(source, path.stat().st_size, place)
+            _refuse_other_kinds(source.read(len(BEGINS)), place)
+            ends = segment_ends(source, path.stat().st_size, place)
+            source.seek(0)
             with _silent(), nptdms.TdmsFile.open(source) as file:
-                yield file
+                yield file, ends
     except RigrunnerError:
         raise
     except OSError as error:
@@ -74,36 +82,8 @@ def _silent() -> Iterator[None]:
         log_manager.set_level(before)
 
 
-def refuse_torn(source: BinaryIO, size: int, place: Location) -> None:
-    """Raise DataError where the file ends within what says which samples follow.
-
-    npTDMS leaves such a segment out without a word, and nobody would miss its samples. Each segment
-    begins with a lead-in: tag, contents, version, and the distances from its end to the next
-    segment and to its own samples (NI, TDMS File Format Internal Structure).
-    """
-    at = 0
-    while at < size:
-        source.seek(at)
-        lead_in = source.read(_LEAD_IN)
-        if len(lead_in) < _LEAD_IN or lead_in[: len(_BEGINS)] != _BEGINS:
-            break
-        order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
-        to_next, to_samples = struct.unpack(f"{order}QQ", lead_in[12:])
-        if at + _LEAD_IN + to_samples > size:
-            break
-        at += _LEAD_IN + to_next
-    else:
-        source.seek(0)
-        return
-    raise DataError(
-        f"is cut short or damaged in the segment that begins at byte {at}",
-        location=place,
-        hint="was the program that wrote it broken off, or the copy?",
-    )
-
-
 def _refuse_other_kinds(begins: bytes, place: Location) -> None:
-    if begins != _BEGINS:
+    if begins != BEGINS:
         hint = "this is the index of one" if begins == _INDEX_BEGINS else ""
         raise DataError("is not a TDMS file", location=place, hint=hint)
 
@@ -121,9 +101,9 @@ def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:
     )
 
 
-def _column(
+def _channel(
     file: nptdms.TdmsFile, group: nptdms.TdmsGroup, name: str, wanted: str, path: Path
-) -> Column:
+) -> nptdms.TdmsChannel:
     channels = {each.name: each for each in group.channels()}
     place, what = Location(str(path)), f"the channel '{group.name}/{name}'"
     if name not in channels:
@@ -140,14 +120,22 @@ def _column(
             location=place,
             hint="was the program that wrote it broken off, or the copy?",
         )
+    return channel
+
+
+def _column(
+    channel: nptdms.TdmsChannel, path: Path, goes: tuple[tuple[int, datetime], ...]
+) -> Column:
+    what = f"the channel '{channel.group_name}/{channel.name}'"
     interval_s = channel.properties.get("wf_increment")
     offset_s = channel.properties.get("wf_start_offset")
     return Column(
         numbers(np.asarray(channel[:]), what, path),
         unit=str(channel.properties.get("unit_string", "")),
-        interval_s=float(interval_s) if _is_number(interval_s) and interval_s > 0 else None,
-        started=_started(channel.properties.get("wf_start_time")),
-        offset_s=float(offset_s) if _is_number(offset_s) else 0.0,
+        interval_s=float(interval_s) if is_number(interval_s) and interval_s > 0 else None,
+        started=goes[0][1] if goes else started(channel.properties.get("wf_start_time")),
+        offset_s=float(offset_s) if is_number(offset_s) and not goes else 0.0,
+        goes=goes[1:],
     )
 
 
@@ -158,18 +146,3 @@ def _is_cut(file: nptdms.TdmsFile, channel: str) -> bool:
         return False
     lengths = status.channel_statuses
     return lengths is None or channel in lengths
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
-
-
-def _started(time: object) -> datetime | None:
-    """Return a time stamp of the file, which is in UTC."""
-    if not isinstance(time, np.datetime64) or np.isnat(time):
-        return None
-    found = time.astype("datetime64[us]").astype(datetime)
-    if not isinstance(found, datetime):  # a date that Python does not know
-        return None
-    started = found.replace(tzinfo=UTC)
-    return started if started > _NEVER else None

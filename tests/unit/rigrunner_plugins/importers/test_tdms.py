@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from rigrunner.api.errors import DataError, MissingPackageError
 from rigrunner.api.importing import NotInFileError
 from rigrunner.registry import load_registry
+from rigrunner.workflow.importing.sampling import start_of
 from rigrunner_plugins.importers.tdms_file import TdmsImporter
 
 START = np.datetime64("2026-03-02T09:15:00.25", "us")
@@ -150,3 +151,40 @@ def test_a_start_that_nobody_entered_is_none(tmp_path):
     zero = {"wf_start_time": np.datetime64("1904-01-01T00:00:00", "us")}
     found = read(write(tmp_path / "a.tdms", torque(**zero)))
     assert (found.started, found.interval_s, found.unit) == (None, None, "")
+
+
+def append(path, data, microseconds, **properties):
+    start = {"wf_start_time": START + np.timedelta64(microseconds, "us"), **properties}
+    with TdmsWriter(path, mode="a") as writer:
+        writer.write_segment([torque(data=data, wf_increment=1e-4, **start)])
+
+
+def test_a_channel_that_was_gone_on_with_says_when(tmp_path):
+    first = torque(wf_increment=1e-4, wf_start_time=START)
+    path = write(tmp_path / "a.tdms", torque("other"), first)
+    append(path, np.arange(5.0), 400)
+    append(path, np.arange(2.0), 0, wf_start_offset=9e-4)
+    found = TdmsImporter().read(path, {"torque": "Torque"}, "r1")["torque"]
+    assert len(found.values) == 3 + 5 + 2
+    utc = datetime(2026, 3, 2, 9, 15, tzinfo=UTC)
+    first, second = found.goes
+    assert (found.started, found.offset_s) == (utc + timedelta(seconds=0.25), 0.0)
+    assert first == (3, utc + timedelta(seconds=0.2504))
+    assert second == (8, utc + timedelta(seconds=0.2509))
+
+
+def test_goes_of_a_loop_follow_each_other(tmp_path):
+    path = write(tmp_path / "a.tdms", torque(wf_increment=1e-4, wf_start_time=START))
+    for go in range(1, 20):
+        append(path, TORQUE, 300 * go)
+    found = {"torque": read(path)}
+    assert len(found["torque"].goes) == 19
+    assert start_of(found, 1e4, "f") == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
+    append(path, TORQUE, 6500)
+    with pytest.raises(DataError, match=r"'torque' has a gap: sample 61 was taken 0\.0005 s later"):
+        start_of({"torque": read(path)}, 1e4, "f")
+
+
+def test_a_start_that_is_stated_once_is_one_go(tmp_path):
+    path = write(tmp_path / "a.tdms", torque(), parts=4)
+    assert read(path).goes == ()

@@ -1,0 +1,130 @@
+"""The segments of a TDMS file: whether the last one is torn, and when each was taken."""
+
+from __future__ import annotations
+
+import os
+import struct
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING, BinaryIO
+
+import nptdms
+import numpy as np
+
+from rigrunner.api.errors import DataError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+    from typing import Any, TypeGuard
+
+    from rigrunner.api.errors import Location
+
+BEGINS = b"TDSm"
+_LEAD_IN = 28
+_BIG_ENDIAN = 1 << 6
+_NEVER = datetime(1904, 1, 2, tzinfo=UTC)
+"""Up to here a start is LabVIEW's zero: nobody entered one."""
+
+
+def segment_ends(source: BinaryIO, size: int, place: Location) -> list[int]:
+    """Return where each segment ends, in bytes.
+
+    Raises DataError where the file ends within what says which samples follow.
+
+    npTDMS leaves such a segment out without a word, and nobody would miss its samples. A segment
+    begins with a lead-in: tag, contents, version, and the distances from its end to the next
+    segment and to its own samples (NI, TDMS File Format Internal Structure).
+    """
+    at, ends = 0, []
+    while at < size:
+        source.seek(at)
+        lead_in = source.read(_LEAD_IN)
+        if len(lead_in) < _LEAD_IN or lead_in[: len(BEGINS)] != BEGINS:
+            break
+        order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
+        to_next, to_samples = struct.unpack(f"{order}QQ", lead_in[12:])
+        if at + _LEAD_IN + to_samples > size:
+            break
+        at += _LEAD_IN + to_next
+        ends.append(min(at, size))
+    else:
+        return ends
+    raise DataError(
+        f"is cut short or damaged in the segment that begins at byte {at}",
+        location=place,
+        hint="was the program that wrote it broken off, or the copy?",
+    )
+
+
+def goes_of(
+    path: Path, ends: Iterable[int], channel: nptdms.TdmsChannel
+) -> tuple[tuple[int, datetime], ...]:
+    """Return with which sample each go of a channel began, and when; none where it was one go.
+
+    A file that was opened again, or a loop that writes each go with its time, states the start more
+    than once; npTDMS knows the last. So the file is read as it was after each of its segments.
+    """
+    found: list[tuple[int, datetime]] = []
+    known, samples, final = None, 0, _taken(channel.properties)
+    with path.open("rb") as source:
+        for end in ends:
+            before = nptdms.TdmsFile.read_metadata(_Beginning(source, end))
+            if channel.group_name not in before or channel.name not in before[channel.group_name]:
+                continue
+            so_far = before[channel.group_name][channel.name]
+            taken = _taken(so_far.properties)
+            if known is None and taken == final:
+                return ()
+            if taken is not None and taken != known:
+                found.append((samples, taken))
+            known, samples = taken or known, len(so_far)
+    return tuple(found)
+
+
+class _Beginning:
+    """The first bytes of a file, as a file."""
+
+    def __init__(self, source: BinaryIO, size: int) -> None:
+        self._source = source
+        self._size = size
+        source.seek(0)
+
+    def read(self, count: int = -1) -> bytes:
+        """Return that many bytes, or what is left."""
+        left = max(self._size - self._source.tell(), 0)
+        return self._source.read(left if count < 0 else min(count, left))
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a place, and return it."""
+        if whence == os.SEEK_END:
+            return self._source.seek(self._size + offset)
+        return self._source.seek(offset, whence)
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._source.tell()
+
+    def close(self) -> None:
+        """Leave the file open: it is somebody else's."""
+
+
+def _taken(properties: Mapping[str, Any]) -> datetime | None:
+    begun = started(properties.get("wf_start_time"))
+    offset_s = properties.get("wf_start_offset")
+    return begun and begun + timedelta(seconds=float(offset_s) if is_number(offset_s) else 0.0)
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Say whether the value of a property is a finite number."""
+    return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
+
+
+def started(time: object) -> datetime | None:
+    """Return a time stamp of the file, which is in UTC."""
+    if not isinstance(time, np.datetime64) or np.isnat(time):
+        return None
+    found = time.astype("datetime64[us]").astype(datetime)
+    if not isinstance(found, datetime):  # a date that Python does not know
+        return None
+    begun = found.replace(tzinfo=UTC)
+    return begun if begun > _NEVER else None
