@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+import numpy as np
 import pytest
 
 from rigrunner.api.errors import PluginError
@@ -56,3 +57,31 @@ def test_what_cannot_be_tried_alone_says_what_it_needs(kind, name):
 def test_most_can_be_tried_alone():
     assert len(NOT_ALONE) <= len(REGISTRY.plugins) / 3
     assert {kind for kind, _ in NOT_ALONE} <= {"device"}
+
+
+class TestReplay:
+    """With files as a test makes them, by the kit's plugin of pytest."""
+
+    @pytest.fixture
+    def conformance_settings(self, tmp_path):
+        angle = np.sin(np.arange(40_000) / 50)
+        rows = np.c_[angle, 2 * angle]
+        np.savetxt(tmp_path / "swing.csv", rows, delimiter=",", header="a,t", comments="")
+        tmp_path.joinpath("manifest.yaml").write_text(MANIFEST)
+        columns = {
+            "angle": {"column": "a", "unit": "deg"},
+            "torque": {"column": "t", "unit": "N·m"},
+        }
+        return {"folder": str(tmp_path), "rate": "10 kHz", "channels": columns}
+
+    @pytest.mark.conformance("device", "replay")
+    def test_it_conforms(self, conformance):
+        conformance()
+
+
+MANIFEST = """\
+rigrunner: replay/1
+recordings:
+  - {frequency: 0 Hz, load: 0 N, values: {angle: 0 deg, torque: 0.01 N·m}}
+  - {frequency: 3.5 Hz, load: 300 N, file: swing.csv}
+"""

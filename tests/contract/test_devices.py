@@ -1,4 +1,4 @@
-"""Every tester that ships goes through the same checks, by the door of the registry.
+"""What holds of every tester that ships beyond the conformance kit, by the door of the registry.
 
 Devices for real instruments are tried against peers that talk their protocol, in their own tests.
 """
@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.devices import Device, DeviceContext, Readable, Settable, Streaming
-from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.quantity import UNITS
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
@@ -112,28 +112,6 @@ def test_channels_and_drives_are_known_before_connecting_in_si_units(device):
     assert [info.sets_cycle_frequency for info in device.drives] == [True, False]
 
 
-def test_it_says_who_it_is(device):
-    identity = device.connect(1.0)
-    assert identity.maker
-    assert identity.model
-
-
-def test_nothing_but_safety_works_without_a_connection(device):
-    for use in (
-        lambda: device.set("frequency", 10.0),
-        lambda: device.read_back(device.drives[-1].name),
-        lambda: device.read(["angle"]),
-    ):
-        with pytest.raises(DeviceError, match="not connected"):
-            use()
-
-
-@only_testers
-def test_nothing_is_streamed_without_a_connection(device):
-    with pytest.raises(DeviceError, match="not connected"):
-        list(device.stream(["angle"], 0.1, Stop()))
-
-
 def test_a_drive_goes_where_it_is_set_and_not_beyond_its_limits(connected):
     for info in connected.drives:
         connected.set(info.name, info.maximum)
@@ -153,22 +131,6 @@ def test_a_drive_takes_its_time(connected, clock):
         assert clock.monotonic_s() - before == pytest.approx(took)
 
 
-def test_unknown_drives_and_channels_are_refused_with_the_known_ones(connected):
-    known = ", ".join(info.name for info in connected.drives)
-    with pytest.raises(DeviceRejectedError, match=f"'speed'.*{known}"):
-        connected.set("speed", 1.0)
-    with pytest.raises(DeviceRejectedError, match=f"'speed'.*{known}"):
-        connected.read_back("speed")
-    with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
-        connected.read(["torq"])
-
-
-@only_testers
-def test_unknown_channels_are_not_streamed(connected):
-    with pytest.raises(DeviceRejectedError, match=r"'torq'.*angle, torque"):
-        connected.stream(["torq"], 0.1, Stop())
-
-
 def test_make_safe_works_in_any_state_as_often_as_wanted(device, connected):
     safe = {info.name: info.safe_value for info in device.drives}
     for info in device.drives:
@@ -180,11 +142,6 @@ def test_make_safe_works_in_any_state_as_often_as_wanted(device, connected):
     device.close()
     device.close()
     assert device.make_safe() == safe
-
-
-def test_make_safe_works_before_anything_was_connected(device):
-    assert list(device.make_safe().values()) == [0.0, 0.0]
-    device.close()
 
 
 @only_testers
@@ -202,12 +159,6 @@ def test_a_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
 
 
 @only_testers
-def test_a_stream_ends_when_asked_to(connected):
-    connected.set("frequency", 10.0)
-    assert len(list(connected.stream(["angle"], 0.55, Stop(after=2)))) == 2
-
-
-@only_testers
 def test_what_is_streamed_is_finite_and_swings(connected):
     connected.set("frequency", 10.0)
     blocks = list(connected.stream(["angle"], 0.5, Stop()))
@@ -216,22 +167,8 @@ def test_what_is_streamed_is_finite_and_swings(connected):
     assert angle.min() < -0.01 < 0.01 < angle.max()
 
 
-def test_a_reading_gives_each_channel_one_value(connected):
-    connected.set("frequency", min(10.0, connected.drives[0].maximum))
-    values = connected.read(["torque", "angle"])
-    assert list(values) == ["torque", "angle"]
-    assert all(isinstance(value, float) and np.isfinite(value) for value in values.values())
-
-
 def test_declaring_devices_loads_no_numpy():
     code = "import sys, rigrunner_plugins.hooks as h; h.rigrunner_devices()"
     code += "; print('numpy' in sys.modules or 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_settings_have_a_schema_in_which_each_one_is_explained(name):
-    schema = REGISTRY.settings_of("device", name).model_json_schema()
-    assert schema["additionalProperties"] is False
-    assert schema["properties"]

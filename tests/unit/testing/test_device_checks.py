@@ -32,6 +32,19 @@ def test_what_is_broken_fails(name):
     assert not known.made_devices
 
 
+def test_what_makes_its_samples_up_must_say_so():
+    class SaysItIsReal(Press):
+        def open(self, timeout_s):
+            return replace(super().open(timeout_s), simulated=False)
+
+    known = subject("device", "press", registry=press(factory=SaysItIsReal))
+    found = examine_one(known, CHECKS["connects_and_says_who_it_is"])
+    assert "makes its samples up" in found.text
+    known = subject("device", "press", registry=press(simulated=False))
+    found = examine_one(known, CHECKS["connects_and_says_who_it_is"])
+    assert "its record does not" in found.text
+
+
 def test_a_crash_is_a_failed_check_with_its_place():
     class Crashes(Press):
         def get(self, _channel):

@@ -7,7 +7,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import Readable, Settable, Streaming
+from rigrunner.api.devices import KnowsTruth, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner.testing.check import Nonconformity, applies, check, demand
 from rigrunner.testing.device.doing import names, refusal, safely, streamed_names
@@ -48,10 +48,14 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
     if not identity.simulated and not identity.serial.strip():
         missing.append("serial")
     demand(not missing, f"the identity has no {', '.join(missing)}")
-    said = "simulated" if subject.simulated else "not simulated"
     demand(
-        identity.simulated == subject.simulated,
-        f"the record says that it is {said}, and its identity the contrary",
+        subject.simulated or not identity.simulated,
+        "its identity says that it is simulated, and its record does not",
+    )
+    invents = isinstance(device, KnowsTruth) or "seed" in subject.record.settings.model_fields
+    demand(
+        identity.simulated or not (subject.simulated and invents),
+        "it makes its samples up, and its identity does not say that it is simulated",
     )
 
 
