@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 from asyncua import Client, ua
@@ -38,7 +39,7 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
         ) from error
     except OSError as error:
         raise DeviceNotFoundError(
-            f"{settings.endpoint} cannot be reached: {error.strerror or error}",
+            f"{settings.endpoint} cannot be reached: {_reason(error)}",
             hint="is the server on, are host and port right, and does it speak opc.tcp there?",
         ) from error
     except ua.UaError as error:
@@ -47,6 +48,11 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
             hint="see `user` and `security`, and whether the server trusts our certificate",
         ) from error
     return client
+
+
+def _reason(error: OSError) -> str:
+    """Return the system's own words: asyncio puts addresses in their place."""
+    return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
 
 
 def said(error: Exception) -> str:

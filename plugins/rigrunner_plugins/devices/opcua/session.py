@@ -34,6 +34,10 @@ logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
 _STEPS_OF_CONNECTING = 6
 """Hello, channel, endpoints, session, activation and certificates: each waits for an answer."""
+_NO_SUCH_NODE = (
+    "see its id in a browser of OPC UA: the number of a namespace may change, `nsu=URI;...` names"
+    " it for good"
+)
 _BUILD_INFO = {
     "maker": "i=2263",
     "model": "i=2261",
@@ -116,7 +120,10 @@ class Session:
                 hint="see server, network and cable",
             ) from error
         except ua.UaError as error:
-            raise DeviceRejectedError(f"{asked}: the server says {said(error)}") from error
+            unknown = isinstance(error, ua.uaerrors.BadNodeIdUnknown)
+            raise DeviceRejectedError(
+                f"{asked}: the server says {said(error)}", hint=_NO_SUCH_NODE if unknown else ""
+            ) from error
 
     async def _node(self, written: str) -> Node:
         client = self._open_client()

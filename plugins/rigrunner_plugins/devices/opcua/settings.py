@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from rigrunner.api.settings import Duration, ListOf, PositiveDuration, Settings, YesNo
 from rigrunner_plugins.devices.declared import (
@@ -15,8 +16,30 @@ from rigrunner_plugins.devices.declared import (
 )
 from rigrunner_plugins.devices.opcua.types import Type, encode, step
 
+_NODE_ID = r"^(ns=[0-9]+;|nsu=[^;]+;)?(i=[0-9]+|s=.+|g=[0-9a-fA-F-]{36})$"
+_ENDPOINT = r"^opc\.tcp://[^\s@]+$"
+
+
+def _node_id(written: str) -> str:
+    if not re.match(_NODE_ID, written):
+        raise ValueError(
+            f"'{written}' is not a node id; allowed is such as ns=2;s=Rig.Torque, i=2258 or"
+            " nsu=urn:acme;s=Torque"
+        )
+    return written
+
+
+def _endpoint(written: str) -> str:
+    if not re.match(_ENDPOINT, written):
+        raise ValueError(
+            f"'{written}' is not an endpoint; allowed is such as opc.tcp://192.168.1.30:4840,"
+            " without user and password"
+        )
+    return written
+
+
 NodeId = Annotated[
-    str, StringConstraints(pattern=r"^(ns=[0-9]+;|nsu=[^;]+;)?(i=[0-9]+|s=.+|g=[0-9a-fA-F-]{36})$")
+    str, AfterValidator(_node_id), WithJsonSchema({"type": "string", "pattern": _NODE_ID})
 ]
 """As OPC UA writes it: `ns=2;s=Rig.Torque`, `i=2258`, or by namespace: `nsu=urn:acme;s=Torque`."""
 
@@ -129,7 +152,9 @@ class OpcUaDrive(NodeValue, DeclaredDrive):
 class OpcUaSettings(Settings):
     """Nodes of an OPC UA server."""
 
-    endpoint: Annotated[str, StringConstraints(pattern=r"^opc\.tcp://[^\s@]+$")]
+    endpoint: Annotated[
+        str, AfterValidator(_endpoint), WithJsonSchema({"type": "string", "pattern": _ENDPOINT})
+    ]
     """Such as opc.tcp://192.168.1.30:4840."""
     timeout: PositiveDuration = 2.0
     """How long an answer is waited for."""
