@@ -47,7 +47,8 @@ class Hearing:
         self._last: Line | None = None
         self._newest: Line | None = None
         self._recorded: list[Line] | None = None
-        self._answers: list[str] | None = None
+        self._is_answer: Callable[[str], bool] | None = None
+        self._answer: str | None = None
         self._unasked = b""
         self._rubbish = 0
         self._problem: DeviceError | None = None
@@ -55,7 +56,7 @@ class Hearing:
     def hear(self, data: bytes) -> None:
         """Take bytes as they come."""
         with self._changed:
-            if self._answers is None:
+            if self._is_answer is None:
                 self._unasked = (self._unasked + data)[-_LONGEST_LINE:]
             *lines, tail = (self._tail + data).split(self._ending)
             self._tail = tail[-_LONGEST_LINE:]
@@ -87,15 +88,16 @@ class Hearing:
     ) -> str:
         """Return the first line after sending that is an answer; raise a DeviceError."""
         with self._changed:
-            self._answers, self._tail = [], b""
+            self._is_answer, self._answer, self._tail = is_answer, None, b""
             self._begins_within_a_line = False  # who waits to be asked says nothing before
         send()
         with self._changed:
             try:
-                self._wait(lambda: any(map(is_answer, self._answers or ())), within_s)
-                return next(filter(is_answer, self._answers))
+                self._wait(lambda: self._answer is not None, within_s)
+                assert self._answer is not None  # noqa: S101  (waited for)
+                return self._answer
             finally:
-                self._answers, self._unasked = None, b""
+                self._is_answer, self._unasked = None, b""
 
     def unasked(self) -> str:
         """Return what has come since the last answer."""
@@ -122,8 +124,11 @@ class Hearing:
 
     def _take_in(self, line: Line) -> None:
         self._last = line
-        if self._answers is not None:
-            self._answers.append(line.text)
+        if self._is_answer is not None and self._answer is None:
+            if self._is_answer(line.text):
+                self._answer = line.text
+            if not self._settings.request:
+                return  # what came before the answer may have begun before we listened
         if self._settings.is_ignored(line.text):
             return
         try:

@@ -85,20 +85,19 @@ class VisaLink:
         """Send a query and return the bytes of the block that answers it (IEEE 488.2, 8.7.9)."""
         with self._talk(f"no block in answer to '{query}'", timeout_s) as resource:
             self._write(resource, query)
-            if self._settings.has_messages:
-                resource.read_termination = None
-                return whole_block(bytes(resource.read_raw()), query)
-            return self._read_block(resource, query)
+            resource.read_termination = None  # nothing in a block means anything but its data
+            try:
+                if self._settings.has_messages:
+                    return whole_block(bytes(resource.read_raw()), query)
+                return self._read_block(resource, query)
+            finally:
+                resource.read_termination = self._settings.termination
 
     def _read_block(self, resource: Any, query: str) -> bytes:
-        resource.read_termination = None
-        try:
-            start = resource.read_bytes(2)
-            digits = resource.read_bytes(digits_of_length(start, query))
-            data: bytes = resource.read_bytes(data_length(digits, query))
-            end = resource.read_bytes(len(self._settings.termination))
-        finally:
-            resource.read_termination = self._settings.termination
+        start = resource.read_bytes(2)
+        digits = resource.read_bytes(digits_of_length(start, query))
+        data: bytes = resource.read_bytes(data_length(digits, query))
+        end = resource.read_bytes(len(self._settings.termination))
         if end != self._settings.termination.encode():
             raise DeviceRejectedError(
                 f"behind the block that answers '{query}' comes {end!r},"

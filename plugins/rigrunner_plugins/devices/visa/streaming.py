@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.visa.settings import Stream, VisaSettings
 
 _EARLY_S = 0.05
-"""By how much a block may come before its time: the start command takes a while to return."""
+"""By how much a block may come before its time: none can, but clocks have steps."""
 _EARLY = 0.01
 """The same, of the time since the start: two clocks need not run alike."""
 
@@ -52,8 +52,8 @@ class StreamingVisa(Visa):
 
     def _blocks(self, channels: Sequence[str], samples: int, stop: StopToken) -> Iterator[Block]:
         stream, first = self._stream, 0
+        started_s = self.clock.monotonic_s()
         with self._acquisition():
-            started_s = self.clock.monotonic_s()
             while first < samples and not stop.is_set():
                 values = self._fetch(min(stream.samples, samples - first), first, started_s)
                 if stream.overrun is not None:

@@ -346,6 +346,29 @@ class TestTalkingBack:
         assert talker[0].quiet.wait(1.0)
         far.close()
 
+    def test_one_that_talks_before_it_is_asked(self):
+        """The end of a line, which comes before the answer, is no value: 7 N·m was 12347."""
+
+        def answer(said):
+            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" + line(5) if said == "ID" else SILENCE
+
+        far = SerialPeer(Lines(answer, b"\r\n"))
+        device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
+        device.connect(1.0)
+        assert device.read(["torque"]) == {"torque": 5.0}
+        device.close()
+        far.close()
+
+    def test_only_what_follows_the_answer_counts(self):
+        def answer(said):
+            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" if said == "ID" else SILENCE
+
+        far = SerialPeer(Lines(answer, b"\r\n"))
+        device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
+        with pytest.raises(DeviceTimeoutError, match="no line that can be used"):
+            device.connect(1.0)
+        far.close()
+
     def test_another_instrument(self):
         far = SerialPeer(Lines(lambda _said: b"OTHER 1\r\n", b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})

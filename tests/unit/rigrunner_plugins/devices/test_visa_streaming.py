@@ -63,6 +63,7 @@ class Digitizer:
         self.next = 0
         self.started = None
         self.over = "0"
+        self.slow_s = 0.0
         self.spoil = lambda block: block
 
     def block(self, count):
@@ -77,6 +78,9 @@ class Digitizer:
         elif line.startswith("TRAC:DATA?"):
             values = self.block(int(line.split()[1]) if " " in line else 700)
             return self.spoil(self.sent(values))
+        elif line == "SYST:ERR?":
+            time.sleep(self.slow_s)
+            return b'0,"No error"\n'
         elif line == "TRAC:OVER?":
             return f"{self.over}\n".encode()
         return SILENCE
@@ -296,6 +300,14 @@ class TestTheSampleRate:
         digitizer.rate = 2 * RATE_HZ
         with pytest.raises(DeviceRejectedError, match=r"they take .* another sample rate"):
             list(make().stream(["angle"], 1.0, Stop()))
+
+    def test_a_start_that_is_slow_to_return_makes_nothing_too_fast(self, bench, digitizer):
+        digitizer.slow_s = 0.2
+        settings = merged(SETTINGS, resource=bench.resource, stream=STREAM, error_queue={})
+        device = instrument("visa", settings)
+        device.connect(2.0)
+        assert len(list(device.stream(["angle"], QUARTER, Stop()))) == 3
+        device.close()
 
     def test_a_buffer_that_was_full_before_may_be_read_at_once(self, make, digitizer):
         digitizer.rate = 1e9
