@@ -1,12 +1,16 @@
 import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
 from rigrunner import __version__
+from rigrunner.api.devices import DeviceContext
 from rigrunner.api.errors import PluginError
+from rigrunner.api.hooks import DeviceRecord
 from rigrunner.api.settings import Frequency, Settings
-from rigrunner.registry import load_registry, versions, with_drop_ins
+from rigrunner.clock import SimulatedClock
+from rigrunner.registry import Plugin, Provider, Registry, load_registry, versions, with_drop_ins
 
 GOOD = """
 from rigrunner.api.hooks import FitRecord, hookimpl
@@ -191,3 +195,51 @@ def test_a_broken_drop_in_is_disabled_and_harms_no_other(folder):
 def test_a_missing_drop_in_folder_is_named(tmp_path):
     with pytest.raises(PluginError, match=r"there is no plugin folder .*nowhere"):
         with_drop_ins(load_registry([]), tmp_path / "nowhere")
+
+
+class Tap:
+    """Notes where it stands: at the wire of a role, or at its calls."""
+
+    def __init__(self):
+        self.at = []
+
+    def wired(self, context):
+        self.at.append(("wire", context.role))
+        return context
+
+    def called(self, device, context):  # noqa: ARG002  (a Tap's)
+        return device
+
+    def whole(self, device, context):
+        self.at.append(("calls", context.role))
+        return device
+
+
+@pytest.mark.parametrize(
+    ("wired", "expected"),
+    [
+        ({}, [("calls", "tester")]),
+        ({"whole"}, [("wire", "tester"), ("calls", "tester/part")]),
+        ({"whole", "part"}, [("wire", "tester"), ("wire", "tester/part")]),
+        ({"part"}, [("calls", "tester")]),
+    ],
+    ids=["none", "the whole", "both", "the part"],
+)
+def test_a_tap_stands_once_between_a_device_and_its_instrument(wired, expected):
+    """What is made of others is tapped at these if it is wired itself, and else as a whole."""
+    records = {
+        "part": lambda _, context: context.role,
+        "whole": lambda _, context: context.make("part", {}, part="part"),
+    }
+    registry = Registry(
+        Plugin(
+            "device",
+            DeviceRecord(name=name, help="", factory=factory, wired=name in wired),
+            Provider("tests", "1"),
+        )
+        for name, factory in records.items()
+    )
+    tap = Tap()
+    context = DeviceContext("tester", SimulatedClock(), Path())
+    assert registry.make_device("whole", {}, context, tap) == "tester/part"
+    assert tap.at == expected

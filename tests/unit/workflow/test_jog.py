@@ -241,6 +241,7 @@ def test_only_what_is_needed_is_connected(tmp_path):
     with by_hand(tmp_path, tester, other, other=beside):
         pass
     assert beside.calls == []
+    tester = FakeTester()
     with by_hand(tmp_path, tester, other, lock, other=beside, role="other"):
         pass
     assert beside.calls[0] == tester.calls[0] == "connect"

@@ -24,11 +24,13 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import Alarm, Answer, Outcome, StepStarted
 from rigrunner.api.hooks import DeviceRecord
+from rigrunner.certificate.content import restrictions_of
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Choice, Decision, Override, UnattendedAnswers
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape, ReplayedTape
+from rigrunner.workflow.certify import read_source
 from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.locate import find_station
 from rigrunner.workflow.noload import LoadedRun, find_no_load
@@ -129,6 +131,17 @@ def test_a_replay_is_marked_as_such_everywhere(taped):
     assert "is a replay" not in first.report.read_text(encoding="utf-8")
     assert report_input(again.folder, load_registry()).provenance["replayed"] == told
     assert folder.exists()
+
+
+def test_a_certificate_on_a_replay_is_a_specimen_and_says_why(taped):
+    _, _, first, again, _ = taped
+    registry = load_registry()
+    one, other = (read_source(each.folder, registry) for each in (first, again))
+    codes = [each.code for each in restrictions_of(one, requested=True)]
+    assert codes == ["draft_procedure", "simulated"]
+    found = {each.code: each.detail for each in restrictions_of(other, requested=True)}
+    assert list(found) == [*codes, "replayed"]
+    assert found["replayed"] == other.stored.header.provenance["replayed"]
 
 
 def test_a_replay_is_no_no_load_run_for_a_measurement(taped):
