@@ -18,6 +18,7 @@ from rigrunner.runfile import read
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and ps as POSIX has them")
 
+QUICK = "{seed: 1, frequency_rate: 100 Hz/s, load_rate: 10 kN/s}"
 LOADED = "starting_torque_1000n.yaml"
 STOP_S = 0.2
 """What the panel promises, from the request to the order that makes the rig safe."""
@@ -30,7 +31,8 @@ def lab(tmp_path_factory):
     short = ("settle: {cycles: 100}", "settle: {cycles: 5}")
     no_load = quick_procedure(folder, "no_load_inertia_sweep")
     quick_procedure(folder, "starting_torque_1000n", short)
-    run(no_load, folder / "runs", station=station_file(folder), clock=SimulatedClock())
+    station = station_file(folder, ("{seed: 1}", QUICK))
+    run(no_load, folder / "runs", station=station, clock=SimulatedClock())
     return folder
 
 
@@ -265,7 +267,7 @@ def test_what_the_preflight_refuses_starts_only_by_name_and_reason(screen, lab):
 
 def test_a_station_whose_device_does_not_answer_cannot_be_started(screen, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
-    unplugged = text.replace("{seed: 1}", "{seed: 1, simulate: unplugged}")
+    unplugged = text.replace(QUICK, "{seed: 1, simulate: unplugged}")
     (lab / "unplugged.yaml").write_text(unplugged, encoding="utf-8")
     pair = ready(screen, "no_load_inertia_sweep.yaml", "unplugged.yaml")
     (failed,) = [each for each in screen.state["preflight"]["items"] if each["state"] == "fail"]

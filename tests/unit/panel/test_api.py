@@ -265,6 +265,17 @@ def test_no_answer_lets_another_site_in_or_a_script_run(client):
     assert preflight.status_code == 405
 
 
+def test_a_picture_is_given_out_once_a_prompt_shows_it_and_no_other_file(folder):
+    (folder / "lab/clamp.png").write_bytes(b"picture")
+    client, panel = client_of(folder)
+    address = panel.picture(str(folder / "lab/clamp.png"))
+    assert client.get(address).content == b"picture"
+    assert client.get("/api/pictures/0123456789abcdef").status_code == 404
+    assert client.get("/api/pictures/..%2f..%2flab%2fclamp.png").status_code == 404
+    (folder / "lab/clamp.png").unlink()
+    assert client.get(address).status_code == 404
+
+
 class TestWithAToken:
     @pytest.fixture
     def client(self, folder):

@@ -172,6 +172,15 @@ def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story
     assert board.get("phase") == "finished"
 
 
+@pytest.mark.parametrize(("code", "outcome"), [("aborted", "aborted"), ("device", "error")])
+def test_a_job_that_never_began_says_why(board, story, code, outcome):
+    story.take(told.Failed("it is so", "do this", code))
+    found = board.get("finished")
+    assert board.get("phase") == "finished"
+    assert (found.outcome, found.reason, found.hint) == (outcome, "it is so", "do this")
+    assert (found.run, found.sealed) == ("", False)
+
+
 def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
     assert (board.get("phase"), board.get("preflight").done) == ("checking", False)

@@ -61,7 +61,7 @@ def _done(job: Job, link: Link) -> object:
     try:
         return _JOBS[job.kind](job, link)
     except StopNow as stop:
-        return Failed(f"{stop.reason}, before the rig was connected", code="aborted")
+        return Failed(f"{stop.reason}, before the run began", code="aborted")
     except InvalidFileError as error:
         return Failed(str(error), error.hint, "invalid", error.problems)
     except RigrunnerError as error:

@@ -248,7 +248,7 @@ class Story:
         finished = Finished(
             run=self.job.run,
             folder="",
-            outcome="error",
+            outcome="aborted" if failed.code == "aborted" else "error",
             reason=failed.message,
             verdict="",
             error=failed.trace or failed.message,
