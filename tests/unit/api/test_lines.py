@@ -122,14 +122,14 @@ def test_no_answer_ends_in_time(tmp_path):
     error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": b""})
     assert isinstance(error, DeviceTimeoutError)
     assert "did not answer 'LEVEL?' within 0.2 s" in str(error)
-    assert took_s < 0.5
+    assert took_s < 2.0
 
 
 def test_the_time_is_that_of_the_whole_answer(tmp_path):
     """Twenty pieces in a second; each comes within the 0.2 s, all of them do not."""
     error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": (b"1",) * 20})
     assert isinstance(error, DeviceTimeoutError)
-    assert took_s < 0.5
+    assert took_s < 0.9
 
 
 def test_an_answer_may_come_in_pieces(tmp_path):
@@ -184,7 +184,9 @@ def test_what_was_not_asked_for_is_refused(tmp_path):
         device = lamp(tmp_path, Careless, address=instrument.address)
         device.connect(1.0)
         device.begin("level", 0.0)
-        time.sleep(0.05)
+        while instrument.heard[-1] != b"LEVEL 0\n":
+            time.sleep(0.01)
+        time.sleep(0.2)
         with pytest.raises(DeviceLostError, match=r"sent b'ok.n' without being asked"):
             device.read(["level"])
         device.close()
@@ -268,7 +270,7 @@ def test_a_silent_serial_instrument_ends_in_time(wired):
     began = time.monotonic()
     with pytest.raises(DeviceTimeoutError, match=r"did not answer 'LEVEL\?' within 0.2 s"):
         device.read(["level"])
-    assert time.monotonic() - began < 0.5
+    assert time.monotonic() - began < 2.0
 
 
 def test_an_adapter_that_is_pulled_is_a_lost_device(wired):

@@ -138,7 +138,7 @@ def test_one_that_hangs_holds_up_nothing():
     wait_until(lambda: taken)
     detached("two")
     detached("three")
-    assert time.monotonic() - began < 0.3
+    assert time.monotonic() - began < 0.45
     with pytest.raises(TimeoutError, match="it does not keep up"):
         detached("four")
     detached.close()
