@@ -130,13 +130,11 @@ def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:
     if spec.pop(LABELLED, False):
         label = {"type": spec.pop("type"), "pattern": spec.pop("pattern")}
         spec["anyOf"] = [_enumeration(records), label]
-    else:
+    elif records:  # else any: one may be installed later
         spec.update(_enumeration(records))
 
 
 def _enumeration(records: list[PluginRecord]) -> Schema:
-    if not records:
-        return {"type": "string"}
     return {
         "type": "string",
         "enum": [each.name for each in records],

@@ -97,7 +97,7 @@ def test_the_calibrated_range_of_a_torque_transducer(changes, expected):
         ({"accuracy": "1 % FS", "range": {"min": "5 N·m", "max": "5 N·m"}}, "must be below max"),
         ({"accuracy": "1 % FS", "conditions": {"temperature": {"min": "25 °C", "max": "20 °C"}}},
          "min must be below max"),
-        ({"accuracy": "1 % FS", "calibration": "none"}, "'simulated' or 'recorded'"),
+        ({"accuracy": "1 % FS", "calibration": "none"}, "'simulated', 'recorded' or 'trial'"),
     ],
 )  # fmt: skip
 def test_an_impossible_torque_transducer_is_refused(changes, words):

@@ -220,6 +220,7 @@ class ModbusSettings(SimulableSettings):
     fault: Fault | None = None
     """Told when a drive does not arrive."""
     channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
+    """What is read, by name."""
     drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
     """In the order in which they are made safe."""
 
