@@ -10,6 +10,7 @@ from rigrunner.api.devices import (
     Approaching,
     CountsStreams,
     Identity,
+    KnowsStream,
     KnowsTruth,
     Pausable,
     Readable,
@@ -133,6 +134,13 @@ class _Streaming(TapedDevice):
             _end(source)  # not on the tape: nobody says when a stream that is dropped is ended
 
 
+class _KnowsStream(_Streaming):
+    def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
+        """Return what the device found of its last stream."""
+        found = self._wire.exchange("tell of the stream", lambda: _listed(self._inner))
+        return {name: (float(value), str(unit)) for name, (value, unit) in found.items()}
+
+
 class _Pausable(TapedDevice):
     def pause(self) -> None:
         """Stop what moves."""
@@ -161,6 +169,7 @@ _PARTS: dict[type, type[TapedDevice]] = {
     Readable: _Readable,
     Approaching: _Approaching,  # before Settable, which it includes
     Settable: _Settable,
+    KnowsStream: _KnowsStream,  # before Streaming, which it includes
     Streaming: _Streaming,
     Pausable: _Pausable,
     CountsStreams: _CountsStreams,
@@ -170,6 +179,10 @@ _PARTS: dict[type, type[TapedDevice]] = {
 
 def _listing(channels: Sequence[str]) -> str:
     return ", ".join(channels)
+
+
+def _listed(inner: KnowsStream) -> dict[str, list[float | str]]:
+    return {name: [*value] for name, value in inner.stream_conditions().items()}
 
 
 def _identity(told: Mapping[str, Any]) -> Identity:

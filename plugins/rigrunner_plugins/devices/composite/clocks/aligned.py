@@ -42,14 +42,15 @@ class Wanted:
 
 
 class _Ended:
-    """The parts' stop token: the run's own, or that all samples are there."""
+    """The parts' stop token: set once all samples are there, or the run was seen to stop.
 
-    def __init__(self, stop: StopToken) -> None:
-        self._stop = stop
-        self.done = False
+    The run's own token is looked at in one place alone, so that a replay looks at it as often.
+    """
+
+    done = False
 
     def is_set(self) -> bool:
-        return self.done or self._stop.is_set()
+        return self.done
 
 
 class AlignedStream:
@@ -58,7 +59,8 @@ class AlignedStream:
     def __init__(self, wanted: Wanted, duration_s: float, stop: StopToken, clock: Clock) -> None:
         self._wanted = wanted
         self._duration_s = duration_s
-        self._stop = _Ended(stop)
+        self._stop = stop
+        self._ended = _Ended()
         self._clock = clock
         self._feeds: dict[str, Feed] = {}
         self._trackers: dict[str, Tracker] = {}
@@ -70,7 +72,7 @@ class AlignedStream:
                 self._start(held)
                 yield from self._aligned()
             finally:
-                self._stop.done = True
+                self._ended.done = True
                 for feed in self._feeds.values():
                     feed.end()
 
@@ -98,7 +100,7 @@ class AlignedStream:
                 channels = [next(info.name for info in part.device.channels if info.streams)]
             held.enter_context(part.streaming())
             chosen = list(dict.fromkeys(channels))
-            self._feeds[name] = Feed(part, chosen, longest_s, self._stop, self._clock)
+            self._feeds[name] = Feed(part, chosen, longest_s, self._ended, self._clock)
         self._reference = self._feeds[self._wanted.reference]
         common = settings.common
         for name, feed in self._feeds.items():
@@ -113,8 +115,9 @@ class AlignedStream:
         begin: int | None = None
         given = 0
         while given < wanted_samples:
-            if self._stop.is_set() or not self._receive():
+            if self._stop.is_set():
                 return
+            self._receive()
             if begin is None and min(f.received_s for f in self._feeds.values()) == 0:
                 continue
             relations = {name: each.relation() for name, each in self._trackers.items()}
@@ -128,8 +131,8 @@ class AlignedStream:
                 yield self._block(begin + given, size, given, relations)
                 given += size
 
-    def _receive(self) -> bool:
-        """Wait for the next block of any part; False once one of them has ended."""
+    def _receive(self) -> None:
+        """Wait for the next block of any part."""
         feeds = list(self._feeds.values())
         behind = min(feeds, key=lambda feed: feed.received_s)
         for feed in feeds:
@@ -143,9 +146,8 @@ class AlignedStream:
                 raise DeviceTimeoutError(f"{feed.part.name}: no block came within {limit_s:g} s")
             feed.take()
         over = [feed.part.name for feed in feeds if feed.is_over]
-        if over and not self._stop.is_set():
+        if over:
             raise DeviceLostError(f"the stream of {', '.join(over)} ended before its time")
-        return not over
 
     def _begin(self, relations: Mapping[str, Relation]) -> int | None:
         """Return the first sample of the recording, once all parts have it and the lead is over."""
