@@ -57,7 +57,7 @@ def import_run(
             digests = {name: _digest(mapping.file(name)) for name in _file_names(mapping)}
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:
-                write_run(checked, [writer, *log], folder.name, overrides)
+                write_run(checked, [writer, *log], folder.name, overrides, progress)
             _refuse_changed(mapping, digests)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)  # the files that it was read from are whole

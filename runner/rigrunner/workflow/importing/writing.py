@@ -29,6 +29,7 @@ from rigrunner.workflow.importing.mapping import ColumnSpec
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.data import Array
     from rigrunner.api.events import Event, EventSink
     from rigrunner.engine import Override
@@ -45,13 +46,17 @@ _LITTLE = 1e-3
 
 
 def write_run(
-    checked: PlannedImport, sinks: Sequence[EventSink], run_id: str, overrides: Sequence[Override]
+    checked: PlannedImport,
+    sinks: Sequence[EventSink],
+    run_id: str,
+    overrides: Sequence[Override],
+    progress: Progress,
 ) -> None:
     """Read all recordings, one after the other, and hand their events to the sinks.
 
     Raises InvalidFileError and DataError, as `read_part`, and where a value is beyond its limits.
     """
-    _Import(checked, sinks).write(run_id, overrides)
+    _Import(checked, sinks, progress).write(run_id, overrides)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +68,14 @@ class _Sampled:
 
 
 class _Import:
-    def __init__(self, checked: PlannedImport, sinks: Sequence[EventSink]) -> None:
+    def __init__(
+        self, checked: PlannedImport, sinks: Sequence[EventSink], progress: Progress
+    ) -> None:
         self._checked = checked
         self._mapping = checked.mapping.model
         self._sinks = sinks
+        self._progress = progress
+        self._done = 0
         self._seq = 0
         self._started = self._mapping.started.astimezone(UTC)
         self._latest = self._started
@@ -139,6 +148,8 @@ class _Import:
         found = {"values": values, "units": {**action.units, **units}}
         self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
         self._latest = max(self._latest, ended)
+        self._done += 1
+        self._progress("recordings", self._done, len(self._mapping.recordings))
 
     def _require_length(
         self, step: PlannedStep, action: Record, part: Part, length_s: float
