@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from helpers_cli import call
@@ -203,3 +204,47 @@ def test_a_check_that_is_broken_off_leaves_the_drive_safe(folder, sent, code):
     assert folder.joinpath("stands").read_text() == "0"
     assert process.returncode == code, said
     assert "interrupted; pass  left_safe" in said
+
+
+STATION = """\
+rigrunner: station/1
+id: yard
+title: The winch in the yard
+rig:
+  mandrel: M-01
+  eccentric: 2 mm
+  centre_distance: 45 mm
+  inertia: 0.002 kg·m²
+  support_friction: 0.7 N·m
+  support_damping: 0.3 N·m·s/rad
+devices:
+  winch: {type: winch, plugin: winch}
+safety:
+  drives:
+    winch.load: {max: 40 N, rate: 25 N/s}
+plugins: plugins
+"""
+NOTES = SCALE.replace("HELP", "A winch.").replace(
+    "        self.stands = value\n",
+    """        self.stands = value
+        with Path(__file__).with_name("told").open("a") as told:
+            print(value, file=told)
+""",
+)
+
+
+def test_a_drive_is_led_within_the_limits_of_the_station(tmp_path):
+    folder = tmp_path / "plugins"
+    folder.mkdir()
+    folder.joinpath("winch.py").write_text(f"from pathlib import Path\n\n{NOTES}")
+    tmp_path.joinpath("yard.yaml").write_text(STATION)
+    yard = ("--station", tmp_path / "yard.yaml", "--role", "winch")
+    called = call("check-plugin", "winch", *yard, "--read-only")
+    assert called.code == ExitCode.PASS, called.out
+    assert not folder.joinpath("told").exists()
+    called = call("check-plugin", "winch", *yard, "--yes")
+    assert called.code == ExitCode.PASS, called.out
+    told = [float(line) for line in folder.joinpath("told").read_text().split()]
+    assert max(told) == 10.0
+    assert max(np.diff(told)) <= 5.0
+    assert "load up to 10 N" in called.err

@@ -181,7 +181,7 @@ def _careful(
     ranges = "; ".join(f"{each.name} up to {_farthest(each)}" for each in drives)
     message(fill(f"This is no simulator. These checks set its drives: {moving}.", WIDTH))
     message(fill(f"They move {ranges}; set-points beyond the limits are tried too.", WIDTH))
-    message("--read-only leaves these checks out.")
+    message("No interlock is watched meanwhile. --read-only leaves these checks out.")
     if not yes and not sys.stdin.isatty():
         raise UsageError(
             "nobody is there to say that its drives may move", hint="say --yes, or --read-only"

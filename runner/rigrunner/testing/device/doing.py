@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
-from rigrunner.testing.check import Nonconformity, applies
+from rigrunner.testing.check import Nonconformity, NotApplicable, applies
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 CHANNELS_STREAMED = 8
 """Of a device with more channels than that, the first ones are streamed."""
 PROBE_S = 0.02
+LEAD_S = 0.2
+"""Between two steps of a drive that is led."""
 SMALL_STEP = 0.1
 """The part of the range by which a drive is moved away from its safe value."""
 
@@ -120,12 +123,32 @@ def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> di
         return {}
     set_points = {info.name: place(info, part) for info in subject.drives_of(device)}
     for info in device.drives:
-        member = f"{subject.role}.{info.name}"
+        member, value = f"{subject.role}.{info.name}", set_points[info.name]
         subject.rules.check(
-            member, info, set_points[info.name], lambda other: device.read_back(other.split(".")[1])
+            member, info, value, lambda other: device.read_back(other.split(".")[1])
         )
-        device.set(info.name, set_points[info.name])
+        if is_led(subject, info):
+            _lead(subject, device, info, value)
+        else:
+            device.set(info.name, value)
     return set_points
+
+
+def is_led(subject: DeviceSubject, info: DriveInfo) -> bool:
+    """Say whether the station wants the drive to be slower than it is by itself."""
+    return subject.rules.is_led(f"{subject.role}.{info.name}", info)
+
+
+def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: float) -> None:
+    """Set a drive in small steps, no faster than the station allows."""
+    rate_per_s = subject.rules.narrowed(f"{subject.role}.{info.name}", info).rate_per_s
+    if rate_per_s is None:
+        raise NotApplicable(f"{info.name} is led, and nothing says how fast")
+    clock, start = subject.clock(), device.read_back(info.name)
+    steps = max(1, math.ceil(abs(value - start) / (rate_per_s * LEAD_S)))
+    for step in range(1, steps + 1):
+        clock.sleep(LEAD_S)
+        device.set(info.name, start + (value - start) * step / steps)
 
 
 def blocks(device: Device, duration_s: float, stop: StopToken | None = None) -> list[Block]:

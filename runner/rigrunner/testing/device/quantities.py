@@ -9,12 +9,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
-from rigrunner.api.quantity import UNITS
+from rigrunner.api.quantity import UNITS, QuantityError, si_symbol, unit
 from rigrunner.testing.check import applies, check, demand
-from rigrunner.testing.device.doing import move, names, off, place, reader, refusal, setter
+from rigrunner.testing.device.doing import is_led, move, names, off, place, reader, refusal, setter
 from rigrunner.testing.settings import NAME
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
     from rigrunner.testing.device.subject import DeviceSubject
 
@@ -35,16 +37,21 @@ def quantities_declared(subject: DeviceSubject) -> None:
     for info in infos:
         demand(re.fullmatch(NAME, info.name), f"'{info.name}' is no name for YAML")
         demand(info.long_name.strip(), f"{info.name} has no long name")
-        demand(
-            info.unit in COHERENT,
-            f"{info.name} is in '{info.unit}', which is no coherent SI unit that is known here",
-        )
+        demand(info.unit in COHERENT, f"{info.name} is in '{info.unit}'; {_coherent(info.unit)}")
     for info in device.drives:
         _declared(info)
     demand(
         not device.drives or isinstance(device, Settable), "it has drives, but no set and read_back"
     )
     _stays_declared(subject, device)
+
+
+def _coherent(symbol: str) -> str:
+    """Say which unit it should be instead."""
+    try:
+        return f"needed is the coherent SI unit, {si_symbol(unit(symbol).dimension)}"
+    except QuantityError:
+        return "that is no unit that is known here"
 
 
 def _declared(info: DriveInfo) -> None:
@@ -80,7 +87,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
         demand(list(values) == wanted, f"asked for {wanted}, it gave {list(values)}")
         for name, value in values.items():
             finite = isinstance(value, float) and math.isfinite(value)
-            demand(finite, f"{name} reads {value!r}")
+            demand(finite, f"{name} reads {value!r}, needed is a finite float")
         units = {info.name: info.unit for info in device.channels}
         for info in device.drives:
             if units.get(info.name) == info.unit:
@@ -114,7 +121,7 @@ def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
                     found is None,
                     f"{info.name}, set to {wanted[info.name]:g} {info.unit}, reads back {found}",
                 )
-            longest_s = sum(info.longest_s for info in device.drives) + GRACE_S
+            longest_s = sum(info.longest_s for info in subject.drives_of(device)) + GRACE_S
             demand(
                 took_s <= longest_s,
                 f"setting {len(wanted)} drives took {took_s:.1f} s, stated is {longest_s:.1f} s",
@@ -133,8 +140,10 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
         ask = isinstance(device, Approaching)
         applies(ask, "its drives are there when `set` returns: it has no `begin`")
         assert isinstance(device, Approaching)  # noqa: S101  (just seen)
-        for info in subject.drives_of(device):
-            value = place(info)
+        by_themselves = [info for info in device.drives if not is_led(subject, info)]
+        applies(by_themselves, "the station leads its drives")
+        for info in by_themselves:
+            value = place(subject.rules.narrowed(f"{subject.role}.{info.name}", info))
             began_s = clock.monotonic_s()
             device.begin(info.name, value)
             waited_s = clock.monotonic_s() - began_s
@@ -184,17 +193,17 @@ def unknown_names_refused(subject: DeviceSubject) -> None:
     with subject.connected() as device:
         channels, drives = names(device.channels), names(device.drives)
         if isinstance(device, Readable):
-            _names(refusal("reading no channel", lambda: device.read([NO_SUCH])), channels)
+            _refuses("reading a channel", partial(device.read, [NO_SUCH]), channels)
         if isinstance(device, Streaming):
-            token = threading.Event()
-            stream = partial(device.stream, [NO_SUCH], 0.1, token)
-            _names(refusal("streaming no channel", lambda: list(stream())), channels)
+            stream = partial(device.stream, [NO_SUCH], 0.1, threading.Event())
+            _refuses("streaming a channel", lambda: list(stream()), channels)
         if isinstance(device, Settable):
-            _names(refusal("setting no drive", lambda: device.set(NO_SUCH, 0.0)), drives)
-            _names(refusal("reading back no drive", lambda: device.read_back(NO_SUCH)), drives)
+            _refuses("setting a drive", partial(device.set, NO_SUCH, 0.0), drives)
+            _refuses("reading back a drive", partial(device.read_back, NO_SUCH), drives)
 
 
-def _names(error: Exception, known: list[str]) -> None:
+def _refuses(what: str, work: Callable[[], object], known: list[str]) -> None:
+    error = refusal(f"{what} '{NO_SUCH}'", work)
     missing = [name for name in known if name not in str(error)]
     demand(not missing, f"'{error}' does not name {', '.join(missing)}")
 
