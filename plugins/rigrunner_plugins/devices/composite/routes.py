@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import PluginError
+from rigrunner.api.quantity import unit
 from rigrunner_plugins.devices.composite.settings import DriveSource, split
 
 if TYPE_CHECKING:
@@ -114,6 +115,12 @@ def _drive(
         raise PluginError(
             f"{what}: it is set in {info.unit}, but {source.read_back} reads {channel.info.unit}"
         )
+    if source.tolerance is not None:
+        if source.tolerance.dimension != unit(info.unit).dimension:
+            raise PluginError(
+                f"{what}: tolerance is '{source.tolerance}', it is set in {info.unit}"
+            )
+        info = replace(info, tolerance=source.tolerance.si)
     return DriveRoute(info, part, there, channel)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from rigrunner.api.settings import (
+    Difference,
     Duration,
     MadeOfOthers,
     PositiveDuration,
@@ -43,6 +44,8 @@ class DriveSource(Settings):
     """The drive that is set, such as press.load."""
     read_back: Place
     """The channel that says where it stands, such as cell.force."""
+    tolerance: Difference | None = None
+    """How far that may be from the set-point; left out, what the drive itself allows."""
 
 
 class ClockSettings(Settings):

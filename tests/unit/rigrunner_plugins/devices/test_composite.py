@@ -242,6 +242,15 @@ def test_a_drive_is_read_back_from_the_part_that_measures_it():
     assert device.read_back("load") == pytest.approx(1000.0, abs=30.0)
 
 
+def test_how_near_the_measured_value_has_to_be_can_be_told():
+    source = {"set": "press.load", "read_back": "cell.force", "tolerance": "400 N"}
+    drives = {**SETTINGS["drives"], "load": source}
+    device = Bench({**SETTINGS, "drives": drives}).connected()
+    assert device.drives[1].tolerance == 400.0
+    device.begin("load", 1000.0)
+    assert device.arrived("load")  # the cell shows 700 N at the first look
+
+
 def test_a_load_that_the_cell_does_not_see_is_not_reached():
     press = Press()
     bench = Bench(press=press, cell=Cell(Press()))
@@ -478,6 +487,10 @@ def test_a_rig_with_a_part_that_cannot_be_made_safe_is_not_called_safe():
         ({"channels": {"torque": "daq.torq"}}, "the part 'daq' has no channel 'torq'"),
         ({"drives": {"load": "press.force"}}, "the part 'press' has no drive 'force'"),
         ({"drives": {"load": {"set": "press.load", "read_back": "daq.angle"}}}, "set in N, but"),
+        (
+            {"drives": {"load": {**SETTINGS["drives"]["load"], "tolerance": "1 Hz"}}},
+            "tolerance is '1 Hz', it is set in N",
+        ),
     ],
 )
 def test_what_a_part_lacks_is_told(change, message):
