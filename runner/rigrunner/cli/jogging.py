@@ -55,7 +55,14 @@ def converse(jog: Jog, stop: SignalStop) -> None:
         except RigrunnerError as error:
             show_error(error)
             if not isinstance(error, UsageError):
-                message("The rig was made safe.")
+                message(_left(jog))
+
+
+def _left(jog: Jog) -> str:
+    """Say how an error has left the rig."""
+    if jog.unsafe:
+        return f"THE RIG IS NOT SAFE: {jog.unsafe}. Stop it by its own switch."
+    return "The rig was made safe."
 
 
 def show_values(jog: Jog, values: Mapping[str, float]) -> None:

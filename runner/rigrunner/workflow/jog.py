@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -61,6 +61,8 @@ class Jog:
         }
         self.zeros: dict[str, float] = {}
         """What is taken from a channel's values, in SI units."""
+        self.unsafe = ""
+        """What was not safe when the rig was last made safe, in words."""
         self._device = device
         self._rig = rig
         self._session = session
@@ -120,7 +122,7 @@ class Jog:
 
     def safe(self) -> tuple[SafetyReport, ...]:
         """Make the rig safe, and put on record how."""
-        reports = self._rig.make_safe()
+        reports = self._make_safe()
         for each in reports:
             read_back = {f"{each.role}.{name}": value for name, value in each.read_back.items()}
             known = {"read_back": read_back, "problems": each.problems}
@@ -170,8 +172,13 @@ class Jog:
         try:
             self._session.emit(Note, step=f"{_STEP} {self.role}", text=text)
         except BaseException:  # nothing is done by hand that is not on record
-            self._rig.make_safe()
+            self._make_safe()
             raise
+
+    def _make_safe(self) -> tuple[SafetyReport, ...]:
+        reports = self._rig.make_safe()
+        self.unsafe = _unsafe(reports)
+        return reports
 
 
 @contextmanager
@@ -203,19 +210,17 @@ def jogging(
             except BaseException as error:
                 _note_unsafe(jog, error)
                 raise
-            unsafe = _unsafe(jog.safe())
-            if unsafe:
-                raise DeviceError(f"the rig is not safe: {unsafe}")
+            jog.safe()
+            if jog.unsafe:
+                raise DeviceError(f"the rig is not safe: {jog.unsafe}")
 
 
 def _note_unsafe(jog: Jog, error: BaseException) -> None:
     """Make safe after an error, which is told first; what is not safe is told beside it."""
-    try:
-        unsafe = _unsafe(jog.safe())
-    except RigrunnerError as second:
-        unsafe = second.message
-    if unsafe:
-        error.add_note(f"the rig is not safe: {unsafe}")
+    with suppress(RigrunnerError):  # a log that fails has been told
+        jog.safe()
+    if jog.unsafe:
+        error.add_note(f"the rig is not safe: {jog.unsafe}")
 
 
 def _unsafe(reports: Iterable[SafetyReport]) -> str:

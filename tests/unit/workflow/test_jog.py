@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import threading
 
@@ -21,6 +22,8 @@ from rigrunner.api.errors import (
     ExitCode,
     UsageError,
 )
+from rigrunner.cli.jogging import converse
+from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.workflow.by_hand import ready_station
 from rigrunner.workflow.jog import jogging
 
@@ -286,7 +289,7 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
     lines = (
         "set frequency 5 Hz\nset load 99 kN\nraed\nset\nwatch\nzero\nwatch torque 1 s\nread load\n"
     )
-    monkeypatch.setattr("sys.stdin", __import__("io").StringIO(lines))
+    monkeypatch.setattr("sys.stdin", io.StringIO(lines))
     called = once(tmp_path)
     assert called.code == ExitCode.PASS
     assert "frequency reads back 5 Hz\n" in called.out
@@ -297,6 +300,25 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
     ):  # fmt: skip
         assert words in called.err
     assert called.err.rstrip().endswith("read back tester.frequency 0, tester.load 0")
+
+
+@pytest.mark.parametrize(
+    ("offset", "says"),
+    [
+        (0.0, "The rig was made safe.\n"),
+        (5.0, "THE RIG IS NOT SAFE: tester: frequency reads back 5 Hz, safe is 0 Hz. Stop it by"),
+    ],
+)
+def test_after_an_error_the_prompt_says_truthfully_how_the_rig_is(
+    tmp_path, monkeypatch, capsys, offset, says
+):
+    lost = DeviceLostError("unplugged")
+    tester = FakeTester(before=failing("set frequency", lost), read_back_offset=offset)
+    monkeypatch.setattr("sys.stdin", io.StringIO("set frequency 5 Hz\n"))
+    with by_hand(tmp_path, tester) as jog, stop_on_signals() as stop:
+        converse(jog, stop)
+        tester.read_back_offset = 0.0
+    assert says in capsys.readouterr().err
 
 
 def test_what_was_done_by_hand_can_be_played_back(tmp_path):
