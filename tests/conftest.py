@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from helpers_cli import Called, call
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 pytest_plugins = ["rigrunner.testing.pytest_plugin"]
+
+
+def pytest_configure() -> None:
+    """Give each worker of pytest-xdist a folder for temporary files, and so locks of rigs, alone.
+
+    A rig is locked for all programs of a machine by its station's id, and several tests at once
+    have stations of one id.
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker:
+        folder = Path(tempfile.gettempdir()) / f"rigrunner-tests-{os.getppid()}-{worker}"
+        folder.mkdir(exist_ok=True)
+        os.environ["TMPDIR"] = str(folder)
+        tempfile.tempdir = None  # it is looked up again
 
 
 @dataclass(frozen=True)
