@@ -32,7 +32,7 @@ KNOWN = {
     "runner/rigrunner/panel/serve.py": {"socket"},
     "runner/rigrunner/panel/web/security.py": {"socket"},
     "plugins/rigrunner_plugins/devices/modbus/opening.py": {"socket"},
-    "runner/rigrunner/api/tcp.py": {"socket"},
+    "runner/rigrunner/api/ports.py": {"socket"},
 }
 """What a module may import although others may not: processes of a panel tell each other objects
 over their own pipes; the panel listens where it is told to, and knows this machine's names;

@@ -76,7 +76,7 @@ def test_the_no_load_run_is_offered(command):
 def test_plugins_languages_shells_and_options_are_offered():
     assert offered("plugins", "template") == ["template_inverse"]
     assert offered("schema", "") == [
-        *("procedure", "station", "letterhead", "order", "certificate"),
+        *("procedure", "station", "import", "letterhead", "order", "certificate"),
     ]
     assert offered("completion", "") == ["bash", "zsh", "fish"]
     assert "--unattended" in offered("run", "--un")
