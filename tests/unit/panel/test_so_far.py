@@ -6,11 +6,13 @@ import pytest
 
 from helpers_workflow import quick_procedure, run
 from rigrunner.api.events import Samples, StepEnded, StepStarted
+from rigrunner.panel.history import History
 from rigrunner.panel.live.so_far import result_so_far
 from rigrunner.panel.view.of_result import correction, live_view
+from rigrunner.panel.view.sections import LiveView
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
-from rigrunner.workflow.locate import run_names
+from rigrunner.workflow.locate import find_procedure, find_station, run_names
 
 
 class Onlooker:
@@ -96,3 +98,18 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     (point,) = live_view(found, final=False).points
     assert point.recording == stretch.name
     assert point.torque_nm == pytest.approx(expected.torque.value, abs=1e-3)
+
+
+def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_history(
+    tmp_path,
+):
+    """Of the paper's tables there is one value for each set-point, and no scatter."""
+    finished = run(
+        find_procedure("paper_reproduction"), tmp_path / "runs", station=find_station("paper")
+    )
+    view = live_view(finished.result, final=True)
+    assert view.headline.U_nm is None
+    assert {point.U_nm for point in view.points} == {None}
+    assert LiveView.model_validate_json(view.model_dump_json()) == view
+    (item,) = History(tmp_path / "runs").items()
+    assert item.headline == view.headline

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,11 +83,16 @@ def _point(point: PeakPoint, found: tuple[CompensatedPoint, ...], index: int) ->
     if index >= len(found):
         return PointView(**known, raw_nm=float(point.peak_nm[point.peak_kept].mean()))
     each = found[index]
-    torque = {"torque_nm": each.torque.value, "U_nm": expanded(each.torque)}
+    torque = {"torque_nm": each.torque.value, "U_nm": _known(expanded(each.torque))}
     return PointView(**known, raw_nm=each.raw_nm, rig_nm=each.rig_nm, **torque)
 
 
 def _value(estimate: Estimate | None) -> Value | None:
     if estimate is None:
         return None
-    return Value(value_nm=estimate.value, U_nm=expanded(estimate))
+    return Value(value_nm=estimate.value, U_nm=_known(expanded(estimate)))
+
+
+def _known(value: float) -> float | None:
+    """Return a number that a screen can show; what the data do not tell is not a number."""
+    return value if isfinite(value) else None

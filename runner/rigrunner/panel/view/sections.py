@@ -31,10 +31,10 @@ class Section(BaseModel):
 
 
 class Value(Section):
-    """A value with its expanded uncertainty (95 %), in N·m."""
+    """A value with its expanded uncertainty (95 %) where that is known, in N·m."""
 
     value_nm: float
-    U_nm: float
+    U_nm: float | None
 
 
 class Control(Section):
