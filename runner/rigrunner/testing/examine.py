@@ -6,6 +6,7 @@ import threading
 import traceback
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import MissingPackageError
 from rigrunner.testing.check import Finding, Nonconformity, NotApplicable, State
 
 if TYPE_CHECKING:
@@ -27,7 +28,11 @@ def examine(subject: Subject, checks: Iterable[AnyCheck]) -> Iterator[Finding]:
 
 
 def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S) -> Finding:
-    """Return what a check found; whatever the plugin does, it comes back."""
+    """Return what a check found; whatever the plugin does, it comes back.
+
+    Raises MissingPackageError where what the plugin needs is not installed: that says nothing of
+    the plugin.
+    """
     try:
         raised = _in_time(lambda: check.work(subject), longest_s)
     finally:
@@ -35,6 +40,8 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
     match raised:
         case None:
             return Finding(check, State.PASS)
+        case MissingPackageError():
+            raise raised
         case NotApplicable():
             return Finding(check, State.NOT_APPLICABLE, str(raised))
         case Nonconformity():
