@@ -1,39 +1,100 @@
-"""What drivers share whose instrument is made safe by commands too, and which one thread uses."""
+"""What drivers share whose instrument is set up and made safe by commands."""
 
 from __future__ import annotations
 
 import threading
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.driver import Driver
-from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceTimeoutError
+from rigrunner.api.errors import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceTimeoutError,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from rigrunner.api.devices import Identity
+
+_T = TypeVar("_T")
+_LONG_S = 10.0
 
 
 class CommandedDriver(Driver):
-    """A Driver that sends commands once its drives are safe; give it `send`."""
+    """A Driver whose instrument is set up, and made safe, by commands.
+
+    Give it `begin_talk`, `set_up` and `send`. After a connection that was lost, or an answer that
+    did not come, nobody knows whether the instrument was off meanwhile: it is identified and set up
+    anew before anything else is asked of it. To be made safe it need not be set up.
+    """
 
     safe_commands: Sequence[str] = ()
+    _unsure = False
+    _as_it_is = False
+
+    def begin_talk(self, timeout_s: float) -> Identity:
+        """Open the connection and say who answers; raise a DeviceError."""
+        raise NotImplementedError
+
+    def set_up(self) -> None:
+        """Bring the instrument to where the station wants it; raise a DeviceError."""
+        raise NotImplementedError
 
     def send(self, command: str) -> None:
         """Have the instrument do something; raise a DeviceError."""
         raise NotImplementedError
 
+    def open(self, timeout_s: float) -> Identity:
+        """Open the connection, say who answers, and set it up."""
+        making_safe = self._as_it_is
+        with self.as_it_is():
+            identity = self.begin_talk(timeout_s)
+            if not making_safe:
+                self.set_up()
+        self._unsure = making_safe
+        return identity
+
+    def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
+        """Do one exchange, with an instrument that is set up."""
+        if self._unsure and not self._as_it_is:
+            self._begin_again()
+        try:
+            return super().exchange(request, perform)
+        except (DeviceLostError, DeviceTimeoutError):
+            self._unsure = True
+            raise
+
     def make_safe(self) -> Mapping[str, float]:
         """Bring all drives to their safe values and then send the safe commands."""
-        try:
-            read_back = super().make_safe()
-        except DeviceError as error:
+        with self.as_it_is():
             try:
-                self._send_safe_commands()
-            except DeviceError as second:
-                error.add_note(str(second))
-            raise
-        self._send_safe_commands()
-        return read_back
+                read_back = super().make_safe()
+            except DeviceError as error:
+                try:
+                    self._send_safe_commands()
+                except DeviceError as second:
+                    error.add_note(str(second))
+                raise
+            self._send_safe_commands()
+            return read_back
+
+    @contextmanager
+    def as_it_is(self) -> Iterator[None]:
+        """Talk to the instrument however it is set."""
+        before, self._as_it_is = self._as_it_is, True
+        try:
+            yield
+        finally:
+            self._as_it_is = before
+
+    def _begin_again(self) -> None:
+        try:
+            self.open(self._timeout_s or _LONG_S)
+        except DeviceNotFoundError as error:
+            raise DeviceLostError(error.message, hint=error.hint) from error
 
     def _send_safe_commands(self) -> None:
         for command in self.safe_commands:

@@ -67,16 +67,18 @@ class PyMeasureDevice(CommandedDriver):
         self._instrument: Any = None
         self._open_s = settings.timeout
 
-    def open(self, timeout_s: float) -> Identity:
-        """Make the instrument's class, identify, and set up what is to be set up."""
+    def begin_talk(self, timeout_s: float) -> Identity:
+        """Make the instrument's class and identify."""
         self._open_s = timeout_s
         self.exchange(f"open {self._settings.resource}", self._open)
-        identity = self._identify()
+        return self._identify()
+
+    def set_up(self) -> None:
+        """Set the properties and call the methods that the station says."""
         for name, value in self._settings.setup.items():
             self._set(name, value)
         for name in self._settings.calls:
             self.send(name)
-        return identity
 
     def shut(self) -> None:
         """Give the connection back."""

@@ -38,16 +38,19 @@ class Visa(CommandedDriver):
         self.safe_commands = settings.safe_commands
         self._link = VisaLink(settings, context.folder, context.clock)
 
-    def open(self, timeout_s: float) -> Identity:
-        """Open the connection, identify, send what is to be sent, and verify what has to be so."""
+    def begin_talk(self, timeout_s: float) -> Identity:
+        """Open the connection and identify."""
         self.exchange(f"open {self._settings.resource}", lambda: self._link.open(timeout_s))
         identity = self._identify()
         self._errors_told()  # of somebody before us
+        return identity
+
+    def set_up(self) -> None:
+        """Send what is to be sent, and verify what has to be so."""
         for command in self._settings.on_connect:
             self.send(command)
         for check in self._settings.verify:
             self.check(check, "the instrument is not set as the station says")
-        return identity
 
     def shut(self) -> None:
         """Give the connection back."""
@@ -144,7 +147,8 @@ class Visa(CommandedDriver):
     def _explain(self, error: DeviceError) -> None:
         """Add what the instrument itself says of a query that it did not answer."""
         try:
-            told = self._errors_told()
+            with self.as_it_is():
+                told = self._errors_told()
         except DeviceError:
             return  # it answers nothing at all
         if told:

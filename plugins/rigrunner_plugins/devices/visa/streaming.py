@@ -76,7 +76,8 @@ class StreamingVisa(Visa):
             yield
         except BaseException as error:
             try:
-                self.send(self._stream.stop)
+                with self.as_it_is():
+                    self.send(self._stream.stop)
             except DeviceError as second:
                 error.add_note(f"stopping the acquisition failed too: {second}")
             raise

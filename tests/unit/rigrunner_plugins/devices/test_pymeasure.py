@@ -139,6 +139,18 @@ class TestWhatASocketSays:
         answers[":READ?"] = b"+2.0E-03\n"
         assert device.read(["torque"]) == {"torque": pytest.approx(10.0)}
 
+    def test_it_is_set_up_again_after_that(self, bench, answers):
+        settings = merged(KEITHLEY, resource=bench.resource, timeout="500 ms")
+        device = instrument("pymeasure", merged(settings, setup={"voltage_nplc": 1}))
+        device.connect(2.0)
+        answers[":READ?"] = HANG_UP
+        with pytest.raises(DeviceLostError):
+            device.read(["torque"])
+        answers[":READ?"] = b"+2.0E-03\n"
+        device.read(["torque"])
+        assert bench._talk.heard[-3:] == ["*IDN?", ":SENS:VOLT:NPLC 1", ":READ?"]
+        device.close()
+
     def test_a_cut_connection(self, device, answers, bench):
         device.connect(2.0)
         answers[":READ?"] = HANG_UP

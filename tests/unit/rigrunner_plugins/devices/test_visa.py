@@ -147,6 +147,60 @@ def test_a_query_does_not_wait_until_the_command_before_it_is_acknowledged(conne
     assert min(took_s) < 0.03
 
 
+class TestAnInstrumentThatWasOff:
+    """After silence or a lost connection nobody knows how it is set: it is set up anew."""
+
+    VERIFIED = merged(SOURCE, verify=[{"query": "UNIT?", "good": "NM"}])
+
+    @pytest.fixture
+    def device(self, bench, acme):
+        acme.answers["UNIT?"] = "NM"
+        made = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
+        made.connect(2.0)
+        yield made
+        made.close()
+
+    @pytest.mark.parametrize("trouble", [SILENCE, HANG_UP], ids=["silence", "a lost connection"])
+    def test_it_is_set_up_before_it_is_read(self, device, acme, talk, trouble):
+        acme.answers["MEAS:TORQ?"] = trouble
+        with pytest.raises((DeviceTimeoutError, DeviceLostError)):
+            device.read(["torque"])
+        del acme.answers["MEAS:TORQ?"]
+        talk.heard.clear()
+        assert device.read(["torque"]) == {"torque": 1.5}
+        set_up = ["*IDN?", "SYST:ERR?", "*CLS", "SYST:ERR?", "UNIT?"]
+        assert talk.heard == [*set_up, "MEAS:TORQ?"]
+
+    def test_one_that_came_back_in_another_unit_is_not_read(self, device, acme):
+        acme.answers["MEAS:TORQ?"] = HANG_UP
+        with pytest.raises(DeviceLostError):
+            device.read(["torque"])
+        del acme.answers["MEAS:TORQ?"]
+        acme.answers["UNIT?"] = "INLB"
+        for _ in range(2):
+            with pytest.raises(DeviceRejectedError, match=r"not set as the station says"):
+                device.read(["torque"])
+
+    def test_one_that_is_set_otherwise_can_still_be_made_safe(self, device, acme, bench, talk):
+        device.set("speed", 10.0)
+        acme.answers["UNIT?"] = "INLB"
+        bench.hang_up()
+        assert device.make_safe() == {"speed": 0.0}
+        assert acme.speed == "0.0"
+        assert "*CLS" not in talk.heard[talk.heard.index("SOUR:SPE 600.0") :]
+        with pytest.raises(DeviceRejectedError, match=r"not set as the station says"):
+            device.read(["torque"])
+
+    def test_one_that_could_never_be_set_up_is_made_safe(self, bench, acme):
+        acme.answers["UNIT?"] = "INLB"
+        device = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
+        with pytest.raises(DeviceRejectedError, match=r"not set as the station says"):
+            device.connect(2.0)
+        assert device.make_safe() == {"speed": 0.0}
+        assert acme.speed == "0.0"
+        device.close()
+
+
 class TestWhoAnswers:
     def test_another_instrument_is_refused_before_anything_is_sent(self, device, acme, talk):
         acme.answers["*IDN?"] = "OTHER,PSU,1,2"
