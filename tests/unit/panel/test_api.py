@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -183,6 +185,29 @@ def test_a_body_that_is_not_as_it_must_be_is_refused_with_words(client, content,
     )
     assert (answer.status_code, answer.json()["code"]) == (400, "bad_request")
     assert told in answer.json()["message"]
+
+
+JSON = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False), st.text()),
+    lambda inner: st.one_of(st.lists(inner), st.dictionaries(st.text(), inner)),
+    max_leaves=5,
+)
+TEXT = st.one_of(st.text(max_size=20), st.sampled_from(["simulated", "10 Hz", "../x", "\0"]))
+POSTS = [each for each in OPERATIONS if each.body is not None and each.path != "/api/control"]
+
+
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data())
+def test_whatever_is_sent_the_answer_is_one_of_the_known_ones(client, data):
+    client.post("/api/control", json={"name": "Ann", "take_over": True})
+    operation = data.draw(st.sampled_from(POSTS))
+    fields = {name: st.one_of(TEXT, JSON) for name in operation.body.model_fields}
+    body = data.draw(st.one_of(st.fixed_dictionaries({}, optional=fields), JSON))
+    answer = client.post(operation.path.format(run="r"), json=body)
+    assert answer.status_code in {200, 202, 400, 404, 409, 422}, answer.text
+    assert answer.json().get("code", "") != "bug"
 
 
 def test_a_huge_body_is_not_read_to_its_end(client):
