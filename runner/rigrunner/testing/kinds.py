@@ -13,6 +13,7 @@ from rigrunner.testing.compensation import CompensationSubject
 from rigrunner.testing.device import CHECKS as DEVICE_CHECKS
 from rigrunner.testing.device import DeviceSubject
 from rigrunner.testing.formats import CHECKS as FORMAT_CHECKS
+from rigrunner.testing.formats import FormatSubject
 from rigrunner.testing.subject import Subject
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ def subject(
         return DeviceSubject(plugin, known, told, folder=folder or Path())
     if kind == "compensation":
         return CompensationSubject(plugin, known, told)
+    if kind in {"report_format", "certificate_format"}:
+        return FormatSubject(plugin, known, told)
     return Subject(plugin, known, told)
 
 

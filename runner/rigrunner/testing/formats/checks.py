@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import MissingPackageError
 from rigrunner.api.hooks import CertificateFormatRecord, ReportFormatRecord
-from rigrunner.testing.check import AnyCheck, NotApplicable, applies, check, demand
-from rigrunner.testing.device.watching import census, watched
-from rigrunner.testing.formats.inputs import TAG, certificate_inputs, report_inputs
+from rigrunner.testing.check import AnyCheck, applies, check, demand
+from rigrunner.testing.device.watching import census
+from rigrunner.testing.formats.inputs import TAG
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rigrunner.testing.subject import Subject
+    from rigrunner.testing.formats.subject import FormatSubject
 
 SUFFIX = re.compile(r"\.[a-z0-9]+(\.[a-z0-9]+)*")
 FETCHED = re.compile(
@@ -27,68 +24,51 @@ FETCHED = re.compile(
 
 
 @check(mend="return `bytes`, not `str`; give the record a suffix such as '.html'")
-def makes_a_file(subject: Subject) -> None:
+def makes_a_file(subject: FormatSubject) -> None:
     """It makes bytes of every run, one with a verdict and one without, for a file with a suffix."""
     record = subject.any_record
     assert isinstance(record, (ReportFormatRecord, CertificateFormatRecord))  # noqa: S101  (the kind)
     demand(SUFFIX.fullmatch(record.suffix), f"the suffix is '{record.suffix}'")
-    for given in _inputs(subject):
-        made = _writer(subject)(given)
-        demand(isinstance(made, bytes), f"it makes {type(made).__name__}, not bytes")
-        demand(made, "it makes no byte")
+    for each in subject.written:
+        demand(isinstance(each.made, bytes), f"it makes {type(each.made).__name__}, not bytes")
+        demand(each.made, "it makes no byte")
 
 
 @check(mend="write no date of today, no random names, and nothing in the order of a set")
-def same_run_same_bytes(subject: Subject) -> None:
+def same_run_same_bytes(subject: FormatSubject) -> None:
     """The same run gives the same bytes: what is printed can be made again and compared."""
-    for given in _inputs(subject):
-        demand(_writer(subject)(given) == _writer(subject)(given), "it makes other bytes each time")
+    for given, first in zip(subject.inputs, subject.written, strict=True):
+        demand(subject.writer(given) == first.made, "it makes other bytes each time")
 
 
 @check(mend="escape what was typed: jinja2 with autoescape=True, or html.escape")
-def names_are_escaped(subject: Subject) -> None:
+def names_are_escaped(subject: FormatSubject) -> None:
     """A name that is a script is shown as text, not run, where the format is one of markup."""
-    for given in _inputs(subject):
-        text = _markup(_writer(subject)(given))
+    for each in subject.written:
+        text = _markup(each.made)
         at = text.find(TAG)
         demand(at < 0, f"a specimen named {TAG} stands in it as it is: ...{text[at - 40 : at]}...")
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
 
 
 @check(mend="put styles, fonts and pictures into the file itself")
-def nothing_is_fetched(subject: Subject) -> None:
+def nothing_is_fetched(subject: FormatSubject) -> None:
     """Neither making it nor showing it asks another computer for anything."""
-    for given in _inputs(subject):
-        write = _writer(subject)
-        with watched() as touched:
-            made = write(given)
-        demand(not touched, f"making it did: {', '.join(touched)}")
-        if _is_markup(made):
-            found = FETCHED.search(made.decode("utf-8"))
+    for each in subject.written:
+        demand(not each.touched, f"making it did: {', '.join(each.touched)}")
+        if _is_markup(each.made):
+            found = FETCHED.search(each.made.decode("utf-8"))
             demand(found is None, f"showing it would load {found and found[0][:120]}")
 
 
 @check(mend="close what is opened; end threads")
-def leaves_nothing_open(subject: Subject) -> None:
+def leaves_nothing_open(subject: FormatSubject) -> None:
     """It leaves no thread and no open file behind."""
-    given = _inputs(subject)[0]
-    _writer(subject)(given)  # what is loaded once is loaded now
+    subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now
     before = census()
-    _writer(subject)(given)
+    subject.writer(subject.inputs[0])
     more = census().more_than(before)
     demand(not more, f"it left behind: {more}")
-
-
-def _inputs(subject: Subject) -> tuple[Any, ...]:
-    return report_inputs() if subject.kind == "report_format" else certificate_inputs()
-
-
-def _writer(subject: Subject) -> Callable[[Any], Any]:
-    try:
-        writer: Callable[[Any], Any] = subject.made
-    except MissingPackageError as error:
-        raise NotApplicable(str(error)) from error
-    return writer
 
 
 def _is_markup(made: bytes) -> bool:
