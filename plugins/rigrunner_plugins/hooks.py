@@ -136,6 +136,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             help="Any other device with faults injected: lost, late, stuck, clipped, gaps, ...",
             settings=FaultyDeviceSettings,
             trial={"plugin": "swing_tester_sim"},
+            absent={"settings": UNPLUGGED},
             factory=_fault,
             wired=True,
         ),
