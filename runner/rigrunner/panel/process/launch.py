@@ -69,7 +69,12 @@ class Process:
         return self._wait()
 
     def _wait(self) -> int | None:
+        """Return the code of a child that ends, and let go of its pipes."""
         try:
-            return self._child.wait(PATIENCE_S)
+            code = self._child.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             return None
+        self._channel.close()
+        if self._child.stdout is not None:
+            self._child.stdout.close()
+        return code
