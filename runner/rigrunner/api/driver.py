@@ -14,6 +14,7 @@ from rigrunner.api.errors import (
     DeviceLostError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    PluginError,
 )
 
 if TYPE_CHECKING:
@@ -23,6 +24,19 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _Info = TypeVar("_Info")
+
+
+def check_patience(timeout_s: float, context: DeviceContext) -> None:
+    """Raise PluginError unless an answer is given up before the station gives the device up.
+
+    A device that was given up takes no further call, and cannot be made safe in order.
+    """
+    patience_s = context.patience.answer_s
+    if timeout_s >= patience_s:
+        raise PluginError(
+            f"timeout: got {timeout_s:g} s, allowed is less than {patience_s:g} s",
+            hint="after that the station gives a device up: see its safety.patience.answer",
+        )
 
 
 class Driver:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Protocol, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.devices import Identity
-from rigrunner.api.driver import Driver
+from rigrunner.api.driver import Driver, check_patience
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
@@ -23,7 +23,6 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
     MissingPackageError,
-    PluginError,
 )
 from rigrunner.api.line_link import LineLink
 from rigrunner.api.ports import SerialPort, TcpPort
@@ -91,12 +90,7 @@ class LineDriver(Driver):
 
     def __init__(self, settings: LineSettings, context: DeviceContext) -> None:
         super().__init__(context)
-        patience_s = context.patience.answer_s
-        if settings.timeout >= patience_s:
-            raise PluginError(
-                f"timeout: got {settings.timeout:g} s, allowed is less than {patience_s:g} s",
-                hint="after that the station gives a device up: see its safety.patience.answer",
-            )
+        check_patience(settings.timeout, context)
         if settings.is_serial and find_spec("serial") is None:
             raise MissingPackageError(
                 "a serial port needs the package pyserial", hint="pip install 'rigrunner[serial]'"

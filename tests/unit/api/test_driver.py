@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rigrunner.api.calling import Patience
 from rigrunner.api.devices import (
     Approaching,
     ChannelInfo,
@@ -15,13 +16,14 @@ from rigrunner.api.devices import (
     Identity,
     Readable,
 )
-from rigrunner.api.driver import Driver
+from rigrunner.api.driver import Driver, check_patience
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
+    PluginError,
 )
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
@@ -222,3 +224,10 @@ class TestInARig:
         with pytest.raises(DeviceTimeoutError, match=r"^press: load reads back 500 N after 12 s"):
             rig.set("press", "load", 1000.0)
         rig.close()
+
+
+def test_an_answer_is_given_up_before_the_station_gives_up_the_device(tmp_path):
+    context = DeviceContext("press", SimulatedClock(), tmp_path, patience=Patience(answer_s=3.0))
+    check_patience(2.9, context)
+    with pytest.raises(PluginError, match=r"got 3 s, allowed is less than 3 s.*safety.patience"):
+        check_patience(3.0, context)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.driver import Driver
+from rigrunner.api.driver import Driver, check_patience
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,
@@ -37,6 +37,7 @@ class ModbusDevice(Driver):
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        check_patience(settings.timeout * (settings.retries + 1), context)
         self._settings = settings
         self._opened: Line | None = None
         self._heartbeat: Heartbeat | None = None

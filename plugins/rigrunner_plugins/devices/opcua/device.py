@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Identity
-from rigrunner.api.driver import Driver
+from rigrunner.api.driver import Driver, check_patience
 from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos
 from rigrunner_plugins.devices.extras import missing
@@ -36,6 +36,7 @@ class OpcUa(Driver):
 
     def __init__(self, settings: OpcUaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        check_patience(settings.timeout, context)
         self._settings = settings
         self._folder = context.folder
         self._opened: Session | None = None

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.devices import Identity
+from rigrunner.api.driver import check_patience
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
@@ -60,6 +61,7 @@ class PyMeasureDevice(CommandedDriver):
 
     def __init__(self, settings: PyMeasureSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        check_patience(settings.timeout, context)
         self.safe_commands = settings.safe_calls
         self._settings = settings
         self._folder = context.folder

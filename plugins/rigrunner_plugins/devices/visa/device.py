@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Identity
+from rigrunner.api.driver import check_patience
 from rigrunner.api.errors import (
     DeviceError,
     DeviceNotFoundError,
@@ -34,6 +35,7 @@ class Visa(CommandedDriver):
 
     def __init__(self, settings: VisaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
+        check_patience(settings.timeout, context)
         self._settings = settings
         self.safe_commands = settings.safe_commands
         self._link = VisaLink(settings, context.folder, context.clock)
