@@ -16,8 +16,10 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Note, Outcome, RunEnded, Samples
 from rigrunner.engine import Choice, Decision, Interference, Paused, StopNow
 from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.panel.live.watcher import ANALYST
 from rigrunner.panel.process.channel import Channel, ChannelClosedError
 from rigrunner.panel.process.inbox import Inbox
+from rigrunner.panel.process.launch import Process
 from rigrunner.panel.process.messages import (
     Abort,
     Answered,
@@ -245,3 +247,9 @@ def test_a_curve_is_what_was_recorded_in_half_the_bytes():
     assert (curve.recording, curve.first_sample, curve.monotonic_s) == ("r", 100, 1.0)
     assert curve.channels["t.a"].dtype == np.float32
     assert curve.channels["t.a"] == pytest.approx(values, abs=1e-7)
+
+
+def test_a_file_in_the_present_folder_is_not_taken_for_a_module(tmp_path, monkeypatch):
+    (tmp_path / "numpy.py").write_text("raise SystemExit(3)", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert Process(ANALYST).close() == 0

@@ -20,7 +20,7 @@ class Process:
 
     def __init__(self, module: str) -> None:
         self._child = subprocess.Popen(  # noqa: S603  (our own interpreter and module)
-            [sys.executable, "-m", module],
+            [sys.executable, "-P", "-m", module],  # -P: no module of the folder that it is in
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,
