@@ -1,10 +1,11 @@
 """How soon the panel stops a rig and shows a sample, and what it keeps: see panel-measured.md.
 
-    python tests/benchmarks/panel.py stop [times] | frames | memory [hours]
+    python tests/benchmarks/panel.py stop [times] | frames | memory [hours] | hours [hours]
 
 Not a test: it takes minutes, of real time. `stop` and `frames` serve a panel and run the shipped
 procedure on the simulated station in real time; `memory` feeds the server's part of a panel with
-as many blocks as so many hours make.
+as many blocks as so many hours make; `hours` does a run of so many hours in simulated time, which
+needs 0.3 GB of disk for each.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from helpers_panel import Screen, ready, served
+from helpers_panel import Screen, ready, rig_process, served
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import RunStarted, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock
@@ -152,9 +153,50 @@ def memory(hours):
             tell(f"{(i + 1) // 60} h: {resident_mb():6.1f} MB, state {size} bytes, {passed:.0f} s")
 
 
-def resident_mb():
-    """Return the memory of this process."""
-    text = Path("/proc/self/status").read_text(encoding="utf-8")
+LONGEST_S = 600.0
+LONG = """\
+rigrunner: procedure/1
+id: LONG
+revision: "A"
+title: A recording each minute
+measurand: {symbol: Td, name: torque, unit: N·m}
+uses: {tester: swing_tester}
+main:
+  - set: {tester.frequency: 10 Hz}
+  - repeat:
+      times: TIMES
+      steps:
+        - record: {channels: [tester.angle, tester.torque, tester.velocity], duration: 60 s}
+"""
+
+
+def hours(number):
+    """Do a run of so many hours, 10 kHz and three channels; print the memory of both processes."""
+    with tempfile.TemporaryDirectory() as name:
+        text = LONG.replace("TIMES", str(60 * number))
+        (Path(name) / "long.yaml").write_text(text, encoding="utf-8")
+        with served(Path(name), Path(name) / "runs") as one:
+            screen = Screen(one, "client-bench-1")
+            pair = ready(screen, "long.yaml", "simulated")
+            screen.post("run/start", 202, **pair, inputs={}, realtime=False)
+            screen.phase("running")
+            pids = one.process.pid, rig_process(one)
+            for hour in range(1, number + 1):
+                screen.until(
+                    lambda state, n=60 * hour: state["progress"]["states"].count("o") > n, 600
+                )
+                server_mb, run_mb = map(resident_mb, pids)
+                tell(f"{hour} h: server {server_mb:.0f} MB, run {run_mb:.0f} MB")
+                screen.frames.clear()
+            tell(
+                screen.until(lambda state: state["phase"] == "finished", 600)["finished"]["outcome"]
+            )
+            screen.close()
+
+
+def resident_mb(pid="self"):
+    """Return the memory of a process."""
+    text = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     line = next(each for each in text.splitlines() if each.startswith("VmRSS"))
     return int(line.split()[1]) / 1024
 
@@ -163,4 +205,5 @@ if __name__ == "__main__":
     what, *numbers = sys.argv[1:] or ["stop"]
     threading.excepthook = lambda _: None
     {"stop": lambda: stop(int((numbers or ["10"])[0])), "frames": frames,
+     "hours": lambda: hours(int((numbers or ["8"])[0])),
      "memory": lambda: memory(int((numbers or ["8"])[0]))}[what]()  # fmt: skip

@@ -54,7 +54,6 @@ class JobView(Section):
     station: str
     title: str = ""
     run: str = ""
-    folder: str = ""
     inputs: dict[str, str] = {}
     operator: str = ""
     no_load: str = ""
