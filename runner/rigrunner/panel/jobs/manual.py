@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -186,11 +187,12 @@ class Hand:
         role, channels = self.source.role, self.source.channels
         started_utc = utc_text(self.planned.clock.utc())
         blocks: list[Block] = []
-        for block in checked_stream(session, role, channels, seconds):
-            self.link.outbox(stamp(Samples, recording=LIVE, block=block))
-            blocks.append(block)
-            if self.link.inbox.has_wish():
-                return
+        with closing(checked_stream(session, role, channels, seconds)) as stream:
+            for block in stream:
+                self.link.outbox(stamp(Samples, recording=LIVE, block=block))
+                blocks.append(block)
+                if self.link.inbox.has_wish():
+                    return
         self.link.send(LiveRecording(self._live(blocks, started_utc), self.frequency_hz))
 
     def _live(self, blocks: list[Block], started_utc: str) -> Recording:
