@@ -27,6 +27,7 @@ from rigrunner.panel.view.sections import (
     LiveView,
     PlanView,
     PreflightItem,
+    Readings,
     StepView,
 )
 from rigrunner.panel.view.story import Story
@@ -134,6 +135,12 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     assert (found.set_frequency_hz, found.set_load_n, found.load_n) == (5.0, 1000.0, 998.0)
     assert found.temperature_c == pytest.approx(23.0)
     assert found.values["t.temperature"].unit == "K"
+
+
+def test_a_new_job_knows_nothing_of_the_rig_that_an_earlier_one_found(board, story):
+    story.take(ended(0, action="set", values={"tester.load": 1000.0}, units={"tester.load": "N"}))
+    Story(board, story.job, NoLinks())
+    assert board.get("readings") == Readings()
 
 
 def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, story):

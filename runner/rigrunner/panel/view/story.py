@@ -27,6 +27,7 @@ from rigrunner.panel.view.sections import (
     PreflightItem,
     Progress,
     PromptView,
+    Readings,
 )
 from rigrunner.panel.view.track import Track
 
@@ -68,7 +69,8 @@ class Story:
         self._has_begun = self._has_ended = False
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
         cleared |= dict.fromkeys(("finished", "manual"))
-        board.put(job=job, asked="", alarms=(), log=(), **cleared)
+        # what an earlier job found of the rig may no longer be so
+        board.put(job=job, asked="", alarms=(), log=(), readings=Readings(), **cleared)
         if job.kind == "preflight":
             self._preflight(())
         self._tell_phase()

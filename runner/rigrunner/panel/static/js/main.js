@@ -22,7 +22,7 @@ const skip = h("a", { class: "skip", href: "#page", onclick: (event) => {
   event.preventDefault();
   page.focus();
 } }, t("skip"));
-fill(document.body, skip, topBar(), page, dialogHost(), noticesElement());
+fill(document.body, skip, topBar(), noticesElement(), page, dialogHost());
 document.addEventListener("keydown", keys);
 startRouter(page);
 openLink({ connected: takeConnected, state: takeState, changes: takeChanges, frame: takeFrame });

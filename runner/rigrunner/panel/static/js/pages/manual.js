@@ -14,6 +14,7 @@ import { listen, store } from "../store.js";
 import { t } from "../texts.js";
 
 const CYCLES = 10;
+const WATCHED = "live"; // what is watched now stands among the points, last
 
 export function manualPage() {
   const swing = swingChart();
@@ -57,7 +58,7 @@ export function manualPage() {
       fill(drives, state.manual.drives.map(driveRow));
     }
     setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : state.manual.refused);
-    fill(points, (state.live?.points ?? []).map(pointRow));
+    fill(points, (state.live?.points ?? []).filter((point) => point.recording !== WATCHED).map(pointRow));
   }
 
   const forget = listen((changed) => {
@@ -89,7 +90,8 @@ function openCard() {
   const text = h("p", {}, procedure && station ? t("manual.with", { procedure, station }) : t("manual.choose"));
   const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
   const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
-  const card = h("section", { class: "card" }, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose));
+  const ended = h("p", { class: "banner info", hidden: true });
+  const card = h("section", { class: "card" }, ended, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose));
   const preflight = procedure && station ? preflightCard({ procedure, station }) : null;
 
   function judge() {
@@ -101,6 +103,10 @@ function openCard() {
   return {
     element: h("div", { class: "two manual-open" }, card, preflight?.element),
     update() {
+      const { phase, job, finished } = store.state ?? {};
+      const stored = phase === "finished" && job?.kind === "manual" && finished?.run;
+      show(ended, Boolean(stored));
+      if (stored) fill(ended, h("span", {}, finished.error || t("manual.ended")), h("a", { class: "button", href: `#/runs/${encodeURIComponent(finished.run)}` }, t("manual.see")));
       preflight?.update();
       judge();
     },

@@ -56,8 +56,9 @@ export function runPage() {
     setText(step, stepText(state));
     show(nothing, state.phase === "idle" || state.phase === "checking");
     for (const each of [pause, stopped]) each.disabled = !can;
-    repeat.disabled = !can;
-    skip.disabled = !can;
+    const choices = state.pause?.choices;
+    repeat.disabled = !can || Boolean(choices && !choices.includes("repeat"));
+    skip.disabled = !can || Boolean(choices && !choices.includes("skip"));
     show(override, Boolean(state.pause?.choices.includes("override")));
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
     show(paused, Boolean(state.pause));

@@ -1,41 +1,71 @@
-// To issue a certificate on a run: who authorises it, in which language.
+// To issue a certificate on a run: what ISO/IEC 17025 asks for and no run knows, and who authorises it.
 
 import { personName, post } from "../client.js";
 import { takeControl } from "../steer.js";
-import { button, fill, h } from "../dom.js";
+import { fill, h } from "../dom.js";
 import { t } from "../texts.js";
 import { problemList } from "./notices.js";
 
-export function certificateForm(run, issued) {
-  const by = h("input", { type: "text", id: "certificate-by", value: personName(), autocomplete: "off", required: true });
-  const role = h("input", { type: "text", id: "certificate-role", autocomplete: "off" });
-  const customer = h("input", { type: "text", id: "certificate-customer", autocomplete: "off" });
+const KEPT = "rigrunner.order";
+const ORDER = ["customer", "customer_contact", "item", "item_condition", "received"];
+// What a run knows where its procedure asks for it: field of the order, and input of the run.
+const FROM_RUN = [["item_id", "specimen"], ["operator", "operator"]];
+
+// The specimens of one order come one after the other: what was said of it is kept in this tab.
+function keptOrder() {
+  try {
+    return JSON.parse(sessionStorage.getItem(KEPT)) ?? {};
+  } catch {
+    return {};
+  }
+}
+
+function field(id, key, control) {
+  return h("div", { class: "field" }, h("label", { for: id }, t(key)), control);
+}
+
+function textInput(id, value, required) {
+  const type = id === "certificate-received" ? "date" : "text";
+  return h("input", { type, id, value, required, autocomplete: "off" });
+}
+
+export function certificateForm(run, inputs) {
+  const kept = keptOrder();
+  const unknown = FROM_RUN.filter(([, input]) => !inputs[input]).map(([name]) => name);
+  const order = [...unknown, ...ORDER].map((name) => [name, textInput(`certificate-${name}`, kept[name] ?? "", true)]);
+  const by = textInput("certificate-by", personName(), true);
+  const role = textInput("certificate-role", kept.role ?? "", false);
   const language = h("select", { id: "certificate-language" }, ["en", "de"].map((code) => h("option", { value: code }, t(`language.${code}`))));
   const specimen = h("input", { type: "checkbox", id: "certificate-specimen", checked: true });
   const told = h("div", { class: "told", role: "status" });
-  const field = (id, key, control) => h("div", { class: "field" }, h("label", { for: id }, t(key)), control);
-  const send = button(t("certificate.issue"), () => form.requestSubmit(), { kind: "primary" });
+  const send = h("button", { type: "submit", class: "button primary big" }, t("certificate.issue"));
   const form = h("form", { class: "inputs", onsubmit: submit },
+    order.map(([name, control]) => field(control.id, `certificate.${name}`, control)),
     field("certificate-by", "certificate.by", by), field("certificate-role", "certificate.role", role),
-    field("certificate-customer", "certificate.customer", customer), field("certificate-language", "certificate.language", language),
+    field("certificate-language", "certificate.language", language),
     h("label", { class: "check", for: "certificate-specimen" }, specimen, h("span", {}, t("certificate.specimen"))), send, told);
 
   async function submit(event) {
     event.preventDefault();
-    const order = customer.value.trim() ? { "customer.name": customer.value.trim() } : {};
-    const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, order };
+    const given = Object.fromEntries(order.map(([name, control]) => [name, control.value.trim()]));
+    const { item_id: _, ...next } = given;
+    sessionStorage.setItem(KEPT, JSON.stringify({ ...next, role: role.value.trim() }));
+    const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, order: given };
     send.disabled = true;
     try {
       if (!(await takeControl())) return;
-      const made = await post(`runs/${encodeURIComponent(run)}/certificate`, body);
-      fill(told, h("p", { class: "good-text" }, t("certificate.done", { number: made.number })),
-        h("ul", { class: "files" }, made.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),
-        made.notes.map((note) => h("p", { class: "soft" }, note)));
+      tellIssued(await post(`runs/${encodeURIComponent(run)}/certificate`, body));
     } catch (error) {
       fill(told, h("p", { class: "bad-text" }, error.message), error.hint ? h("p", { class: "hint" }, error.hint) : null, problemList(error.problems ?? []));
     } finally {
       send.disabled = false;
     }
+  }
+
+  function tellIssued(made) {
+    fill(told, h("p", { class: "good-text" }, t("certificate.done", { number: made.number })),
+      h("ul", { class: "files" }, made.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),
+      made.notes.map((note) => h("p", { class: "soft" }, note)));
   }
 
   return h("section", { class: "card" }, h("details", {}, h("summary", {}, h("h2", {}, t("certificate.title"))), form));

@@ -8,9 +8,15 @@ import { t } from "../texts.js";
 
 const SIGNS = { ok: "✓", warn: "!", fail: "✗" };
 
+// Some names only say the kind again: "no-load run", "disk".
+function title({ kind, name }) {
+  const same = name.replaceAll(/[ -]/g, "_").startsWith(kind);
+  return [t(`preflight.kind.${kind}`), same ? "" : name].filter(Boolean).join(" ");
+}
+
 export function preflightCard({ procedure, station }) {
   const passed = new Set();
-  const items = h("ul", { class: "lights" });
+  const items = h("ul", { class: "lights", tabindex: "0", "aria-label": t("preflight.title") });
   const note = h("p", { class: "soft", role: "status" });
   const check = button(t("preflight.check"), () => steer("preflight", { procedure, station }), { kind: "big" });
   const by = h("input", { type: "text", id: "override-by", value: personName(), autocomplete: "off", oninput: () => card.onchange() });
@@ -59,7 +65,7 @@ export function preflightCard({ procedure, station }) {
     } }), h("span", {}, t("preflight.let_pass"))) : null;
     return h("li", { class: `light ${item.state}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
-      h("div", { class: "light-text" }, h("strong", {}, [t(`preflight.kind.${item.kind}`), item.name === item.kind ? "" : item.name].filter(Boolean).join(" ")), h("span", {}, item.text), item.mend ? h("span", { class: "mend" }, item.mend) : null, pass));
+      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, item.text), item.mend ? h("span", { class: "mend" }, item.mend) : null, pass));
   }
 
   return card;

@@ -5,6 +5,12 @@ import { steer } from "../steer.js";
 import { store } from "../store.js";
 import { t } from "../texts.js";
 
+function stepOf(path) {
+  const steps = store.state.plan?.steps ?? [];
+  const at = steps.findIndex((step) => step.path === path);
+  return at < 0 ? path : t("prompt.step", { at: at + 1, of: steps.length });
+}
+
 export function promptCard() {
   const element = h("div", { class: "prompt-cover", hidden: true });
   let shown = null;
@@ -17,7 +23,7 @@ export function promptCard() {
   function build(prompt) {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
     const card = h("section", { class: "prompt", role: "dialog", "aria-labelledby": "prompt-text" },
-      h("span", { class: "soft" }, prompt.step), h("p", { id: "prompt-text", class: "prompt-text" }, prompt.text), picture,
+      h("span", { class: "soft" }, stepOf(prompt.step)), h("p", { id: "prompt-text", class: "prompt-text" }, prompt.text), picture,
       prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : field(prompt));
     fill(element, card);
     (card.querySelector("input") ?? card.querySelector("button")).focus();

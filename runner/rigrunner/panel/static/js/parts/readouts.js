@@ -32,12 +32,13 @@ export function readouts() {
       const { readings } = state;
       const point = presentPoint(state);
       const unit = (number, decimals, symbol) => (Number.isFinite(number) ? `${fixed(number, decimals)} ${symbol}` : UNKNOWN);
-      setText(frequency.value, unit(readings.frequency_hz ?? point?.frequency_hz ?? readings.set_frequency_hz, 2, "Hz"));
+      const here = point && point.set_frequency_hz === readings.set_frequency_hz ? point : null;
+      setText(frequency.value, unit(readings.frequency_hz ?? here?.frequency_hz, 2, "Hz"));
       setText(frequency.small, t("read.set", { value: unit(readings.set_frequency_hz, 2, "Hz") }));
-      setText(load.value, unit(readings.load_n, 0, "N"));
+      setText(load.value, unit(readings.load_n ?? here?.load_n, 0, "N"));
       setText(load.small, t("read.set", { value: unit(readings.set_load_n, 0, "N") }));
       setText(raw.value, unit(point?.raw_nm, 3, "N·m"));
-      setText(raw.small, point ? t("read.cycles", { cycles: point.cycles }) : "");
+      setText(raw.small, point ? t("read.cycles", { cycles: point.cycles, value: unit(point.set_frequency_hz, 0, "Hz") }) : "");
       setText(rig.value, unit(point?.rig_nm, 3, "N·m"));
       setText(rig.small, state.live?.method ?? "");
       setText(torque.value, point && Number.isFinite(point.torque_nm) ? withUncertainty(point.torque_nm, point.U_nm, "N·m") : UNKNOWN);

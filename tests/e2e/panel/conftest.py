@@ -1,0 +1,75 @@
+"""A panel, a browser and screens for the tests of this folder."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+from helpers_screen import Screen, browser_path, quick_lab, running_panel
+
+FLAGS = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def lab(tmp_path_factory):
+    """A lab with quick procedures."""
+    folder = tmp_path_factory.mktemp("panel") / "lab"
+    quick_lab(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """A real Chromium."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=browser_path(), args=[*FLAGS])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def panel(lab):
+    """A panel of its own for each test."""
+    with running_panel(lab) as running:
+        yield running
+
+
+@pytest.fixture
+def new_screen(chromium, panel):
+    """Opens windows, each a browser profile of its own; none may ask a stranger, none may fail."""
+    made = []
+
+    def new(**options):
+        context = chromium.new_context(
+            viewport={"width": 1280, "height": 720}, locale="en-GB", **options
+        )
+        screen = Screen(context.new_page(), panel)
+        made.append((context, screen))
+        return screen
+
+    yield new
+    for context, screen in made:
+        assert screen.strangers == []
+        assert screen.errors == []
+        context.close()
+
+
+@pytest.fixture
+def screen(new_screen):
+    """One window."""
+    return new_screen()
+
+
+@pytest.fixture(scope="session")
+def pictures(tmp_path_factory):
+    """The folder into which screenshots go: CI keeps it."""
+    named = os.environ.get("RIGRUNNER_SCREENSHOTS")
+    folder = Path(named) if named else tmp_path_factory.mktemp("screenshots")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -1,0 +1,85 @@
+"""Every page in both themes: a picture for people to look at, and axe-core's findings."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_screen import axe_script
+
+GRAVE = {"serious", "critical"}
+SIZES = {"desk": (1280, 720), "tablet": (1024, 768)}
+
+
+def look(page, pictures, name: str, grave: list[str]) -> None:
+    """Take a picture and let axe-core judge the page."""
+    page.wait_for_timeout(250)
+    page.screenshot(path=pictures / f"{name}.png")
+    found = page.evaluate("() => axe.run(document, {resultTypes: ['violations']})")
+    grave += [
+        f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"
+        for each in found["violations"]
+        if each["impact"] in GRAVE
+    ]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through all pages)
+    new_screen, panel, pictures, theme, size
+):
+    width, height = SIZES[size]
+    screen = new_screen(color_scheme=theme)
+    page, grave = screen.page, []
+    page.set_viewport_size({"width": width, "height": height})
+    page.add_init_script(path=axe_script())
+
+    def seen(name: str) -> None:
+        look(page, pictures, f"{name}-{theme}-{size}", grave)
+
+    screen.open()
+    page.wait_for_selector(".item")
+    seen("choose")
+    screen.choose()
+    screen.fill_in()
+    page.locator(".preflight > .button").click()
+    page.wait_for_selector("#dialog-text")
+    seen("name")
+    screen.say_name()
+    page.get_by_text("Ready to start.").wait_for()
+    seen("setup")
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_selector(".prompt")
+    seen("prompt")
+    page.locator(".prompt").get_by_role("button", name="Yes").click()
+    screen.wait_for_compensation()
+    seen("run")
+    overflow = page.evaluate("() => document.documentElement.scrollHeight - window.innerHeight")
+    assert overflow <= 0  # all that matters is on the screen
+    page.keyboard.press("F8")
+    page.locator(".banner", has_text="Paused").wait_for()
+    seen("paused")
+    page.keyboard.press("F8")
+    screen.wait_for_result()
+    page.wait_for_timeout(500)
+    seen("result")
+    page.get_by_role("link", name="History").click()
+    page.wait_for_selector(".runs tbody tr")
+    seen("history")
+    boxes = page.locator(".runs tbody input")
+    boxes.nth(0).check()
+    boxes.nth(1).check()
+    page.get_by_role("button", name="Compare (2 of 2)").click()
+    page.locator(".compare .card").first.wait_for()
+    seen("compare")
+    page.get_by_role("link", name="By hand").click()
+    page.locator(".preflight > .button").click()
+    page.get_by_role("button", name="Take the rig").click(timeout=20_000)
+    page.wait_for_selector(".drive")
+    frequency = page.get_by_label("Swing frequency (Hz)")
+    frequency.fill("10")
+    frequency.press("Enter")
+    page.wait_for_timeout(2500)
+    seen("manual")
+    page.get_by_role("button", name="STOP").click()
+    panel.wait_for("finished")
+    assert grave == []

@@ -1,0 +1,209 @@
+"""What a technician does at the panel, with the mouse and with the keyboard alone."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+
+from playwright.sync_api import expect
+
+from helpers_screen import LOADED, NAME, STATION
+
+CERTIFICATE = {  # in the order in which Tab comes to them
+    "Customer": "A customer",
+    "Customer's address": "1 Street, Town",
+    "What was tested": "Spherical plain bearing",
+    "Its condition when it was received": "as new",
+    "Received on": "2026-01-01",
+    "Authorised by": "Q. Lead",
+}
+TRUTH_NM = 0.7262  # Ts of the simulated rig: the default of its settings, from the paper
+
+
+def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
+    page = screen.page
+    screen.begin(specimen="B-17")
+    screen.wait_for_compensation()
+    assert page.locator(".plot-swing canvas").count() == 1
+    screen.wait_for_result()
+    assert "Pass" in page.locator(".result-head .verdict-word").inner_text()
+    value = float(page.locator(".result-head .verdict-value").inner_text().split(" ")[0])
+    assert abs(value - TRUTH_NM) < 0.01
+    report = page.frame_locator(".report")
+    assert report.get_by_text("Rigrunner test report").is_visible()
+    page.get_by_text("Issue a certificate").click()
+    for label, answer in CERTIFICATE.items():
+        page.get_by_label(label, exact=True).fill(answer)
+    page.get_by_role("button", name="Issue", exact=True).click()
+    page.locator(".told .good-text").wait_for(timeout=60_000)
+    made = page.locator(".told a").first
+    assert made.get_attribute("href").startswith("/api/runs/")
+    assert any(
+        path.suffix == ".html"
+        for path in (panel.runs).glob("*B-17*/*")
+        if "report" not in path.name
+    )
+
+
+def test_the_next_specimen_is_two_clicks_away(screen, panel):
+    page = screen.page
+    run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
+    screen.open(f"#/runs/{run['run']}")
+    page.get_by_role("button", name="Next specimen").click()
+    page.wait_for_selector(".preflight")
+    assert page.get_by_label("Bearing serial number").input_value() == ""
+    assert page.get_by_label("Your name").input_value() == run["operator"]
+    page.get_by_label("Bearing serial number").fill("SECOND-2")
+    screen.check_rig()
+    page.get_by_role("button", name="Start", exact=True).click()
+    panel.wait_for("asking")
+    assert panel.get("state")["job"]["inputs"]["specimen"] == "SECOND-2"
+
+
+def focus_on(page, name: str, role: str = "", most: int = 80) -> None:
+    """Press Tab until what has that name has the focus."""
+    for _ in range(most):
+        page.keyboard.press("Tab")
+        found = page.evaluate(
+            """() => {
+                const e = document.activeElement;
+                const label = e.labels && e.labels.length ? e.labels[0].textContent : '';
+                const text = e.getAttribute('aria-label') || label || e.textContent || '';
+                return [text.trim(), e.tagName];
+            }"""
+        )
+        if re.match(name, found[0]) and role in ("", found[1]):
+            return
+    raise AssertionError(f"Tab does not come to '{name}'")
+
+
+def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
+    page = screen.page
+    press, write = page.keyboard.press, page.keyboard.type
+    screen.open()
+    page.wait_for_selector(".item")
+    focus_on(page, "Search procedures")
+    write(LOADED)
+    expect(page.locator(".card:first-child .item")).to_have_count(1)
+    focus_on(page, LOADED)
+    press("Space")
+    focus_on(page, "Search stations")
+    write(STATION)
+    expect(page.locator(".card:last-child .item")).to_have_count(1)
+    focus_on(page, STATION)
+    press("Space")
+    focus_on(page, "Next")
+    press("Enter")
+    page.wait_for_selector(".preflight")
+    focus_on(page, "Bearing serial number")
+    write("KEYS-1")
+    press("Enter")  # as a barcode scanner ends; the next field has the focus
+    write(NAME)
+    focus_on(page, "At the pace of the signal")
+    press("Space")
+    focus_on(page, "Check the rig")
+    press("Enter")
+    page.wait_for_selector("#dialog-text")
+    write(NAME)
+    press("Enter")
+    page.get_by_text("Ready to start.").wait_for()
+    focus_on(page, "Start")
+    press("Enter")
+    page.wait_for_selector(".prompt")
+    press("Enter")  # the first answer has the focus
+    screen.wait_for_result()
+    focus_on(page, "Issue a certificate", most=200)
+    press("Enter")
+    for label, answer in CERTIFICATE.items():
+        focus_on(page, f"{label}$")
+        write("01012026" if label == "Received on" else answer)
+    focus_on(page, "Issue$")
+    press("Enter")
+    page.locator(".told .good-text").wait_for(timeout=60_000)
+
+
+def test_pause_repeat_skip_and_abort(screen, panel):
+    page = screen.page
+    screen.begin()
+    page.locator(".step.running", has_text="at 20 Hz").wait_for()
+    page.keyboard.press("F8")
+    panel.wait_for("paused")
+    page.locator(".banner", has_text="Paused").wait_for()
+    page.get_by_role("button", name="Skip point").click()
+    page.locator("#dialog-text").fill("worn out")
+    page.keyboard.press("Enter")
+    panel.wait_for("running", "paused")
+    if panel.phase() == "paused":
+        page.keyboard.press("F8")
+    page.get_by_role("button", name="Abort", exact=True).click()
+    page.locator("#dialog-text").fill("wrong bearing")
+    page.keyboard.press("Enter")
+    screen.wait_for_result()
+    assert "Aborted" in page.locator(".result-head .verdict-word").inner_text()
+    run = panel.get("runs")["items"][0]["run"]
+    told = json.dumps(panel.get(f"runs/{run}")["events"])
+    assert "worn out" in told
+    assert "wrong bearing" in told
+
+
+def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
+    page = screen.page
+    screen.open()
+    screen.choose()
+    screen.fill_in()
+    screen.check_rig()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.wait_for_selector(".prompt")
+    began = time.monotonic()
+    page.get_by_role("button", name="STOP").click()
+    panel.wait_for("finished", "ending", "analysing", within_s=2.0)
+    assert time.monotonic() - began < 2.0
+    screen.wait_for_result()
+    assert "Aborted" in page.locator(".result-head .verdict-word").inner_text()
+
+
+def test_by_hand(screen, panel):
+    page = screen.page
+    screen.open()
+    screen.choose()
+    page.get_by_role("link", name="By hand").click()
+    page.locator(".preflight > .button").click()
+    screen.say_name()
+    page.get_by_role("button", name="Take the rig").click(timeout=20_000)
+    load, frequency = (
+        page.get_by_label("Radial load (N)"),
+        page.get_by_label("Swing frequency (Hz)"),
+    )
+    load.fill("1000")
+    load.press("Enter")
+    expect(page.locator(".readout-small").nth(1)).to_have_text("set 1000 N")
+    frequency.fill("50")
+    frequency.press("Enter")
+    page.locator(".notice", has_text="35").wait_for()  # the limit is told
+    frequency.fill("10")
+    frequency.press("Enter")
+    screen.wait_for_compensation()
+    page.get_by_role("button", name="Record a point").click()
+    page.locator(".manual-points", has_text="001").wait_for(timeout=20_000)
+    page.get_by_role("button", name="Make safe and end").click()
+    panel.wait_for("finished")
+    page.get_by_role("link", name="See its points").click()
+    page.wait_for_selector(".result-head")
+    told = json.dumps(panel.get(f"runs/{panel.get('runs')['items'][0]['run']}")["events"])
+    assert "tester is safe: read back tester.frequency 0, tester.load 0" in told
+
+
+def test_runs_are_found_and_compared(screen):
+    page = screen.page
+    screen.open("#/history")
+    expect(page.locator(".runs tbody tr").nth(1)).to_be_visible()
+    page.get_by_label("Search specimen").fill("DEMO-0001")
+    expect(page.locator(".runs tbody tr")).to_have_count(1)
+    assert "Pass" in page.locator(".runs tbody tr").inner_text()
+    page.locator(".runs tbody input").check()
+    page.get_by_label("Search specimen").fill("")
+    expect(page.locator(".runs tbody tr").nth(1)).to_be_visible()
+    page.locator(".runs tbody input:not(:checked)").first.check()
+    page.get_by_role("button", name="Compare (2 of 2)").click()
+    page.locator(".compare .card").first.wait_for()

@@ -1,0 +1,92 @@
+"""The run goes on whatever becomes of the browser, and hostile text stays text."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_screen import NAME
+
+HOSTILE = "<img src=x onerror=window.hacked=1>\u202e\u05d0 \U0001f525" + "x" * 60
+
+
+def test_a_reload_shows_the_true_state_at_once(screen, panel):
+    page = screen.page
+    screen.begin()
+    panel.wait_for("running")
+    page.reload()
+    page.wait_for_selector(".chip.running", timeout=2000)
+    assert page.locator(".step.done").count() > 0
+    assert "you" in page.locator(".holder").inner_text()  # the tab keeps its control
+    screen.wait_for_result()
+
+
+def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
+    first, second = new_screen(), new_screen()
+    first.open()
+    first.choose()
+    first.fill_in()
+    first.hurry()
+    first.check_rig()
+    first.page.get_by_role("button", name="Start", exact=True).click()
+    panel.wait_for("asking")
+    second.open()
+    second.page.wait_for_selector(".page.run")
+    assert NAME in second.page.locator(".holder").inner_text()
+    second.page.get_by_role("button", name="Take control").click()
+    second.say_name("Bob Moss")
+    second.page.get_by_role("button", name="Take over").click()
+    first.page.locator(".holder", has_text="Bob Moss").wait_for()
+    second.page.locator(".holder", has_text="you").wait_for()
+    second.page.locator(".prompt").get_by_role("button", name="Yes").click()
+    second.wait_for_result()
+    run = panel.get("runs")["items"][0]["run"]
+    assert "Bob Moss" in str(panel.get(f"runs/{run}")["events"])
+
+
+def test_a_run_goes_on_without_any_browser(new_screen, panel):
+    screen = new_screen()
+    screen.begin(specimen="ALONE-1", real_time=False)
+    screen.page.close()
+    panel.wait_for("finished")
+    newest = panel.get("runs")["items"][0]
+    assert (newest["specimen"], newest["outcome"], newest["verdict"]) == (
+        "ALONE-1",
+        "completed",
+        "pass",
+    )
+
+
+def test_a_hostile_specimen_is_only_text(screen):
+    page = screen.page
+    screen.begin(specimen=HOSTILE, real_time=False)
+    screen.wait_for_result()
+    page.get_by_role("link", name="History").click()
+    page.wait_for_selector(".runs tbody tr")
+    assert page.locator(".runs tbody tr").first.inner_text().count("<img src=x") == 1
+    assert page.evaluate("window.hacked") is None
+    assert page.locator("img[src=x]").count() == 0
+
+
+def test_a_lost_server_is_told_and_comes_back_by_itself(screen, panel):
+    page = screen.page
+    screen.open()
+    page.context.set_offline(True)
+    panel.process.send_signal(19)  # stopped: it answers no more
+    panel.process.send_signal(18)
+    page.evaluate("() => 0")
+    page.context.set_offline(False)
+    page.wait_for_selector("header .chip.idle, header .chip.finished")
+
+
+@pytest.mark.parametrize("wrong", ["", "   "])
+def test_nothing_starts_without_the_answers(screen, wrong):
+    page = screen.page
+    screen.open()
+    screen.choose()
+    page.get_by_label("Bearing serial number").fill(wrong)
+    page.get_by_label("Your name").fill(NAME)
+    page.locator(".preflight > .button").click()
+    screen.say_name()
+    page.locator(".light.ok").first.wait_for()
+    assert page.get_by_role("button", name="Start", exact=True).is_disabled()
+    page.get_by_text("Answers are missing.").wait_for()

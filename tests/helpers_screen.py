@@ -1,0 +1,214 @@
+"""The operator panel as its users have it: the program, a real Chromium, mouse and keyboard."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers_cli import call
+
+STARTS_WITHIN_S = 30.0
+NO_LOAD = "Quick no-load sweep"
+LOADED = "Quick starting torque"
+STATION = "Bench of these tests"
+NAME = "Ann Jones"
+
+
+@dataclass
+class Panel:
+    """A running panel: its address, its lab and the process."""
+
+    url: str
+    folder: Path
+    process: subprocess.Popen[str]
+
+    @property
+    def runs(self) -> Path:
+        """The folder of its runs."""
+        return self.folder / "runs"
+
+    def get(self, path: str) -> dict:
+        """Return what the API answers."""
+        with urllib.request.urlopen(f"{self.url}api/{path}", timeout=20) as answer:  # noqa: S310
+            return json.load(answer)
+
+    def phase(self) -> str:
+        """Return where the panel is."""
+        return self.get("state")["phase"]
+
+    def wait_for(self, *phases: str, within_s: float = 60.0) -> None:
+        """Wait until the panel is in one of these phases."""
+        until = time.monotonic() + within_s
+        while (phase := self.phase()) not in phases:
+            assert time.monotonic() < until, f"the panel is {phase}, not {phases}"
+            time.sleep(0.1)
+
+
+@contextmanager
+def running_panel(folder: Path):
+    """Run `rigrunner panel` on a lab until the block ends."""
+    command = [
+        sys.executable, "-m", "rigrunner", "panel", "--no-browser", "--port", "0",
+        "--runs", str(folder / "runs"), "--procedures", str(folder),
+        "--letterhead", str(folder / "letterhead"),
+    ]  # fmt: skip
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=folder
+    ) as process:
+        line = process.stdout.readline()
+        found = re.search(r"http://\S+/", line)
+        assert found, line + process.stdout.read()
+        try:
+            yield Panel(found[0], folder, process)
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.communicate(timeout=30)
+
+
+def quick_lab(folder: Path) -> None:
+    """Make a lab with two procedures of seconds and a run of each."""
+    assert call("init", folder).code == 0
+    station = folder / "station.yaml"
+    text = station.read_text(encoding="utf-8")
+    titled = re.sub(r"^title: .*$", f"title: {STATION}", text, flags=re.MULTILINE)
+    station.write_text(titled, encoding="utf-8")
+    shipped = folder / "procedures"
+    no_load = (shipped / "no_load_inertia_sweep.yaml").read_text(encoding="utf-8")
+    loaded = (shipped / "starting_torque_1000n.yaml").read_text(encoding="utf-8")
+    (shipped / "quick_no_load.yaml").write_text(
+        _quick(no_load, "SSPB-NLI", "QUICK-NL", NO_LOAD), encoding="utf-8"
+    )
+    quick = _quick(loaded, "SSPB-STT-1000", "QUICK-ST", LOADED)
+    quick = quick.replace("procedure: SSPB-NLI", "procedure: QUICK-NL")
+    quick = quick.replace("- settle: {cycles: 100}", "- settle: {cycles: 1}")
+    (shipped / "quick_torque.yaml").write_text(quick, encoding="utf-8")
+    for procedure in ("quick_no_load.yaml", "quick_torque.yaml"):
+        done = call(
+            "run", shipped / procedure, "--station", station, "--runs", folder / "runs",
+            "--unattended",
+        )  # fmt: skip
+        assert done.code == 0, done.err
+
+
+def _quick(text: str, old_id: str, new_id: str, title: str) -> str:
+    text = text.replace(f"id: {old_id}", f"id: {new_id}")
+    text = re.sub(r"^title: .*$", f"title: {title}", text, flags=re.MULTILINE)
+    text = re.sub(r"frequencies: \[.*\]", "frequencies: [10 Hz, 20 Hz, 30 Hz, 35 Hz]", text)
+    return text.replace("cycles: 30", "cycles: 15")
+
+
+def browser_path() -> str:
+    """Return Chromium, or skip: CI requires it."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None and os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
+        pytest.fail("there is no Chromium")
+    if found is None:
+        pytest.skip("there is no Chromium")
+    return found
+
+
+def axe_script() -> Path:
+    """Return axe-core, or skip: CI requires it."""
+    given = os.environ.get("RIGRUNNER_AXE", "")
+    if given:
+        return Path(given)
+    if os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
+        pytest.fail("RIGRUNNER_AXE does not name axe.min.js")
+    pytest.skip("RIGRUNNER_AXE does not name axe.min.js of axe-core")
+
+
+class Screen:
+    """One browser window at the panel, used as a person does."""
+
+    def __init__(self, page, panel: Panel) -> None:
+        self.page = page
+        self.panel = panel
+        self.strangers: list[str] = []
+        self.errors: list[str] = []
+        host = urlsplit(panel.url).netloc
+
+        def look(request) -> None:
+            parts = urlsplit(request.url)
+            if parts.scheme in ("http", "https", "ws", "wss") and parts.netloc != host:
+                self.strangers.append(request.url)
+
+        page.on("request", look)
+        page.on("websocket", lambda socket: self._look_at_socket(socket, host))
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    def _look_at_socket(self, socket, host: str) -> None:
+        if urlsplit(socket.url).netloc != host:
+            self.strangers.append(socket.url)
+
+    def open(self, place: str = "") -> None:
+        """Go to a page of the panel."""
+        self.page.goto(f"{self.panel.url}{place}")
+        self.page.wait_for_selector("header .chip:not(.disconnected)")
+
+    def choose(self, procedure: str = LOADED, station: str = STATION) -> None:
+        """Choose a procedure and a station, and go on."""
+        self.page.wait_for_selector(".item")
+        self.page.locator(".item", has_text=procedure).click()
+        self.page.locator(".item", has_text=station).first.click()
+        self.page.get_by_role("button", name="Next", exact=True).click()
+        self.page.wait_for_selector(".preflight")
+
+    def fill_in(self, specimen: str = "B-17", operator: str = NAME) -> None:
+        """Answer what the procedure asks."""
+        self.page.get_by_label("Bearing serial number").fill(specimen)
+        self.page.get_by_label("Your name").fill(operator)
+
+    def say_name(self, name: str = NAME) -> None:
+        """Answer who has control, where it is asked."""
+        self.page.locator("#dialog-text").fill(name)
+        self.page.keyboard.press("Enter")
+
+    def hurry(self) -> None:
+        """Let the simulated rig run faster than a real one."""
+        self.page.get_by_label("At the pace of the signal").uncheck()
+
+    def check_rig(self, *, ask: bool = True) -> None:
+        """Do the preflight."""
+        self.page.locator(".preflight > .button").click()
+        if ask:
+            self.say_name()
+        self.page.get_by_text("Ready to start.").wait_for()
+
+    def start(self) -> None:
+        """Start and say yes to the first question."""
+        self.page.get_by_role("button", name="Start", exact=True).click()
+        self.page.locator(".prompt").get_by_role("button", name="Yes").click()
+
+    def begin(self, *, real_time: bool = True, **inputs: str) -> None:
+        """Go all the way from choosing to the running page."""
+        self.open()
+        self.choose()
+        self.fill_in(**inputs)
+        if not real_time:
+            self.hurry()
+        self.check_rig()
+        self.start()
+
+    def wait_for_compensation(self) -> None:
+        """Wait until a compensated torque stands there with its uncertainty."""
+        torque = self.page.locator(".readout.compensated .readout-value")
+        expect(torque).to_contain_text("±", timeout=30_000)
+
+    def wait_for_result(self) -> None:
+        """Wait until the run is over and its result is shown."""
+        self.page.wait_for_url("**/#/runs/*", timeout=60_000)
+        self.page.wait_for_selector(".result-head")
