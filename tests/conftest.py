@@ -28,6 +28,11 @@ def pytest_configure() -> None:
         tempfile.tempdir = None  # it is looked up again
 
 
+def pytest_collection_modifyitems(items) -> None:
+    """Begin with the tests that wait in real time: other workers run the rest meanwhile."""
+    items.sort(key=lambda item: item.get_closest_marker("in_real_time") is None)
+
+
 @dataclass(frozen=True)
 class Demo:
     """The demonstration, run once: its folder, its two runs, and what it printed."""

@@ -24,6 +24,8 @@ from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSe
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.in_real_time
+
 LOAD_N = 1000.0
 STARTS_WITHIN_S = 30.0
 
