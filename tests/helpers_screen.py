@@ -25,6 +25,9 @@ STARTS_WITHIN_S = 30.0
 NO_LOAD = "Quick no-load sweep"
 LOADED = "Quick starting torque"
 STATION = "Bench of these tests"
+OVERDUE = "Bench with an old certificate"
+SIMULATED = "calibration: simulated"
+OLD = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
 NAME = "Ann Jones"
 
 
@@ -59,10 +62,10 @@ class Panel:
 
 
 @contextmanager
-def running_panel(folder: Path):
+def running_panel(folder: Path, port: int = 0):
     """Run `rigrunner panel` on a lab until the block ends."""
     command = [
-        sys.executable, "-m", "rigrunner", "panel", "--no-browser", "--port", "0",
+        sys.executable, "-m", "rigrunner", "panel", "--no-browser", "--port", str(port),
         "--runs", str(folder / "runs"), "--procedures", str(folder),
         "--letterhead", str(folder / "letterhead"),
     ]  # fmt: skip
@@ -80,12 +83,14 @@ def running_panel(folder: Path):
 
 
 def quick_lab(folder: Path) -> None:
-    """Make a lab with two procedures of seconds and a run of each."""
+    """Make a lab with two procedures of seconds, a run of each, and an overdue bench."""
     assert call("init", folder).code == 0
     station = folder / "station.yaml"
     text = station.read_text(encoding="utf-8")
     titled = re.sub(r"^title: .*$", f"title: {STATION}", text, flags=re.MULTILINE)
     station.write_text(titled, encoding="utf-8")
+    overdue = titled.replace(f"title: {STATION}", f"title: {OVERDUE}").replace(SIMULATED, OLD)
+    (folder / "overdue.yaml").write_text(overdue, encoding="utf-8")
     shipped = folder / "procedures"
     no_load = (shipped / "no_load_inertia_sweep.yaml").read_text(encoding="utf-8")
     loaded = (shipped / "starting_torque_1000n.yaml").read_text(encoding="utf-8")
@@ -181,12 +186,14 @@ class Screen:
         """Let the simulated rig run faster than a real one."""
         self.page.get_by_label("At the pace of the signal").uncheck()
 
-    def check_rig(self, *, ask: bool = True) -> None:
-        """Do the preflight."""
-        self.page.locator(".preflight > .button").click()
-        if ask:
-            self.say_name()
-        self.page.get_by_text("Ready to start.").wait_for()
+    def check_rig(self, *, ready: bool = True) -> None:
+        """Do the preflight, for the first time in this window."""
+        check = self.page.locator(".preflight > .button")
+        check.click()
+        self.say_name()
+        expect(check).to_have_text("Check again")
+        if ready:
+            self.page.get_by_text("Ready to start.").wait_for()
 
     def start(self) -> None:
         """Start and say yes to the first question."""

@@ -45,10 +45,9 @@ def new_screen(chromium, panel):
     """Opens windows, each a browser profile of its own; none may ask a stranger, none may fail."""
     made = []
 
-    def new(**options):
-        context = chromium.new_context(
-            viewport={"width": 1280, "height": 720}, locale="en-GB", **options
-        )
+    def new(panel=panel, **options):
+        known = {"viewport": {"width": 1280, "height": 720}, "locale": "en-GB"}
+        context = chromium.new_context(**{**known, **options})
         screen = Screen(context.new_page(), panel)
         made.append((context, screen))
         return screen

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import pytest
+from urllib.parse import urlsplit
 
-from helpers_screen import NAME
+from playwright.sync_api import expect
+
+from helpers_screen import NAME, OVERDUE, running_panel
 
 HOSTILE = "<img src=x onerror=window.hacked=1>\u202e\u05d0 \U0001f525" + "x" * 60
 
@@ -17,6 +19,7 @@ def test_a_reload_shows_the_true_state_at_once(screen, panel):
     page.wait_for_selector(".chip.running", timeout=2000)
     assert page.locator(".step.done").count() > 0
     assert "you" in page.locator(".holder").inner_text()  # the tab keeps its control
+    page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
 
 
@@ -67,26 +70,56 @@ def test_a_hostile_specimen_is_only_text(screen):
     assert page.locator("img[src=x]").count() == 0
 
 
-def test_a_lost_server_is_told_and_comes_back_by_itself(screen, panel):
-    page = screen.page
-    screen.open()
-    page.context.set_offline(True)
-    panel.process.send_signal(19)  # stopped: it answers no more
-    panel.process.send_signal(18)
-    page.evaluate("() => 0")
-    page.context.set_offline(False)
-    page.wait_for_selector("header .chip.idle, header .chip.finished")
+def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
+    with running_panel(lab) as panel:
+        page = new_screen(panel).page
+        page.goto(panel.url)
+        page.wait_for_selector(".chip.idle")
+    page.wait_for_selector(".chip.disconnected")
+    expect(page.locator(".banner.lost")).to_contain_text("emergency stop")
+    with running_panel(lab, port=urlsplit(panel.url).port):
+        page.wait_for_selector(".chip.idle")
+        expect(page.locator(".banner.lost")).to_be_hidden()
 
 
-@pytest.mark.parametrize("wrong", ["", "   "])
-def test_nothing_starts_without_the_answers(screen, wrong):
+def test_nothing_starts_without_the_answers(screen):
     page = screen.page
     screen.open()
     screen.choose()
-    page.get_by_label("Bearing serial number").fill(wrong)
     page.get_by_label("Your name").fill(NAME)
-    page.locator(".preflight > .button").click()
-    screen.say_name()
-    page.locator(".light.ok").first.wait_for()
-    assert page.get_by_role("button", name="Start", exact=True).is_disabled()
-    page.get_by_text("Answers are missing.").wait_for()
+    screen.check_rig(ready=False)
+    for empty in ("   ", ""):
+        page.get_by_label("Bearing serial number").fill(empty)
+        page.get_by_text("Answers are missing.").wait_for()
+        assert page.get_by_role("button", name="Start", exact=True).is_disabled()
+
+
+def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel):
+    page = screen.page
+    screen.open()
+    screen.choose(station=OVERDUE)
+    screen.fill_in()
+    screen.check_rig(ready=False)
+    red = page.locator(".light.fail")
+    expect(red).to_have_count(1)
+    expect(red).to_contain_text("was due on 2021-01-01")
+    expect(red.locator(".mend")).not_to_be_empty()
+    start = page.get_by_role("button", name="Start", exact=True)
+    expect(start).to_be_disabled()
+    red.get_by_role("checkbox").check()
+    page.get_by_label("Name", exact=True).fill("Chief")
+    expect(start).to_be_disabled()  # a reason is missing
+    page.get_by_label("Reason").fill("new one ordered")
+    start.click()
+    panel.wait_for("asking")
+    assert "new one ordered" in str(panel.get("state")["log"])
+
+
+def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
+    screen = new_screen(locale="de-DE")
+    screen.open()
+    page = screen.page
+    assert page.locator("html").get_attribute("lang") == "de"
+    expect(page.locator("h1")).to_have_text("Prüfung wählen")
+    page.get_by_label("Sprache").select_option("en")
+    expect(page.locator("h1")).to_have_text("Choose a test")

@@ -5,6 +5,7 @@ import { fill, h } from "./dom.js";
 import { openLink } from "./link.js";
 import { topBar } from "./parts/bar.js";
 import { dialogHost } from "./parts/dialogs.js";
+import { lostBanner } from "./parts/lost.js";
 import { noticesElement } from "./parts/notices.js";
 import { keys } from "./parts/keys.js";
 import { startRouter } from "./router.js";
@@ -22,7 +23,7 @@ const skip = h("a", { class: "skip", href: "#page", onclick: (event) => {
   event.preventDefault();
   page.focus();
 } }, t("skip"));
-fill(document.body, skip, topBar(), noticesElement(), page, dialogHost());
+fill(document.body, skip, topBar(), lostBanner(), noticesElement(), page, dialogHost());
 document.addEventListener("keydown", keys);
 startRouter(page);
 openLink({ connected: takeConnected, state: takeState, changes: takeChanges, frame: takeFrame });

@@ -1,6 +1,7 @@
 // Requests that steer: control is asked for first, and what is refused is shown.
 
 import { keepPersonName, personName, post } from "./client.js";
+import { draft } from "./draft.js";
 import { askName, confirmTakeOver } from "./parts/dialogs.js";
 import { tellError } from "./parts/notices.js";
 import { hasControl, store } from "./store.js";
@@ -8,7 +9,7 @@ import { hasControl, store } from "./store.js";
 // Takes control, asking for the name where none is known; returns whether it was had.
 export async function takeControl() {
   if (hasControl()) return true;
-  const name = personName() || (await askName());
+  const name = personName() || (await askName(draft().inputs?.operator ?? ""));
   if (!name) return false;
   keepPersonName(name);
   const holder = store.state?.control;

@@ -12,7 +12,7 @@ const TYPING_MS = 200;
 const PAGE = 50;
 
 export function historyPage() {
-  const chosen = [];
+  const chosen = []; // names of runs, which begin with their time: sorted, the older one comes first
   const filters = {
     search: h("input", { type: "search", id: "history-search", autocomplete: "off", oninput: later }),
     verdict: choice("history-verdict", "verdict.any", ["pass", "conditional pass", "inconclusive", "conditional fail", "fail"], verdictText),
@@ -21,7 +21,7 @@ export function historyPage() {
   const rows = h("tbody", {});
   const nothing = h("p", { class: "nothing", hidden: true }, t("history.nothing"));
   const more = button(t("history.more"), () => load(true), { kind: "big" });
-  const compare = button(t("history.compare"), () => go(`#/compare/${chosen.map(encodeURIComponent).join("/")}`), { kind: "primary big" });
+  const compare = button(t("history.compare"), () => go(`#/compare/${[...chosen].sort().map(encodeURIComponent).join("/")}`), { kind: "primary big" });
   let timer = 0;
   let last = "";
 

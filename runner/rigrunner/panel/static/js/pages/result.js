@@ -38,7 +38,7 @@ export function resultPage(run) {
     fill(body,
       head(found, again),
       h("div", { class: "result-columns" },
-        h("div", { class: "stack" }, facts(found), points(found), checks(found), files(found), certificateForm(run, found.inputs)),
+        h("div", { class: "stack" }, facts(found), points(found), checks(found), files(found), found.item.outcome === "completed" ? certificateForm(run, found.inputs) : null),
         h("section", { class: "card report-card" },
           h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
   }

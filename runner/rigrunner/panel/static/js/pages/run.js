@@ -63,7 +63,7 @@ export function runPage() {
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
     show(paused, Boolean(state.pause));
     if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...state.pause.moving].filter(Boolean).join(" · ")));
-    if (changed.has("live")) frequency.show(state.live?.points ?? []);
+    if (changed.has("live") || changed.has("plan")) frequency.show(state.live?.points ?? [], frequencies(state.plan));
     steps.update(changed);
     numbers.update();
     alarms.update();
@@ -89,6 +89,10 @@ export function runPage() {
       for (const each of [swing, trend, frequency]) each.leave();
     },
   };
+}
+
+function frequencies(plan) {
+  return (plan?.steps ?? []).map((step) => step.frequency_hz ?? 0);
 }
 
 function stepText(state) {

@@ -80,12 +80,11 @@ async function begin(inputs, card, realtime, plan) {
 
 function planCard(plan) {
   const torques = plan.torques.map((torque) => {
-    const share = Math.min(torque.share, 1);
-    const kind = torque.share > 1 ? "bad" : torque.share > NEARLY_FULL ? "warn" : "";
+    const sign = torque.share > 1 ? "✗" : torque.share > NEARLY_FULL ? "!" : "";
     return h("tr", {},
       h("td", {}, `${fixed(torque.frequency_hz, 0)} Hz`),
       h("td", {}, `${fixed(torque.peak_nm, 2)} N·m`),
-      h("td", {}, h("meter", { class: kind, min: 0, max: 1, value: String(share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} %`));
+      h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(torque.share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} % `, h("strong", {}, sign)));
   });
   const noLoad = plan.no_load.needed ? [h("dt", {}, t("setup.no_load")), h("dd", { class: plan.no_load.problem ? "bad-text" : "" }, plan.no_load.run || plan.no_load.problem, plan.no_load.hint ? h("span", { class: "hint block" }, plan.no_load.hint) : null)] : [];
   return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),

@@ -46,8 +46,8 @@ function textField(label, { value = "", required = true, rows = 0 } = {}) {
   return { input, row: h("div", { class: "field" }, h("label", { for: "dialog-text" }, label), input) };
 }
 
-export function askName() {
-  const { input, row } = textField(t("dialog.name.label"));
+export function askName(value) {
+  const { input, row } = textField(t("dialog.name.label"), { value });
   return ask(t("dialog.name.title"), [row], { confirm: t("dialog.name.take"), read: () => input.value.trim(), check: () => input.value.trim() });
 }
 

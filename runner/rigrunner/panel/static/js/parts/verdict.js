@@ -25,7 +25,7 @@ export function verdictLine() {
       const headline = final ? finished.headline : live?.headline;
       const kind = verdict.replaceAll(" ", "-") || "none";
       element.className = `verdict ${kind} ${final ? "" : "so-far"}`;
-      const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t("verdict.none");
+      const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(final ? "verdict.none" : "verdict.not_yet");
       setText(word, verdict && !final ? t("verdict.so_far", { verdict: said }) : said);
       setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : "");
     },

@@ -13,8 +13,14 @@ export function axis(more = {}) {
     grid: { stroke: () => colour("line"), width: 1 },
     ticks: { stroke: () => colour("line"), width: 1, size: 4 },
     gap: 3,
+    values: (plot, splits) => splits.map(marked),
     ...more,
   };
+}
+
+// With a decimal point in every language, as all numbers of the panel have it.
+function marked(value) {
+  return value === null ? "" : String(Number(value.toPrecision(6))).replace("-", "\u2212");
 }
 
 // `options` is made anew with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.

@@ -8,8 +8,9 @@ const EMPTY = [[0, 35], [null, null], [null, null], [null, null], [null, null]];
 const CAP_PX = 5;
 
 export function frequencyChart() {
+  let highest = 1; // of the plan, so that the axis stands still while the points fill in
   const options = () => ({
-    scales: { x: { time: false, range: (plot, low, high) => [Math.min(0, low), Math.max(high * 1.05, 1)] },
+    scales: { x: { time: false, range: (plot, low, high) => [Math.min(0, low), Math.max(high, highest) * 1.05] },
       y: { range: (plot, low, high) => [Math.min(0, low ?? 0), Math.max((high ?? 1) * 1.08, 0.1)] } },
     axes: [axis({ size: 26 }), axis({ size: 46, space: 24 })],
     series: [
@@ -25,7 +26,8 @@ export function frequencyChart() {
   made.element.append(legend([["raw point", t("plot.raw_peak")], ["compensated point", t("plot.compensated_u")]]));
   return {
     ...made,
-    show(points) {
+    show(points, planned = []) {
+      highest = Math.max(1, ...planned);
       made.set(points.length ? columns(points) : EMPTY);
     },
   };
