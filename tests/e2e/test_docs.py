@@ -25,6 +25,7 @@ RUN_ELSEWHERE = {
     RUN_BY_CI,
     "run by CI itself: it is the command that runs everything else",
     "run by the reader alone: the test puts this entry point on the path instead",
+    "run by the test of the panel, in a browser",
     "run by the reader alone: the extras are there where this page is tested",
 }
 IN_AN_ENVIRONMENT_OF_ITS_OWN = {ROOT / "docs/tutorial/first-device-plugin.md"}

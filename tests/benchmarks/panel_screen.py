@@ -1,0 +1,126 @@
+"""How smooth and how late the panel is in a real browser: see panel-measured.md.
+
+    python tests/benchmarks/panel_screen.py [PICTURE]
+
+Not a test: it takes three minutes, of real time. It serves a panel, runs the shipped procedure on
+the simulated station in real time in a headless Chromium, and notes in the page when the curve of
+each swing is drawn, and at the end when STOP is clicked. The clocks of the rig and of the browser
+are both the machine's monotonic one; the offset between them is measured. PICTURE gets a picture.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from helpers_cli import call
+from helpers_screen import Screen, browser_path, running_panel
+
+# uPlot clears the canvas each time it draws; the newest swing is then the one that came last
+PROBE = """
+(() => {
+  const noted = [];
+  let newest = null;
+  let clicked = 0;
+  window.probe = { noted, clicked: () => clicked };
+  const Real = window.WebSocket;
+  window.WebSocket = class extends Real {
+    constructor(...words) {
+      super(...words);
+      this.addEventListener('message', ({ data }) => {
+        if (typeof data === 'string') return;
+        const n = new DataView(data).getUint32(0, true);
+        const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, n)));
+        if (header.kind === 'swing') newest = header;
+      });
+    }
+  };
+  const clear = CanvasRenderingContext2D.prototype.clearRect;
+  CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+    if (newest && this.canvas.closest('.plot-swing')) {
+      const { recording, monotonic_s } = newest;
+      noted.push([recording, monotonic_s, performance.now()]);
+      newest = null;
+    }
+    return clear.apply(this, box);
+  };
+  document.addEventListener('click', ({ target }) => {
+    if (target.closest('.stop')) clicked = Date.now();
+  }, true);
+})();
+"""
+PICTURED = "at 5 Hz"
+LAST = "at 35 Hz"
+
+
+def tell(text):
+    """Print a line at once."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def offset_s(page):
+    """Return what to add to the page's clock to get the rig's, the best of ten tries."""
+    tries = []
+    for _ in range(10):
+        before = time.monotonic()
+        now = page.evaluate("() => performance.now()") / 1000
+        after = time.monotonic()
+        tries.append((after - before, (before + after) / 2 - now))
+    return min(tries)[1]
+
+
+def run(folder, picture):
+    """Do a run and print what was noted in it."""
+    call("run", "no_load_inertia_sweep", "--station", "simulated", "--unattended",
+         "--runs", folder / "runs")  # fmt: skip
+    with running_panel(folder) as panel, sync_playwright() as playwright:
+        flags = ["--no-sandbox", "--disable-gpu"]
+        browser = playwright.chromium.launch(executable_path=browser_path(), args=flags)
+        page = browser.new_page(viewport={"width": 1280, "height": 720}, locale="en-GB")
+        page.add_init_script(PROBE)
+        screen = Screen(page, panel)
+        screen.open()
+        screen.choose("Starting torque under 1000 N", "Simulated swing friction tester")
+        screen.fill_in()
+        screen.check_rig()
+        screen.start()
+        step = page.locator(".step.running")
+        step.filter(has_text=f"cycles {PICTURED}").wait_for(timeout=400_000)
+        page.wait_for_timeout(5200)
+        if picture:
+            page.screenshot(path=picture)
+        step.filter(has_text=f"cycles {LAST}").wait_for(timeout=400_000)
+        page.wait_for_timeout(800)
+        offset = offset_s(page)
+        noted = page.evaluate("() => probe.noted")
+        page.locator(".stop").click()
+        screen.wait_for_result()
+        clicked = page.evaluate("() => probe.clicked()") / 1000
+        log = panel.get("state")["log"]
+        browser.close()
+    drawn = defaultdict(list)
+    for recording, ended_s, now_ms in noted:
+        drawn[recording].append((now_ms / 1000 + offset, now_ms / 1000 + offset - ended_s))
+    for recording, found in drawn.items():
+        at, ages = np.array(found).T
+        rate = (len(at) - 1) / np.ptp(at) if len(at) > 1 else float("nan")
+        tell(f"{recording:10} {rate:5.1f} curves/s drawn; age when drawn: median"
+             f" {1e3 * np.median(ages):6.1f} ms, greatest {1e3 * ages.max():6.1f} ms")  # fmt: skip
+    broken_off = next(each["utc"] for each in log if each["kind"] == "abort")
+    took = datetime.fromisoformat(broken_off).timestamp() - clicked
+    tell(f"from the click on STOP until the run is broken off: {1e3 * took:.0f} ms")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        run(Path(name), sys.argv[1] if len(sys.argv) > 1 else "")

@@ -1,0 +1,53 @@
+"""The panel's tutorial is done as it stands: what is bold in its numbered steps is pressed."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import expect
+
+from helpers_cli import call
+from helpers_docs import ROOT
+from helpers_screen import running_panel
+
+TUTORIAL = ROOT / "docs/tutorial/panel.md"
+STEP = re.compile(
+    r"^\d+\. (?P<verb>\w+) (?:`(?P<text>[^`]+)` into )?\*\*(?P<what>[^*]+)\*\*", re.MULTILINE
+)
+
+
+def do(page, verb, what, text):
+    """Do a step of the tutorial."""
+    match verb:
+        case "Choose":
+            page.locator(".item", has_text=what).first.click()
+        case "Press":
+            named = page.get_by_role("button", name=what, exact=True)
+            named.or_(page.locator("summary", has_text=what)).last.click()
+        case "Write":
+            page.get_by_label(what, exact=True).fill(text)
+        case "Untick":
+            page.get_by_label(what).uncheck()
+        case "See":
+            expect(page.get_by_text(what).first).to_be_visible(timeout=60_000)
+        case _:
+            raise AssertionError(f"nobody knows how to {verb}")
+
+
+def test_the_tutorial_leads_to_a_certificate(new_screen, tmp_path):
+    steps = STEP.findall(TUTORIAL.read_text(encoding="utf-8"))
+    numbered = re.findall(r"^\d+\. ", TUTORIAL.read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(steps) == len(numbered) == 22
+    assert call("init", tmp_path).code == 0
+    done = call(
+        "run", "no_load_inertia_sweep", "--station", "simulated", "--unattended",
+        "--runs", tmp_path / "runs",
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    with running_panel(tmp_path) as panel:
+        screen = new_screen(panel)
+        screen.open()
+        for verb, text, what in steps:
+            do(screen.page, verb, what, text)
+        run = panel.get("runs")["items"][0]
+        assert (run["specimen"], run["operator"]) == ("B-17", "Ann Jones")
