@@ -20,6 +20,7 @@ import pytest
 from playwright.sync_api import expect
 
 from helpers_cli import call
+from helpers_docs import ROOT
 
 STARTS_WITHIN_S = 30.0
 NO_LOAD = "Quick no-load sweep"
@@ -100,6 +101,8 @@ def quick_lab(folder: Path) -> None:
     quick = _quick(loaded, "SSPB-STT-1000", "QUICK-ST", LOADED)
     quick = quick.replace("procedure: SSPB-NLI", "procedure: QUICK-NL")
     quick = quick.replace("- settle: {cycles: 100}", "- settle: {cycles: 1}")
+    quick = quick.replace("  - confirm:\n", "  - confirm:\n      picture: clamped.png\n", 1)
+    shutil.copy(ROOT / "docs/images/report.png", shipped / "clamped.png")
     (shipped / "quick_torque.yaml").write_text(quick, encoding="utf-8")
     for procedure in ("quick_no_load.yaml", "quick_torque.yaml"):
         done = call(

@@ -154,7 +154,9 @@ def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
     screen.fill_in()
     screen.check_rig()
     page.get_by_role("button", name="Start", exact=True).click()
-    page.wait_for_selector(".prompt")
+    picture = page.get_by_role("img", name="Picture of what is to be done")
+    expect(picture).to_have_js_property("complete", True)  # noqa: FBT003  (of Playwright)
+    assert picture.evaluate("image => image.naturalWidth") > 0
     began = time.monotonic()
     page.get_by_role("button", name="STOP").click()
     panel.wait_for("finished", "ending", "analysing", within_s=2.0)
