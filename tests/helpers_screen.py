@@ -91,6 +91,7 @@ def quick_lab(folder: Path) -> None:
     titled = re.sub(r"^title: .*$", f"title: {STATION}", text, flags=re.MULTILINE)
     station.write_text(titled, encoding="utf-8")
     overdue = titled.replace(f"title: {STATION}", f"title: {OVERDUE}").replace(SIMULATED, OLD)
+    overdue = overdue.replace("id: bench-1", "id: bench-old")
     (folder / "overdue.yaml").write_text(overdue, encoding="utf-8")
     shipped = folder / "procedures"
     no_load = (shipped / "no_load_inertia_sweep.yaml").read_text(encoding="utf-8")
