@@ -40,7 +40,7 @@ FAST = (
 SAFETY = """\
 safety:
   order: [tester.frequency, tester.load]
-  patience: {connect: 5 s, answer: 100 ms}
+  patience: {connect: 5 s, answer: 300 ms}
   interlocks:
     - {name: hot, channel: tester.temperature, above: 100 °C, every: 1 s, does: DOES}
 instruments:

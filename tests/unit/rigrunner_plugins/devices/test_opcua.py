@@ -207,9 +207,9 @@ def test_an_old_value_is_none(bench):
     with connected(bench, channels=fresh) as plc:
         bench.put("Torque", 1.25, ua.VariantType.Double, age_s=4.0)
         assert plc.read(["torque"]) == {"torque": 1.25}
-        for age_s in (6.0, -6.0):  # or the clocks do not agree
+        for age_s, told in ((6.0, r"6[.\d]*"), (-6.0, r"-(6|5\.\d+)")):  # the clocks do not agree
             bench.put("Torque", 1.25, ua.VariantType.Double, age_s=age_s)
-            with pytest.raises(DeviceRejectedError, match=rf"is {age_s:g}\d* s old, allowed is 5"):
+            with pytest.raises(DeviceRejectedError, match=rf"is {told} s old, allowed is 5"):
                 plc.read(["torque"])
     bench.put("Torque", 1.25, ua.VariantType.Double)
 
