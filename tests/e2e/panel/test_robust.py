@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+from contextlib import suppress
 from urllib.parse import urlsplit
 
-from playwright.sync_api import expect
+from playwright.sync_api import Error, expect
 
-from helpers_screen import NAME, NO_LOAD, OVERDUE, running_panel
+from helpers_screen import NAME, NO_LOAD, OVERDUE, Screen, browser_path, running_panel
 
 HOSTILE = "<img src=x onerror=window.hacked=1>\u202e\u05d0 \U0001f525" + "x" * 60
 
@@ -44,6 +46,21 @@ def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
     second.wait_for_result()
     run = panel.get("runs")["items"][0]["run"]
     assert "Bob Moss" in str(panel.get(f"runs/{run}")["events"])
+
+
+def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
+    context = chromium.browser_type.launch_persistent_context(
+        tmp_path / "profile", executable_path=browser_path(), args=["--no-sandbox", "--disable-gpu"]
+    )
+    screen = Screen(context.pages[0], panel)
+    screen.begin(specimen="KILLED-1")
+    panel.wait_for("running")
+    subprocess.run(["pkill", "-KILL", "-f", str(tmp_path / "profile")], check=True)
+    panel.wait_for("finished")
+    newest = panel.get("runs")["items"][0]
+    assert (newest["specimen"], newest["outcome"]) == ("KILLED-1", "completed")
+    with suppress(Error):
+        context.close()
 
 
 def test_a_run_goes_on_without_any_browser(new_screen, panel):

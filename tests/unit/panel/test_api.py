@@ -22,6 +22,7 @@ from rigrunner.panel.web.panel import Panel, Settings
 from rigrunner.panel.web.security import PAGE_POLICY
 from rigrunner.registry import load_registry
 from rigrunner.workflow.labfolder import make_lab
+from rigrunner.workflow.locate import find_station
 
 ROOT = Path(__file__).parents[3]
 
@@ -188,7 +189,13 @@ def test_a_body_that_is_not_as_it_must_be_is_refused_with_words(client, content,
 
 
 JSON = st.recursive(
-    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False), st.text()),
+    st.one_of(
+        st.none(),
+        st.booleans(),
+        st.integers(),
+        st.floats(allow_nan=False, allow_infinity=False),
+        st.text(),
+    ),
     lambda inner: st.one_of(st.lists(inner), st.dictionaries(st.text(), inner)),
     max_leaves=5,
 )
@@ -390,6 +397,13 @@ class TestHistory:
             "inputs": {"operator": "Demo operator"},
             "operator": "Demo operator",
         }
+
+    def test_of_two_stations_with_one_id_the_very_one_is_taken(self, client, demo, folder):
+        text = find_station("simulated").read_text(encoding="utf-8")
+        other = text.replace("seed: 1", "seed: 2")
+        (folder / "lab" / "other.yaml").write_text(other, encoding="utf-8")
+        found = client.get(f"/api/runs/{demo.loaded.name}/again").json()
+        assert found["station"] == "simulated"
 
     def test_two_runs_are_compared_in_words(self, client, demo):
         query = {"before": demo.no_load.name, "after": demo.loaded.name}

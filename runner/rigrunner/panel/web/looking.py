@@ -17,6 +17,7 @@ from rigrunner.panel.web.answers import (
     Runs,
 )
 from rigrunner.registry import load_registry
+from rigrunner.runfile import read
 from rigrunner.workflow.certify import Request, certify
 from rigrunner.workflow.diff import compare_runs
 
@@ -58,13 +59,13 @@ def run(panel: Panel, asked: Asked) -> OneRun:
 
 def again(panel: Panel, asked: Asked) -> Again:
     """Return what the next specimen is started with."""
-    item = panel.history.detail(asked.path["run"])
-    inputs = {name: text for name, text in item.inputs.items() if name != "specimen"}
+    header = read(panel.history.folder(asked.path["run"])).header
+    inputs = {name: text for name, text in header.inputs.items() if name != "specimen"}
     return Again(
-        procedure=_named(panel, "procedure", item.item.procedure),
-        station=_named(panel, "station", item.item.station),
+        procedure=_named(panel, "procedure", header.procedure_id, header.procedure_text),
+        station=_named(panel, "station", header.station_id, header.station_text),
         inputs=inputs,
-        operator=item.item.operator,
+        operator=header.people.get("operator") or header.inputs.get("operator", ""),
     )
 
 
@@ -127,6 +128,11 @@ def _limit(text: str) -> int:
     return min(max(int(text), 1), MOST) if text.isascii() and text.isdigit() else 50
 
 
-def _named(panel: Panel, what: What, identity: str) -> str:
-    found = (each.name for each in panel.catalogue.entries(what) if each.id == identity)
-    return next(found, "")
+def _named(panel: Panel, what: What, identity: str, text: str) -> str:
+    """Return the file that a run was made with: the same text, or else the first of that id.
+
+    Empty where there is none. Two files of one id are two versions, or two benches.
+    """
+    fitting = [each for each in panel.catalogue.entries(what) if each.id == identity]
+    same = [each for each in fitting if each.path.read_bytes().decode("utf-8", "replace") == text]
+    return next((each.name for each in (*same, *fitting)), "")
