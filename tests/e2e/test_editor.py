@@ -119,12 +119,12 @@ def server(tmp_path_factory):
 
 
 class Editor:
-    """A text in the editor; '@' in it is where the cursor stands."""
+    """A text in the editor; '‸' in it is where the cursor stands."""
 
     numbers = count()
 
     def __init__(self, server, text, folder=""):
-        before, at, after = text.partition("@")
+        before, at, after = text.partition("‸")
         self.path = server.folder / folder / f"{next(self.numbers)}.yaml"
         self._cursor = (before.count("\n"), len(before.rpartition("\n")[2])) if at else None
         self._server = server
@@ -276,14 +276,14 @@ STEP = "        - settle: {cycles: 5}\n"
 @pytest.mark.parametrize(
     ("old", "new", "label", "words"),
     [
-        (STEP, "        - @\n" + STEP, "settle", "Time passes until the motion is steady"),
-        (STEP, "        - se@\n" + STEP, "sweep", "goes through a list of set-points"),
-        (STEP, "        - settle:\n            @\n", "cycles", "How many cycles of the motion"),
-        ("    - energy\n", "    - @\n", "energy", "Running torque"),
-        ("    - energy\n", "    - energy:\n        @\n", "frequency_match", "Default: 2 %"),
-        ("outliers: {grubbs: {alpha: 0.05}}", "outliers: @", "grubbs", "Grubbs' test"),
-        ("primary: template_inverse", "primary: @", "energy", "Running torque"),
-        ("acceptance:", "@\nacceptance:", "description", "Why, and how"),
+        (STEP, "        - ‸\n" + STEP, "settle", "Time passes until the motion is steady"),
+        (STEP, "        - se‸\n" + STEP, "sweep", "goes through a list of set-points"),
+        (STEP, "        - settle:\n            ‸\n", "cycles", "How many cycles of the motion"),
+        ("    - energy\n", "    - ‸\n", "energy", "Running torque"),
+        ("    - energy\n", "    - energy:\n        ‸\n", "frequency_match", "Default: 2 %"),
+        ("outliers: {grubbs: {alpha: 0.05}}", "outliers: ‸", "grubbs", "Grubbs' test"),
+        ("primary: template_inverse", "primary: ‸", "energy", "Running torque"),
+        ("acceptance:", "‸\nacceptance:", "description", "Why, and how"),
     ],
 )
 def test_what_may_stand_here_is_offered_with_its_help(server, old, new, label, words):
@@ -292,21 +292,21 @@ def test_what_may_stand_here_is_offered_with_its_help(server, old, new, label, w
 
 
 def test_a_plugin_is_offered_with_and_without_settings(server):
-    editor = Editor(server, edited(PROCEDURE, "    - energy\n", "    - @\n"))
+    editor = Editor(server, edited(PROCEDURE, "    - energy\n", "    - ‸\n"))
     items = server.completions(editor.path, *editor._cursor)
     written = {item["insertText"].split("\n")[0] for item in items}
     assert {"energy", "energy:"} <= written
 
 
 def test_a_steps_needed_keys_are_written_with_it(server):
-    offered = Editor(server, edited(PROCEDURE, STEP, "        - @\n")).offered()
+    offered = Editor(server, edited(PROCEDURE, STEP, "        - ‸\n")).offered()
     written = offered["zero"]["textEdit"]["newText"]
     assert re.search(r"channel: .*\n\s+within: ", written)
     assert "duration" not in written
 
 
 def test_the_settings_of_the_chosen_device_are_offered(server):
-    text = edited(STATION, "settings: {seed: 1}", "settings:\n      @")
+    text = edited(STATION, "settings: {seed: 1}", "settings:\n      ‸")
     offered = Editor(server, text).offered()
     assert "drive_line" in offered
     assert "manifest" not in offered
@@ -315,11 +315,11 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("settle: {", "set@tle: {", "Time passes until the motion is steady"),
-        ("max_age: 30 d", "max@_age: 30 d", "Default: 30 d"),
-        ("paper_peak: {", "paper@_peak: {", "as published"),
-        ("    - template_inverse", "    - template@_inverse", "resonance and filter undone"),
-        ("analysis:\n", "anal@ysis:\n", "The analysis section"),
+        ("settle: {", "set‸tle: {", "Time passes until the motion is steady"),
+        ("max_age: 30 d", "max‸_age: 30 d", "Default: 30 d"),
+        ("paper_peak: {", "paper‸_peak: {", "as published"),
+        ("    - template_inverse", "    - template‸_inverse", "resonance and filter undone"),
+        ("analysis:\n", "anal‸ysis:\n", "The analysis section"),
     ],
 )
 def test_what_stands_here_is_explained(server, old, new, words):
