@@ -159,5 +159,5 @@ def rig_process(server):
 
 def ps(fields, *which):
     """Return what `ps` says of some processes; nothing of those that are gone."""
-    words = ["ps", "-o", fields, *map(str, which)]
+    words = ["ps", "-ww", "-o", fields, *map(str, which)]
     return subprocess.run(words, capture_output=True, text=True, check=False).stdout

@@ -40,7 +40,8 @@ class Author:
     def run(self, *words, cwd=None):
         """Run a program of the environment; return what it did."""
         kept = {name: value for name, value in os.environ.items() if name not in WITHOUT}
-        path = f"{self.bin}{os.pathsep}{os.environ['PATH']}"
+        ours = Path(sys.executable).parent  # where mypy, pytest and ruff are, which it shares
+        path = os.pathsep.join(map(str, (self.bin, ours, os.environ["PATH"])))
         return subprocess.run(
             [self.bin / words[0], *words[1:]],
             cwd=cwd or self.folder,
