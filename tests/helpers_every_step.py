@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
+import time
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
 from helpers_devices import Listener
 from helpers_workflow import START, edited
+from rigrunner.api import calling
 from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.api.events import StepStarted
 from rigrunner.bus import Bus
@@ -40,7 +45,7 @@ FAST = (
 SAFETY = """\
 safety:
   order: [tester.frequency, tester.load]
-  patience: {connect: 5 s, answer: 300 ms}
+  patience: {connect: 60 s, answer: 60 s}
   interlocks:
     - {name: hot, channel: tester.temperature, above: 100 °C, every: 1 s, does: DOES}
 instruments:
@@ -117,6 +122,7 @@ class Faults:
     tester: FaultyTester
     asked: BaseException | None = None
     hanging: threading.Event = field(default_factory=threading.Event)
+    released: threading.Event = field(default_factory=threading.Event)
 
     def exception(self) -> None:
         self._raise_once(ZeroDivisionError("a plugin's bug"))
@@ -127,7 +133,8 @@ class Faults:
     def hang(self) -> None:
         def hang(_call: str) -> None:
             self.tester.fault = None
-            self.hanging.wait()
+            self.hanging.set()
+            self.released.wait()
 
         self.tester.fault = hang
 
@@ -146,6 +153,25 @@ class Faults:
             raise error
 
         self.tester.fault, self.asked = fail, error
+
+
+def future_of(hanging: threading.Event) -> type[Future[Any]]:
+    """Return a Future whose time is up as soon as the device hangs, and not for a busy machine."""
+
+    class HangingFuture(Future[Any]):
+        def result(self, timeout: float | None = None) -> Any:
+            ends = math.inf if timeout is None else time.monotonic() + timeout
+            while True:
+                try:
+                    return super().result(0.01)
+                except TimeoutError:
+                    if self.done() or time.monotonic() > ends:
+                        raise
+                    if hanging.is_set():
+                        hanging.clear()
+                        raise
+
+    return HangingFuture
 
 
 @dataclass
@@ -212,7 +238,7 @@ def run_with_fault(
 
     armed: list[str] = []
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
-    with stop_on_signals() as stop:
+    with stop_on_signals() as stop, patch.object(calling, "Future", future_of(faults.hanging)):
         listeners = [stop, arm]
         if runs is None:
             events = _events(faulty, answers, stop, listeners)
@@ -222,7 +248,7 @@ def run_with_fault(
                 listeners=listeners,
             )  # fmt: skip
             events = list(read(finished.folder).events)
-    faults.hanging.set()
+    faults.released.set()
     assert armed == [planned.plan.steps[index].path]
     assert tester.actual == {"frequency": 0.0, "load": 0.0}
     return events
