@@ -1,0 +1,105 @@
+"""The command: measure the benchmarks that are named, or all, and print their tables."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+import time
+import traceback
+from inspect import getdoc
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmarks import machine
+from benchmarks.frame import Scale
+from benchmarks.peer import Peers
+from benchmarks.tables import table
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+FOLDER = Path(__file__).resolve().parent
+PEERS = ["bluesky", "openhtf", "ophyd", "orjson", "pymeasure", "qcodes", "robotframework"]
+BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+
+
+def names() -> list[str]:
+    """Return the benchmarks: the modules of this folder that measure."""
+    found = sorted(FOLDER.glob("*.py"))
+    return [path.stem for path in found if "\ndef measure(" in path.read_text(encoding="utf-8")]
+
+
+def benchmark(name: str) -> ModuleType:
+    return importlib.import_module(f"benchmarks.{name}")
+
+
+def main(words: list[str] | None = None) -> int:
+    asked = arguments(words)
+    scale = Scale(short=asked.short, peers=Peers(asked.peers))
+    head = f"{machine.versions()}\nPeers: {scale.peers.versions(PEERS)}."
+    parts, failed = [head + ("\nThe short form." if asked.short else "")], []
+    say(parts[0])
+    for name in asked.names or names():
+        part, error = section(name, scale)
+        failed += [name] if error else []
+        parts.append(part)
+        say(part)
+    if asked.markdown:
+        write(asked.markdown, "\n\n".join(parts) + "\n")
+    return 1 if failed else 0
+
+
+def arguments(words: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names())}")
+    parser.add_argument("--short", action="store_true", help="seconds instead of minutes")
+    parser.add_argument(
+        "--markdown",
+        type=Path,
+        metavar="FILE",
+        help="write the tables to a file too; in a page, between its two marks",
+    )
+    parser.add_argument(
+        "--peers",
+        type=Path,
+        metavar="PYTHON",
+        default=os.environ.get("RIGRUNNER_PEERS"),
+        help="the Python of an environment with the extra `peers` (or RIGRUNNER_PEERS)",
+    )
+    asked = parser.parse_args(words)
+    unknown = sorted(set(asked.names) - set(names()))
+    if unknown:
+        parser.error(f"no benchmark {', '.join(unknown)}; there are {', '.join(names())}")
+    if asked.peers and not Path(asked.peers).exists():
+        parser.error(f"no program {asked.peers}: give the path of that environment's python")
+    asked.peers = Path(asked.peers) if asked.peers else None
+    return asked
+
+
+def section(name: str, scale: Scale) -> tuple[str, bool]:
+    """Return a benchmark's heading, docstring and table; an error does not stop the others."""
+    load, began = machine.load(), time.perf_counter()
+    try:
+        module = benchmark(name)
+        rows, about = table(module.measure(scale)), getdoc(module) or ""
+    except Exception as error:  # noqa: BLE001  (a figure that fails must not cost the others)
+        traceback.print_exc()
+        return f"## {name}\n\nFailed: {type(error).__name__}: {error}", True
+    took = f"{time.perf_counter() - began:.0f} s, load {load} at its start."
+    return f"## {name}\n\n{about}\n\n{rows}\n\n{took}", False
+
+
+def say(text: str) -> None:
+    sys.stdout.write(f"{text}\n\n")
+    sys.stdout.flush()
+
+
+def write(path: Path, tables: str) -> None:
+    """Write the tables; of a page with the two marks, only what stands between them."""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    if BEGIN in text and END in text:
+        before, after = text.partition(BEGIN)[0], text.partition(END)[2]
+        tables = f"{before}{BEGIN}\n{tables}{END}{after}"
+    path.write_text(tables, encoding="utf-8")

@@ -1,0 +1,43 @@
+"""What a figure depends on: the machine, its load, and the versions."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import h5py
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def versions() -> str:
+    """Return the line that stands above the tables."""
+    return (
+        f"Measured {datetime.now(UTC):%Y-%m-%d %H:%M} UTC: commit {commit()}, "
+        f"Python {platform.python_version()}, numpy {version('numpy')}, "
+        f"h5py {version('h5py')}, HDF5 {h5py.version.hdf5_version}, {platform.system()} "
+        f"{platform.release()}, {cpu()}, {os.cpu_count()} cores, load {load()} at the start."
+    )
+
+
+def load() -> str:
+    return f"{os.getloadavg()[0]:.1f}"
+
+
+def commit() -> str:
+    words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "unknown"
+
+
+def cpu() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return platform.processor() or "unknown processor"
+    names = [each.partition(":")[2] for each in text.splitlines() if each.startswith("model name")]
+    return " ".join(names[0].split()) if names else platform.machine()

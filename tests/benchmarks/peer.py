@@ -1,0 +1,50 @@
+"""Other projects' programs, each measured by a script of its own in their environment."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+SCRIPTS = Path(__file__).resolve().parent / "peers"
+PATIENCE_S = 600
+
+
+@dataclass(frozen=True)
+class Peers:
+    """An environment with the extra `peers`; without one, every peer is skipped with a word."""
+
+    python: Path | None = None
+
+    def run(self, script: str, *arguments: object) -> tuple[list[float], str]:
+        """Return the numbers of the last line that the script prints, or none and why not."""
+        if self.python is None or not self.python.exists():
+            return [], "skipped: not installed"
+        words = [self.python, "-E", SCRIPTS / f"{script}.py", *map(str, arguments)]
+        try:
+            done = subprocess.run(
+                words, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return [], f"failed: not done within {PATIENCE_S} s"
+        said = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
+        if said.startswith("ModuleNotFoundError"):
+            return [], f"skipped: not installed ({said.partition(': ')[2]})"
+        if done.returncode:
+            return [], f"failed: {said}"
+        return [float(value) for value in json.loads(done.stdout.strip().splitlines()[-1])], ""
+
+    def versions(self, packages: list[str]) -> str:
+        """Return which of the packages the environment has, and of which version."""
+        if self.python is None or not self.python.exists():
+            return "not installed"
+        ask = (
+            "import importlib.metadata as m\n"
+            "for name in {d.name.lower() for d in m.distributions()} & set("
+            f"{packages!r}): print(name, m.version(name))"
+        )
+        done = subprocess.run(
+            [self.python, "-E", "-c", ask], capture_output=True, text=True, check=False
+        )
+        return ", ".join(sorted(done.stdout.splitlines())) or "none"

@@ -1,0 +1,176 @@
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from benchmarks import command, peer
+from benchmarks.frame import (
+    Figure,
+    Scale,
+    Spread,
+    allocated_peak,
+    at_least,
+    at_most,
+    calls,
+    pair_of,
+)
+from benchmarks.frame import peer as peer_figure
+from benchmarks.peer import Peers
+from benchmarks.tables import number, table
+
+
+def test_a_spread_is_the_median_and_the_quartiles():
+    assert Spread.of([5.0, 1.0, 3.0, 2.0, 4.0]) == Spread(3.0, 2.0, 4.0)
+    assert Spread.of([7.0]) == Spread(7.0, 7.0, 7.0)
+
+
+def test_a_rate_is_high_where_the_time_was_low():
+    assert Spread(2.0, 1.0, 4.0).rate(8) == Spread(4.0, 2.0, 8.0)
+
+
+def test_ratios_are_taken_turn_by_turn():
+    pair = pair_of([(2.0, 1.0), (40.0, 10.0), (3.0, 1.0)])  # the second turn met another's load
+    assert pair.ratio.median == 3.0
+    assert pair.speed.median == 1 / 3
+    assert (pair.ours.median, pair.floor.median) == (3.0, 1.0)
+
+
+def figure(target, value=3.0, ratio=0.2):
+    ratios = None if ratio is None else Spread.of([ratio])
+    return Figure("x", Spread.of([value]), "s", ratio=ratios, target=target)
+
+
+@pytest.mark.parametrize(
+    ("target", "met"),
+    [
+        (at_least(0.25), False),
+        (at_least(0.2), True),
+        (at_most(0.2), True),
+        (at_most(0.1), False),
+        (at_most(2.5, "s"), False),
+        (at_most(3.0, "s"), True),
+        (None, None),
+    ],
+)
+def test_a_target_is_of_the_ratio_or_of_the_value_if_it_has_a_unit(target, met):
+    assert figure(target).met() is met
+
+
+def test_what_was_not_measured_is_neither_met_nor_missed():
+    assert Figure("x", None, "s", target=at_most(1.0, "s")).met() is None
+    assert figure(at_most(1.0), ratio=None).met() is None
+
+
+def test_a_table_has_a_line_for_each_figure():
+    header, rule, missed, skipped = table(
+        [figure(at_least(0.25)), Figure("theirs", None, "s", "peer", note="skipped: why")]
+    ).splitlines()
+    assert len(header) == len(rule) == len(missed) == len(skipped)
+    cells = [cell.strip() for cell in missed.strip("|").split("|")]
+    assert cells == ["ours", "x", "3.00 s", "0.2", "≥ 0.25", "**no**", ""]
+    assert [cell.strip() for cell in skipped.strip("|").split("|")][-1] == "skipped: why"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0, "0"), (0.0123456, "0.0123"), (1.234, "1.23"), (45.67, "45.7"), (678.9, "679"),
+     (1234567.0, "1,234,567"), (2.5e-5, "2.5e-05"), (-3.0, "-3.00")],
+)  # fmt: skip
+def test_numbers_have_three_figures(value, text):
+    assert number(value) == text
+
+
+def test_calls_and_bytes_are_counted():
+    assert calls(lambda: [abs(-1) for _ in range(10)]) >= 11
+    assert calls(lambda: [abs(-1) for _ in range(100)]) - calls(lambda: None) >= 100
+    assert 1_000_000 <= allocated_peak(lambda: bytearray(1_000_000)) < 1_100_000
+
+
+@pytest.fixture
+def scripts(tmp_path, monkeypatch):
+    monkeypatch.setattr(peer, "SCRIPTS", tmp_path)
+    return tmp_path
+
+
+def test_a_peer_prints_numbers_last(scripts):
+    (scripts / "one.py").write_text(
+        "import sys, json\nprint('hi')\nprint([1, 2, int(sys.argv[1])])"
+    )
+    scale = Scale(peers=Peers(Path(sys.executable)))
+    theirs = peer_figure(scale, "theirs", "one", 3, unit="us", floor=Spread.of([4.0]))
+    assert (theirs.value.median, theirs.ratio.median, theirs.role) == (2.0, 0.5, "peer")
+
+
+@pytest.mark.parametrize(
+    ("code", "why"),
+    [
+        ("import nowhere_at_all", "skipped: not installed (No module named 'nowhere_at_all')"),
+        ("raise ValueError('odd')", "failed: ValueError: odd"),
+        ("raise SystemExit(3)", "failed: exit 3"),
+    ],
+)
+def test_a_peer_that_cannot_run_says_why(scripts, code, why):
+    (scripts / "one.py").write_text(code)
+    assert peer_figure(Scale(peers=Peers(Path(sys.executable))), "x", "one", unit="s").note == why
+
+
+def test_without_an_environment_peers_are_skipped():
+    assert peer_figure(Scale(), "x", "one", unit="s").note == "skipped: not installed"
+    assert Peers().versions(["numpy"]) == "not installed"
+
+
+def test_peers_tell_their_versions():
+    assert Peers(Path(sys.executable)).versions(["numpy", "nowhere"]).startswith("numpy ")
+
+
+@pytest.fixture
+def two(monkeypatch):
+    """Put two benchmarks in the place of ours: one that measures, and one that fails."""
+    good = SimpleNamespace(__doc__="About it.", measure=lambda _: [figure(None)])
+    bad = SimpleNamespace(__doc__="", measure=lambda _: json.loads("{"))
+    monkeypatch.setattr(command, "names", lambda: ["bad", "good"])
+    monkeypatch.setattr(command, "benchmark", {"bad": bad, "good": good}.get)
+
+
+@pytest.mark.usefixtures("two")
+def test_a_benchmark_that_fails_does_not_cost_the_others(capsys):
+    assert command.main([]) == 1
+    out = capsys.readouterr().out
+    assert "## bad\n\nFailed: JSONDecodeError" in out
+    assert "## good\n\nAbout it.\n\n|" in out
+    assert out.startswith("Measured ")
+
+
+@pytest.mark.usefixtures("two")
+def test_a_page_changes_between_its_marks_alone(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{command.BEGIN}\nold\n{command.END}\nafter\n", encoding="utf-8")
+    assert command.main(["good", "--markdown", str(page), "--short"]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith(f"before\n{command.BEGIN}\nMeasured ")
+    assert text.endswith(f"its start.\n{command.END}\nafter\n")
+    assert "The short form." in text
+    assert "old" not in text
+
+
+@pytest.mark.usefixtures("two")
+def test_other_files_are_written_whole(tmp_path):
+    command.main(["good", "--markdown", str(tmp_path / "new.md")])
+    assert (tmp_path / "new.md").read_text(encoding="utf-8").startswith("Measured ")
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["god"], "no benchmark god; there are bad, good"),
+        (["--peers", "/nowhere/python"], "no program /nowhere/python"),
+    ],
+)
+def test_a_mistake_is_told(words, said, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        command.main(words)
+    assert stopped.value.code == 2
+    assert said in capsys.readouterr().err
