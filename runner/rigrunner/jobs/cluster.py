@@ -1,0 +1,125 @@
+"""Does the items on a Dask cluster: many machines, or several processes of one."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, MissingPackageError, UsageError
+from rigrunner.jobs.done import Answer, Done, Item, Value, attempt
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from distributed import Client, Future
+
+    from rigrunner.api.devices import StopToken
+
+PATIENCE_S = 0.5
+"""Between two looks at the stop token."""
+
+AHEAD = 1000
+"""How many items the scheduler is told of: enough for a large cluster, few enough to be held."""
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """The workers of a Dask scheduler, by its address, such as tcp://10.0.0.5:8786.
+
+    An item whose worker died is done by another one, as often as the scheduler allows. Workers run
+    what they are sent: they belong on a network that is trusted, or behind tls://.
+    """
+
+    address: str
+    patience_s: int = 10
+    """How long the scheduler may take to answer."""
+
+    def outcomes(
+        self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
+    ) -> Iterator[Done[Item, Value]]:
+        """Yield what becomes of each item; see `Workers`.
+
+        Raises UsageError where no cluster is at the address, and DataError where it is lost.
+        """
+        with _connected(self) as client:
+            under_way = _UnderWay(client, task, items)
+            while not stop.is_set() and under_way.is_busy():
+                for place, answer in under_way.answers():
+                    yield Done(place, items[place], answer)
+
+
+class _UnderWay:
+    """The items that the scheduler knows of."""
+
+    def __init__(self, client: Client, task: Callable[[Any], Any], items: Sequence[Any]) -> None:
+        self._client = client
+        self._task = task
+        self._items = items
+        self._next = 0
+        self._places: dict[object, int] = {}
+        self._ready: SimpleQueue[Future[Any]] = SimpleQueue()
+
+    def is_busy(self) -> bool:
+        """Tell the scheduler of further items; say whether any is not done."""
+        while self._next < len(self._items) and len(self._places) < AHEAD:
+            item = self._items[self._next]
+            future = self._client.submit(attempt, self._task, item, pure=False)
+            self._places[future.key] = self._next
+            self._next += 1
+            future.add_done_callback(self._ready.put)
+        return bool(self._places)
+
+    def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
+        """Yield what has become of the next item, if any is ready soon."""
+        try:
+            future = self._ready.get(timeout=PATIENCE_S)
+        except Empty:
+            return
+        yield self._places.pop(future.key), _answer(future)
+
+
+def _answer(future: Future[Any]) -> Answer[Any]:
+    """Return the answer; that a worker died too often is one too."""
+    from distributed import KilledWorker  # noqa: PLC0415  (heavy)
+    from distributed.client import FutureCancelledError  # noqa: PLC0415
+
+    try:
+        answer: Answer[Any] = future.result()
+    except KilledWorker:
+        return Answer(None, "each worker of the cluster that began it died")
+    except FutureCancelledError as error:
+        raise _lost() from error
+    return answer
+
+
+def _lost() -> DataError:
+    return DataError(
+        "the scheduler of the cluster is gone",
+        hint="what is done is kept: the same command goes on with the rest",
+    )
+
+
+@contextmanager
+def _connected(cluster: Cluster) -> Iterator[Client]:
+    try:
+        from distributed import Client  # noqa: PLC0415  (heavy, and needed for clusters alone)
+    except ImportError as error:
+        raise MissingPackageError(
+            "a cluster needs the package 'distributed'", hint="pip install 'rigrunner[dask]'"
+        ) from error
+    try:
+        client = Client(cluster.address, timeout=cluster.patience_s, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"no Dask scheduler answers at '{cluster.address}'",
+            hint="'dask scheduler' prints its address, such as tcp://10.0.0.5:8786",
+        ) from error
+    with client:
+        if not client.scheduler_info()["workers"]:
+            raise UsageError(
+                f"the cluster at '{cluster.address}' has no worker",
+                hint=f"begin one on each machine: 'dask worker {cluster.address}'",
+            )
+        yield client

@@ -1,0 +1,125 @@
+"""What is done, on disk, a line each: there what was interrupted goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from filelock import FileLock, Timeout
+
+from rigrunner.api.errors import DataError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+FORMAT = "rigrunner: done/1"
+
+
+class Journal:
+    """The items that are done: their values, which JSON can hold, by their keys."""
+
+    def __init__(self, path: Path, file: BinaryIO, values: dict[str, Any]) -> None:
+        self.path = path
+        self._file = file
+        self._values = values
+
+    def __len__(self) -> int:
+        """Return how many are done."""
+        return len(self._values)
+
+    def __contains__(self, key: str) -> bool:
+        """Say whether an item is done."""
+        return key in self._values
+
+    def __getitem__(self, key: str) -> Any:
+        """Return the value of an item."""
+        return self._values[key]
+
+    def add(self, key: str, value: Any) -> None:
+        """Keep what became of an item; raise DataError where it cannot be written."""
+        with _writing(self.path):
+            _append(self._file, [key, value])
+        self._values[key] = value
+
+
+@contextmanager
+def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
+    """Open the journal of a piece of work, which `of` describes, or begin it.
+
+    It is a file of JSON lines, the first of which says what it is of. A line counts once it is
+    whole: the process may be killed at any time. Raises UsageError where the file is of other work
+    or in use, and DataError where it is damaged or cannot be written.
+    """
+    lock = FileLock(path.with_name(f"{path.name}.lock"), timeout=0)
+    with _writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            lock.acquire()
+        except Timeout as error:  # it is an OSError as well
+            raise UsageError(
+                f"{path} is in use by another process", hint="wait for its end, or stop it"
+            ) from error
+    try:
+        with _writing(path):
+            file = path.open("a+b", buffering=0)
+        with file:
+            yield Journal(path, file, _read(path, file, dict(of)))
+    finally:
+        lock.release()
+
+
+def discard(path: Path) -> None:
+    """Remove a journal that nobody needs any more."""
+    with _writing(path):
+        path.unlink(missing_ok=True)
+        path.with_name(f"{path.name}.lock").unlink(missing_ok=True)
+
+
+def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
+    """Return what is done; a last line that is not whole is cut off."""
+    file.seek(0)
+    text = file.read()
+    whole = text[: text.rfind(b"\n") + 1]
+    if len(whole) < len(text):
+        with _writing(path):
+            os.ftruncate(file.fileno(), len(whole))
+    if not whole:
+        with _writing(path):
+            _append(file, {"format": FORMAT, "of": of})
+        return {}
+    try:
+        header, *lines = map(json.loads, whole.splitlines())
+        _refuse_other_work(path, header["of"], of)
+        return dict(lines)
+    except (ValueError, TypeError, KeyError) as error:
+        raise DataError(
+            f"{path} is damaged, or is no list of what is done",
+            hint="remove it to begin anew",
+        ) from error
+
+
+def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
+    for name in sorted(then.keys() | now.keys()):
+        if then.get(name) != now.get(name):
+            raise UsageError(
+                f"{path} keeps other work: {name} was {then.get(name)}, is {now.get(name)}",
+                hint="remove it to begin anew, or name another place",
+            )
+
+
+def _append(file: BinaryIO, line: Any) -> None:
+    file.write(json.dumps(line, ensure_ascii=False).encode() + b"\n")
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise DataError(
+            f"cannot write {path}: {error.strerror or error}",
+            hint="is the disk full or read-only, or may you not write there?",
+        ) from error

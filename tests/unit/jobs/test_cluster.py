@@ -1,0 +1,104 @@
+"""Items on a Dask cluster of several processes on this machine, one of which is killed."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from contextlib import contextmanager
+
+import pytest
+
+from helpers_jobs import Squares
+from rigrunner.api.errors import DataError, MissingPackageError, UsageError
+from rigrunner.jobs import Cluster
+
+dask = pytest.importorskip("dask")
+distributed = pytest.importorskip("distributed")
+NEVER = threading.Event()
+
+
+@contextmanager
+def cluster(workers):
+    """Give a scheduler with so many worker processes; the dead are not asked for long."""
+    patience = {"distributed.comm.timeouts.connect": "2s"}
+    with (
+        dask.config.set(patience),
+        distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            host="127.0.0.1",
+        ) as found,
+    ):
+        yield found
+
+
+@pytest.fixture(scope="module")
+def two():
+    with cluster(2) as found:
+        yield found
+
+
+def test_every_item_is_done_once_and_what_fails_ends_nothing(two, tmp_path):
+    task = Squares(tmp_path, refuses=(2,), breaks=(4,))
+    found = list(Cluster(two.scheduler_address).outcomes(task, range(6), NEVER))
+    answers = {each.item: each.problem or each.answer.value for each in found}
+    assert answers == {
+        0: 0, 1: 1, 2: "2 is refused (take another)", 3: 9, 4: "ZeroDivisionError: 4", 5: 25,
+    }  # fmt: skip
+    assert task.attempts() == [0, 1, 2, 3, 4, 5]
+
+
+def test_each_item_comes_once_though_a_worker_is_killed(two, tmp_path):
+    task = Squares(tmp_path, dies_once=(3,))
+    found = list(Cluster(two.scheduler_address).outcomes(task, range(8), NEVER))
+    assert sorted(each.answer.value for each in found) == [n**2 for n in range(8)]
+    again = Counter(task.attempts()) - Counter(range(8))
+    assert again[3] == 1  # others only if their values were not fetched yet from the dead worker
+    assert set(again.values()) == {1}
+
+
+def test_what_kills_every_worker_is_a_failure_of_its_own(two, tmp_path):
+    task = Squares(tmp_path, dies=(1,))
+    found = list(Cluster(two.scheduler_address).outcomes(task, range(4), NEVER))
+    answers = {each.item: each.problem or each.answer.value for each in found}
+    assert answers == {0: 0, 1: "each worker of the cluster that began it died", 2: 4, 3: 9}
+
+
+def test_nothing_more_comes_once_the_token_is_set(two, tmp_path):
+    stop, found = threading.Event(), []
+    for each in Cluster(two.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
+        found.append(each)
+        stop.set()
+    assert len(found) == 1
+
+
+def test_where_no_scheduler_is():
+    with pytest.raises(UsageError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:1'"):
+        list(Cluster("tcp://127.0.0.1:1", patience_s=1).outcomes(abs, [1], NEVER))
+
+
+@pytest.mark.parametrize("address", ["nonsense", "udp://x", "127.0.0.1:port", ""])
+def test_an_address_that_is_none(address):
+    with pytest.raises(UsageError, match="no Dask scheduler"):
+        list(Cluster(address, patience_s=1).outcomes(abs, [1], NEVER))
+
+
+def test_a_cluster_without_workers():
+    with cluster(0) as none, pytest.raises(UsageError, match="has no worker"):
+        list(Cluster(none.scheduler_address).outcomes(abs, [1], NEVER))
+
+
+def test_without_the_package(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(MissingPackageError, match=r"rigrunner\[dask\]"):
+        list(Cluster("tcp://127.0.0.1:1").outcomes(abs, [1], NEVER))
+
+
+def test_a_scheduler_that_is_lost(tmp_path):
+    with cluster(1) as found:
+        outcomes = Cluster(found.scheduler_address).outcomes(Squares(tmp_path), range(500), NEVER)
+        next(outcomes)
+        found.close()
+        with pytest.raises(DataError, match="scheduler of the cluster is gone"):
+            list(outcomes)
