@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded, StepStarted
@@ -18,7 +18,7 @@ from rigrunner.runfile.recordings import Shape, assemble, facts_of, read_facts, 
 from rigrunner.runfile.seams import zeros_in_force
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
 
     from rigrunner.api.data import Block, Recording
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile.folder import RunFolder
     from rigrunner.runfile.recordings import RecordingFacts
 
+_T = TypeVar("_T")
 PART_GROUP = "recording"
 NEVER_ENDED = "the run has not ended, or its program was killed"
 
@@ -73,6 +74,8 @@ class SampleJournal:
     number: int
     name: str
     shape: Shape
+    is_damaged: bool = False
+    """Whether more follows its last intact block, as after no recording that was finished."""
 
     def blocks(self) -> Iterator[Block]:
         """Yield the intact blocks."""
@@ -82,7 +85,7 @@ class SampleJournal:
         """Return all but the samples, from the events of its step."""
         mine = [one for one in events if getattr(one, "recording", "") == self.name]
         started = [one for one in mine if isinstance(one, StepStarted)]
-        ended = [one for one in mine if isinstance(one, StepEnded)]
+        ended = [one for one in mine if isinstance(one, StepEnded) and not self.is_damaged]
         return facts_of(
             self.number, self.shape, started[-1] if started else _unknown_start(self.name),
             ended[-1] if ended else None,
@@ -123,26 +126,50 @@ def unfolded(files: RunFolder) -> list[SampleJournal]:
     return [journal for journal in found if journal is not None]
 
 
+def _each(
+    files: RunFolder, of_part: Callable[[Path], _T], of_samples: Callable[[SampleJournal], _T]
+) -> Iterator[_T]:
+    """Yield what each recording gives, in order, from its own file or else from its journal.
+
+    Journals are listed first: one that is folded meanwhile, by the process that records, is gone
+    only once its file is there.
+    """
+    journals = {_number(path): path for path in files.sample_journals()}
+    parts = {_number(path): path for path in files.finished_parts()}
+    for number in sorted({*journals, *parts}):
+        try:
+            if number not in parts:
+                if samples := open_samples(journals[number]):
+                    yield of_samples(samples)
+                continue
+        except FileNotFoundError:
+            pass  # it has become a file of its own
+        yield of_part(files.part(number))
+
+
 def open_samples(path: Path) -> SampleJournal | None:
     """Return a journal of samples; None if not even its first block is intact."""
-    name, first, samples = "", None, 0
-    for name, block in _blocks(path):  # noqa: B007  (the name is the same in all)
-        first, samples = first or block, samples + block.samples
+    name, first, samples, end = "", None, 0, None
+    for record in read_records(path):
+        end = record.end
+        if record.kind == Kind.BLOCK:
+            name, block = block_from(record.payload)
+            first, samples = first or block, samples + block.samples
     if first is None:
         return None
-    return SampleJournal(
-        path, _number(path), name, Shape(first.rate_hz, tuple(first.channels), samples)
-    )
+    shape = Shape(first.rate_hz, tuple(first.channels), samples)
+    return SampleJournal(path, _number(path), name, shape, unread_bytes(path, end) > 0)
 
 
 def read_loose(files: RunFolder) -> StoredRun:
     """Read a run that is not sealed, as far as it got."""
     journal = read_journal(files)
-    found = [_read_part(path) for path in files.finished_parts()]
-    for samples in unfolded(files):
+
+    def read_samples(samples: SampleJournal) -> tuple[RecordingFacts, Recording, str]:
         facts = samples.facts(journal.events)
-        found.append((facts, *assemble(facts, samples.blocks())))
-    found.sort(key=lambda one: one[0].number)
+        return facts, *assemble(facts, samples.blocks())
+
+    found = list(_each(files, _read_part, read_samples))
     replaced = superseded(journal.events)
     complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
     return StoredRun(
@@ -163,11 +190,12 @@ def read_loose(files: RunFolder) -> StoredRun:
 def read_loose_info(files: RunFolder) -> RunInfo:
     """Read what is known of it; samples are read only of what is not a file of its own yet."""
     journal = read_journal(files)
-    found = [_part_facts(path) for path in files.finished_parts()]
-    for samples in unfolded(files):
+
+    def samples_facts(samples: SampleJournal) -> tuple[RecordingFacts, str]:
         facts = samples.facts(journal.events)
-        found.append((facts, assemble(facts, samples.blocks())[1]))
-    return _info(files, journal, found)
+        return facts, assemble(facts, samples.blocks())[1]
+
+    return _info(files, journal, _each(files, _part_facts, samples_facts))
 
 
 def _info(

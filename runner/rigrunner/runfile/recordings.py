@@ -89,7 +89,10 @@ def facts_of(
 
 
 def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[Block]) -> None:
-    """Write a recording into an empty group; memory does not grow with its length."""
+    """Write a recording into an empty group; memory does not grow with its length.
+
+    Raises DataError where the blocks are not as many samples as the facts say.
+    """
     _write_facts(group, facts)
     time = group.create_dataset(_AXIS, (facts.samples,), "<f8", **_storage(facts))
     time.attrs.update({"units": "s", "long_name": "time / s"})
@@ -102,6 +105,11 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
         time[at : at + count] = np.arange(at, at + count) / facts.rate_hz
         digest.update(channels)
         at += count
+    if at != facts.samples:
+        raise DataError(
+            f"of recording '{facts.name}' {at} samples can be read back, not {facts.samples}",
+            hint="its journal was damaged after it was written: is the disk sound?",
+        )
     group.attrs["sha256"] = digest.hexdigest()
 
 

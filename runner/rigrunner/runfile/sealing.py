@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
@@ -66,7 +67,8 @@ def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> N
     with new_file(files.part(samples.number)) as file:
         group = file.create_group(PART_GROUP)
         write_recording(group, samples.facts(events), samples.blocks())
-    samples.path.unlink()
+    with suppress(OSError):  # on Windows while somebody reads it; the file counts from now on
+        samples.path.unlink()
 
 
 def _write_loose(entry: h5py.Group, files: RunFolder) -> None:

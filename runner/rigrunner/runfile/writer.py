@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.errors import DataError
@@ -9,8 +11,11 @@ from rigrunner.api.events import Event, RunStarted, Samples, StepEnded, StepStar
 from rigrunner.runfile.codec import block_bytes, event_text, header_bytes, truth_bytes
 from rigrunner.runfile.durable import sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.folding import Folding
+from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.journal import JournalWriter, Kind
-from rigrunner.runfile.loose import open_samples, read_journal
+from rigrunner.runfile.loose import SampleJournal, read_journal
+from rigrunner.runfile.recordings import Shape
 from rigrunner.runfile.sealing import fold, seal
 
 if TYPE_CHECKING:
@@ -24,7 +29,8 @@ if TYPE_CHECKING:
 class RunWriter:
     """Takes the events of one run into its folder. Raises DataError if it cannot.
 
-    When the event of a finished recording was taken, the recording is on the disk.
+    When the event of a finished recording was taken, the recording is on the disk: in its journal,
+    which becomes an HDF5 file while the run goes on. What that raises, the next event raises.
     """
 
     def __init__(self, folder: Path, header: RunHeader | None = None) -> None:
@@ -39,7 +45,9 @@ class RunWriter:
             else:
                 self._events, self._recordings = _begun(self._files, header), 0
         self._samples: JournalWriter | None = None
+        self._shape: Shape | None = None
         self._started: StepStarted | None = None
+        self._folding = Folding()
 
     def __enter__(self) -> Self:
         return self
@@ -59,6 +67,7 @@ class RunWriter:
 
     def __call__(self, event: Event) -> None:
         """Take one event."""
+        self._folding.check()
         with writing(self.folder):
             match event:
                 case Samples():
@@ -77,13 +86,15 @@ class RunWriter:
         no_load: Path | None = None,
     ) -> Path:
         """Close the journal and make `run.h5`; see `rigrunner.runfile.seal`."""
-        self.close()
-        return seal(self.folder, result_document, plot, no_load)
+        with uninterrupted():
+            self.close()
+            return seal(self.folder, result_document, plot, no_load)
 
     def close(self) -> None:
-        """Close the journal; the folder stays as it is and can be read. Idempotent."""
+        """Close the journal once all is folded; the folder stays and can be read. Idempotent."""
         self._close_samples()
         self._events.close()
+        self._folding.wait()
 
     def _append(self, event: Event) -> None:
         self._events.append(Kind.EVENT, event_text(event).encode())
@@ -102,30 +113,38 @@ class RunWriter:
     def _take_samples(self, event: Samples) -> None:
         if self._started is None or self._started.recording != event.recording:
             raise DataError(f"samples of '{event.recording}' came outside of its step")
+        block = event.block
         if self._samples is None:
             self._samples = JournalWriter(self._files.samples(self._recordings))
-        self._samples.append(Kind.BLOCK, *block_bytes(event.recording, event.block))
+            self._shape = Shape(block.rate_hz, tuple(block.channels), 0)
+        assert self._shape is not None  # noqa: S101  (made with the journal)
+        self._samples.append(Kind.BLOCK, *block_bytes(event.recording, block))
+        self._shape = replace(self._shape, samples=self._shape.samples + block.samples)
         self._samples.sync_sometimes()
 
     def _end_recording(self, event: StepEnded) -> None:
+        started, shape, samples = self._started, self._shape, self._close_samples()
+        self._started = None
         if event.truth:
             self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
         self._append(event)
         self._events.sync()
-        started, self._started = self._started, None
-        path = self._close_samples()
-        samples = open_samples(path) if path else None
-        if event.ok and (samples is None or started is None):
+        if not event.ok:
+            return
+        if samples is None or shape is None or started is None:
             raise DataError(f"recording '{event.recording}' ended without a sample")
-        if event.ok and samples is not None and started is not None:
-            fold(self._files, samples, (started, event))
+        journal = SampleJournal(samples, self._recordings, event.recording, shape)
+        self._folding.start(partial(fold, self._files, journal, (started, event)))
 
     def _close_samples(self) -> Path | None:
+        """Close the journal of samples, whole and under its name on the disk; return its path."""
         if self._samples is None:
             return None
-        self._samples.close()
-        path, self._samples = self._samples.path, None
-        return path
+        journal, self._samples, self._shape = self._samples, None, None
+        journal.sync()
+        journal.close()
+        sync_folder(journal.path.parent)
+        return journal.path
 
 
 def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:

