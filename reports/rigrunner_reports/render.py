@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -38,6 +39,7 @@ def css_string(text: str) -> Markup:
     return Markup(f'"{safe}"')  # noqa: S704  (everything but letters and digits is escaped)
 
 
+@cache  # the templates are compiled once: that takes longer than filling them
 def _environment() -> Environment:
     return Environment(
         loader=PackageLoader(PACKAGE),

@@ -8,6 +8,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from matplotlib import style
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
@@ -84,12 +85,16 @@ class Plot:
 
 
 def draw(paint: Callable[[Figure], None], height_in: float) -> bytes:
-    """Return what `paint` draws as SVG; the same input gives the same bytes."""
+    """Return what `paint` draws as SVG; the same input gives the same bytes.
+
+    They are those of Figure.savefig, which would draw everything once more to find the layout.
+    """
     with style.context(["default", STYLE]):
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+        canvas = FigureCanvasSVG(figure)
         paint(figure)
         buffer = BytesIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        canvas.print_svg(buffer, metadata={"Date": None})  # type: ignore[no-untyped-call]
     return buffer.getvalue()
 
 
