@@ -1,5 +1,3 @@
 """Rigrunner: a plugin-based runner of laboratory test procedures."""
 
-from importlib.metadata import version
-
-__version__ = version("rigrunner")
+__version__ = "0.1.0"

@@ -1,3 +1,4 @@
+import re
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -243,3 +244,62 @@ def test_a_tap_stands_once_between_a_device_and_its_instrument(wired, expected):
     context = DeviceContext("tester", SimulatedClock(), Path())
     assert registry.make_device("whole", {}, context, tap) == "tester/part"
     assert tap.at == expected
+
+
+BY_PLACE = """
+from rigrunner.api.hooks import FitRecord, hookimpl
+
+api_version = 1
+
+@hookimpl
+def rigrunner_fits():
+    return [
+        FitRecord(name="line", help="A line.", settings="PLACE", factory=lambda s: s),
+        FitRecord(name="plain", help="Nothing to set.", factory=lambda s: s),
+    ]
+"""
+
+
+def test_settings_given_by_their_place_are_imported_when_they_are_asked_for(entry, tmp_path):
+    (tmp_path / "line_settings_of_a_lab.py").write_text(
+        "from rigrunner.api.settings import Frequency, Settings\n"
+        "class LineSettings(Settings):\n    cutoff: Frequency\n"
+    )
+    source = BY_PLACE.replace("PLACE", "line_settings_of_a_lab:LineSettings")
+    registry = load_registry([entry("by_place", source)])
+    assert "line_settings_of_a_lab" not in sys.modules
+    assert registry.make("fit", "line", {"cutoff": "2 kHz"}).cutoff == 2000.0
+    with pytest.raises(PluginError, match="fit 'line': cutoff"):
+        registry.make("fit", "line", {"cutoff": "2 N"})
+
+
+@pytest.mark.parametrize(
+    ("place", "reason"),
+    [
+        ("no_such_module_at_all:Settings", "No module named 'no_such_module_at_all'"),
+        ("rigrunner.api.settings:NoSuch", "NoSuch"),
+        ("rigrunner.api.settings", "cannot be loaded"),
+        ("", "cannot be loaded"),
+        ("pathlib:Path", "'pathlib:Path' is no model of settings"),
+        ("rigrunner.api.settings:Torque", "is no model of settings"),
+    ],
+)
+def test_settings_that_are_not_at_their_place_harm_no_other_plugin(entry, place, reason):
+    name = "misplaced_" + str(abs(hash(place)))
+    registry = load_registry([entry(name, BY_PLACE.replace("PLACE", place))])
+    assert registry.names("fit") == ["line", "plain"]
+    with pytest.raises(PluginError, match=re.escape(reason)):
+        registry.settings_of("fit", "line")
+    whole = registry.with_all_settings()
+    assert whole.names("fit") == ["plain"]
+    assert reason in str(whole.disabled[0])
+    assert str(whole.disabled[0]).startswith(f"{name}: fit 'line': ")
+
+
+def test_every_plugin_that_ships_has_its_settings_where_its_record_says():
+    registry = load_registry()
+    whole = registry.with_all_settings()
+    assert [plugin.record.name for plugin in whole.plugins] == [
+        plugin.record.name for plugin in registry.plugins
+    ]
+    assert whole.disabled == ()

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import CompensationRecord, hookimpl
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner_plugins.compensations.breakaway_peak_settings import BreakawayPeakSettings
-from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
-from rigrunner_plugins.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
-from rigrunner_plugins.compensations.settings import (
-    EnergySettings,
-    InverseSettings,
-    TemplateInverseSettings,
-)
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod
+    from rigrunner_plugins.compensations.breakaway_peak_settings import BreakawayPeakSettings
+    from rigrunner_plugins.compensations.paper_peak_settings import PaperPeakSettings
+    from rigrunner_plugins.compensations.peak_same_frequency_settings import (
+        PeakSameFrequencySettings,
+    )
+    from rigrunner_plugins.compensations.settings import (
+        EnergySettings,
+        InverseSettings,
+        TemplateInverseSettings,
+    )
 
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)
@@ -37,7 +39,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         CompensationRecord(
             name="paper_peak",
             help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
-            settings=PaperPeakSettings,
+            settings="rigrunner_plugins.compensations.paper_peak_settings:PaperPeakSettings",
             factory=_paper_peak,
             yields=STARTING,
             not_covered=OTHER_PHASE,
@@ -45,7 +47,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         CompensationRecord(
             name="peak_same_frequency",
             help="Raw peak minus the no-load peak of the same frequency",
-            settings=PeakSameFrequencySettings,
+            settings="rigrunner_plugins.compensations.peak_same_frequency_settings:PeakSameFrequencySettings",
             factory=_peak_same_frequency,
             yields=STARTING,
             not_covered=OTHER_PHASE,
@@ -53,28 +55,28 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         CompensationRecord(
             name="template_inverse",
             help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
-            settings=TemplateInverseSettings,
+            settings="rigrunner_plugins.compensations.settings:TemplateInverseSettings",
             factory=_template_inverse,
             yields=STARTING,
         ),
         CompensationRecord(
             name="model_inverse",
             help="As template_inverse, by a model of the sweep: also between its frequencies",
-            settings=InverseSettings,
+            settings="rigrunner_plugins.compensations.settings:InverseSettings",
             factory=_model_inverse,
             yields=STARTING,
         ),
         CompensationRecord(
             name="energy",
             help="Running torque: work of a swing over its way, loaded minus no-load",
-            settings=EnergySettings,
+            settings="rigrunner_plugins.compensations.settings:EnergySettings",
             factory=_energy,
             yields=RUNNING,
         ),
         CompensationRecord(
             name="breakaway_peak",
             help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
-            settings=BreakawayPeakSettings,
+            settings="rigrunner_plugins.compensations.breakaway_peak_settings:BreakawayPeakSettings",
             factory=_breakaway_peak,
             yields=BREAKAWAY,
         ),

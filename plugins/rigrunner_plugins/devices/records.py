@@ -8,23 +8,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import DeviceRecord, hookimpl
-from rigrunner_plugins.devices.composite.settings import CompositeSettings
-from rigrunner_plugins.devices.daq.settings import DaqSettings
-from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
-from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
 from rigrunner_plugins.devices.modbus.trial import TRIAL as MODBUS_TRIAL
-from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
-from rigrunner_plugins.devices.other_program.settings import OtherProgramSettings
-from rigrunner_plugins.devices.replay.settings import ReplaySettings
-from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
-from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
-from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
-from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
 from rigrunner_plugins.devices.text.records import TEXT_DEVICES
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner_plugins.devices.composite.settings import CompositeSettings
+    from rigrunner_plugins.devices.daq.settings import DaqSettings
+    from rigrunner_plugins.devices.fault.settings import FaultyDeviceSettings
+    from rigrunner_plugins.devices.modbus.settings import ModbusSettings
+    from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
+    from rigrunner_plugins.devices.other_program.settings import OtherProgramSettings
+    from rigrunner_plugins.devices.replay.settings import ReplaySettings
+    from rigrunner_plugins.devices.rotation_tester_sim.settings import RotationTesterSettings
+    from rigrunner_plugins.devices.swing_tester_ode.settings import SwingTesterOdeSettings
+    from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
+    from rigrunner_plugins.devices.tabulated.settings import TabulatedSettings
 
 TABLE = {
     "title": "A table of three rows",
@@ -57,7 +57,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="swing_tester_sim",
             help="Swing tester simulated in closed form, with sensor errors and faults",
-            settings=SwingTesterSimSettings,
+            settings="rigrunner_plugins.devices.swing_tester_sim.settings:SwingTesterSimSettings",
             factory=_swing_tester_sim,
             simulated=True,
             absent=UNPLUGGED,
@@ -65,7 +65,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="swing_tester_ode",
             help="Swing tester simulated in the time domain, independent of the closed form",
-            settings=SwingTesterOdeSettings,
+            settings="rigrunner_plugins.devices.swing_tester_ode.settings:SwingTesterOdeSettings",
             factory=_swing_tester_ode,
             simulated=True,
             absent=UNPLUGGED,
@@ -73,14 +73,14 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="replay",
             help="Recordings from CSV or HDF5 files, chosen by set frequency and load",
-            settings=ReplaySettings,
+            settings="rigrunner_plugins.devices.replay.settings:ReplaySettings",
             factory=_replay,
             simulated=True,
         ),
         DeviceRecord(
             name="rotation_tester_sim",
             help="Bench that turns a bearing slowly from rest, simulated: breakaway without load",
-            settings=RotationTesterSettings,
+            settings="rigrunner_plugins.devices.rotation_tester_sim.settings:RotationTesterSettings",
             factory=_rotation_tester_sim,
             simulated=True,
             absent=UNPLUGGED,
@@ -88,7 +88,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="tabulated",
             help="Single values from a table, chosen by set-points: a publication's, for one",
-            settings=TabulatedSettings,
+            settings="rigrunner_plugins.devices.tabulated.settings:TabulatedSettings",
             trial=TABLE,
             factory=_tabulated,
             simulated=True,
@@ -96,13 +96,13 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="other_program",
             help="Rig that another program drives: its recordings are imported, it cannot be run",
-            settings=OtherProgramSettings,
+            settings="rigrunner_plugins.devices.other_program.settings:OtherProgramSettings",
             factory=_other_program,
         ),
         DeviceRecord(
             name="fault",
             help="Any other device with faults injected: lost, late, stuck, clipped, gaps, ...",
-            settings=FaultyDeviceSettings,
+            settings="rigrunner_plugins.devices.fault.settings:FaultyDeviceSettings",
             trial={"plugin": "swing_tester_sim"},
             absent={"settings": UNPLUGGED},
             factory=_fault,
@@ -111,14 +111,14 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="daq",
             help="National Instruments: bridges, voltages and encoders on one sample clock",
-            settings=DaqSettings,
+            settings="rigrunner_plugins.devices.daq.settings:DaqSettings",
             factory=_daq,
             stop_latency_s=1.0,
         ),
         DeviceRecord(
             name="composite",
             help="One role from several instruments, each of a plugin of its own",
-            settings=CompositeSettings,
+            settings="rigrunner_plugins.devices.composite.settings:CompositeSettings",
             trial=PARTS,
             factory=_composite,
             wired=True,  # by its parts: it exchanges nothing itself
@@ -126,7 +126,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="modbus",
             help="Instrument that talks Modbus TCP or RTU: registers and coils, no code",
-            settings=ModbusSettings,
+            settings="rigrunner_plugins.devices.modbus.settings:ModbusSettings",
             factory=_modbus,
             wired=True,
             trial=MODBUS_TRIAL,
@@ -135,7 +135,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
         DeviceRecord(
             name="opcua",
             help="Nodes of an OPC UA server as channels and drives, no code",
-            settings=OpcUaSettings,
+            settings="rigrunner_plugins.devices.opcua.settings:OpcUaSettings",
             factory=_opcua,
             wired=True,
             absent={"endpoint": "opc.tcp://127.0.0.1:1"},

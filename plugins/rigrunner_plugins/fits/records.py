@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import FitRecord, hookimpl
 from rigrunner_plugins.fits.examples import NO_INTERCEPT, NORRIS
-from rigrunner_plugins.fits.settings import (
-    AiccSettings,
-    BasisSettings,
-    InertiaPhysicalSettings,
-    PolynomialSettings,
-)
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Fit
     from rigrunner.api.hooks import NoSettings
+    from rigrunner_plugins.fits.settings import (
+        AiccSettings,
+        BasisSettings,
+        InertiaPhysicalSettings,
+        PolynomialSettings,
+    )
 
 
 @hookimpl
@@ -25,20 +25,20 @@ def rigrunner_fits() -> list[FitRecord]:
         FitRecord(
             name="polynomial",
             help="Least-squares polynomial; of degree 2 it is the paper's Eq. (1)",
-            settings=PolynomialSettings,
+            settings="rigrunner_plugins.fits.settings:PolynomialSettings",
             factory=_polynomial,
             examples=(NORRIS,),
         ),
         FitRecord(
             name="inertia_physical",
             help="Support friction, damping and inertia from the drive's kinematics",
-            settings=InertiaPhysicalSettings,
+            settings="rigrunner_plugins.fits.settings:InertiaPhysicalSettings",
             factory=_inertia_physical,
         ),
         FitRecord(
             name="basis",
             help="Least squares of chosen powers of the frequency",
-            settings=BasisSettings,
+            settings="rigrunner_plugins.fits.settings:BasisSettings",
             trial={"powers": [0, 1, 2]},
             factory=_basis,
             examples=(NO_INTERCEPT,),
@@ -46,7 +46,7 @@ def rigrunner_fits() -> list[FitRecord]:
         FitRecord(
             name="aicc",
             help="The best of some sets of powers, by the corrected Akaike criterion",
-            settings=AiccSettings,
+            settings="rigrunner_plugins.fits.settings:AiccSettings",
             factory=_aicc,
         ),
         FitRecord(

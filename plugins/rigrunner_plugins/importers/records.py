@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import MissingPackageError
 from rigrunner.api.hooks import ImporterExample, ImporterRecord, NoSettings, hookimpl
-from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 
 if TYPE_CHECKING:
     from rigrunner.api.importing import Importer
+    from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 
 TABLE = ImporterExample(
     source="four numbers below their names, RFC 4180",
@@ -27,7 +27,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
         ImporterRecord(
             name="csv",
             help="Text in columns, one recording a file",
-            settings=TableSettings,
+            settings="rigrunner_plugins.importers.settings:TableSettings",
             factory=_csv,
             examples=(TABLE,),
         ),
@@ -35,7 +35,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
         ImporterRecord(
             name="lvm",
             help="LabVIEW measurement file (.lvm): a segment is a recording",
-            settings=LvmSettings,
+            settings="rigrunner_plugins.importers.settings:LvmSettings",
             factory=_lvm,
         ),
         ImporterRecord(

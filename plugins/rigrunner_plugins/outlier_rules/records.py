@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
 from rigrunner_plugins.outlier_rules.examples import PENDULUM, ROSNER, URANIUM
-from rigrunner_plugins.outlier_rules.settings import (
-    GeneralizedEsdSettings,
-    GrubbsSettings,
-    MadSettings,
-)
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import OutlierRule
     from rigrunner.api.hooks import NoSettings
+    from rigrunner_plugins.outlier_rules.settings import (
+        GeneralizedEsdSettings,
+        GrubbsSettings,
+        MadSettings,
+    )
 
 
 @hookimpl
@@ -24,14 +24,14 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
         OutlierRuleRecord(
             name="grubbs",
             help="Grubbs' test, repeated until it finds no gross error",
-            settings=GrubbsSettings,
+            settings="rigrunner_plugins.outlier_rules.settings:GrubbsSettings",
             factory=_grubbs,
             examples=(URANIUM,),
         ),
         OutlierRuleRecord(
             name="generalized_esd",
             help="Rosner's test for several gross errors, also such as hide each other",
-            settings=GeneralizedEsdSettings,
+            settings="rigrunner_plugins.outlier_rules.settings:GeneralizedEsdSettings",
             factory=_generalized_esd,
             examples=(ROSNER,),
         ),
@@ -49,7 +49,7 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
         OutlierRuleRecord(
             name="mad",
             help="Modified z-score from median and median absolute deviation, once",
-            settings=MadSettings,
+            settings="rigrunner_plugins.outlier_rules.settings:MadSettings",
             factory=_mad,
         ),
         OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all, rejects=False),

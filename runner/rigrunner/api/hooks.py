@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import pluggy
 
+from rigrunner.api.errors import PluginError
 from rigrunner.api.settings import Settings
 
 if TYPE_CHECKING:
@@ -46,10 +48,18 @@ class PluginRecord:
     """In YAML: small letters, digits and '_'."""
     help: str
     """One line for lists, of at most 100 characters."""
-    settings: type[Settings] = NoSettings
-    """What it can be told; a docstring under a field explains it to users."""
+    settings: type[Settings] | str = NoSettings
+    """What it can be told; a docstring under a field explains it to users.
+
+    Or where that stands, as 'package.module:Name': imported once it is needed.
+    """
     trial: Mapping[str, Any] = field(default_factory=dict)
     """Settings with which it can be tried, a device without an instrument."""
+
+    @property
+    def settings_model(self) -> type[Settings]:
+        """The model of the settings; PluginError if there is none where the record says."""
+        return _model_at(self.settings) if isinstance(self.settings, str) else self.settings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,3 +261,15 @@ class HookSpecs:
     def rigrunner_event_sinks(self) -> Iterable[EventSinkRecord]:
         """Return the listeners to events that this plugin brings."""
         raise NotImplementedError
+
+
+def _model_at(place: str) -> type[Settings]:
+    module, _, name = place.partition(":")
+    try:
+        found = getattr(import_module(module), name)
+    except (Exception, SystemExit) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise PluginError(f"the settings '{place}' cannot be loaded: {reason}") from error
+    if not (isinstance(found, type) and issubclass(found, Settings)):
+        raise PluginError(f"'{place}' is no model of settings")
+    return found

@@ -29,7 +29,7 @@ _YES_NO = {"yes": True, "no": False}
 class Settings(BaseModel):
     """Frozen, strict, no unknown keys: the base of every model that is read from YAML."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 class MadeOfOthers(Settings):

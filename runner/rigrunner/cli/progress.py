@@ -16,6 +16,7 @@ from rigrunner.api.events import (
     RunStarted,
     StepStarted,
 )
+from rigrunner.cli.durations import clock_text
 from rigrunner.cli.output import message
 
 if TYPE_CHECKING:
@@ -144,15 +145,6 @@ class BarProgress:
             self._progress.update(self._task, completed=done_s)
         else:
             self._progress.update(self._task, completed=done_s, step=step)
-
-
-def clock_text(seconds: float) -> str:
-    """Return a duration as a person says it: '45 s', '3 min 05 s', '2 h 10 min'."""
-    minutes, left_s = divmod(round(seconds), 60)
-    hours, left_min = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {left_min:02d} min"
-    return f"{minutes} min {left_s:02d} s" if minutes else f"{left_s} s"
 
 
 def _tell(event: Event) -> None:

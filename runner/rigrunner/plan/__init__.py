@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from rigrunner.plan.actions import Plan, PlannedStep
-from rigrunner.plan.limits import MeasurandLookup, check_limits
+from rigrunner.plan.limits import check_limits
 from rigrunner.plan.making import check_station, make_plan, plan_text
 from rigrunner.plan.plugins import SettingsLookup, check_plugins, check_station_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
 
 __all__ = [
-    "MeasurandLookup",
     "Plan",
     "PlannedStep",
     "PredictedTorque",

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Readable, Streaming
 from rigrunner.api.quantity import QuantityError, unit
-from rigrunner.plan.problems import suggestion
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
+from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.devices import Device
     from rigrunner.api.quantity import Quantity
-    from rigrunner.plan.problems import Problems
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
+    from rigrunner.yamlfile.problems import Problems
 
 Info = TypeVar("Info", ChannelInfo, DriveInfo)
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.plan.bench import Bench
-    from rigrunner.plan.problems import Problems
     from rigrunner.procedure import LoadedProcedure
+    from rigrunner.yamlfile.problems import Problems
 
 MAX_ACTIONS = 100_000
 

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from rigrunner.plan.actions import Action, Phase, Record
     from rigrunner.plan.bench import Bench
     from rigrunner.plan.drives import DriveStates
-    from rigrunner.plan.problems import Problems
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
+    from rigrunner.yamlfile.problems import Problems
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import DriveInfo
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.bench import Bench
-    from rigrunner.plan.problems import Problems
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
+    from rigrunner.yamlfile.problems import Problems
 
 
 @dataclass(eq=False)

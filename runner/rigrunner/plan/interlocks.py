@@ -10,20 +10,20 @@ from rigrunner.api.devices import Readable, Streaming
 from rigrunner.api.quantity import unit, units_of
 from rigrunner.plan.actions import Interlock
 from rigrunner.plan.motions import RATES
-from rigrunner.plan.problems import suggestion
 from rigrunner.yamlfile.names import split_member
+from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
     from rigrunner.api.quantity import Quantity
-    from rigrunner.plan.problems import Problems
+    from rigrunner.interlock import Interlock as Written
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
-    from rigrunner.station.interlocks import Interlock as Written
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
+    from rigrunner.yamlfile.problems import Problems
 
 
 def plan_interlocks(

@@ -11,8 +11,8 @@ from rigrunner.plan.bench import Bench, check_roles
 from rigrunner.plan.builder import build
 from rigrunner.plan.interlocks import plan_interlocks
 from rigrunner.plan.needs import check_analysis, check_motion, check_register
-from rigrunner.plan.problems import Problems
 from rigrunner.plan.safety import check_order, drive_rules
+from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

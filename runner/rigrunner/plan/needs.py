@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import unit
 from rigrunner.plan.actions import Measure
-from rigrunner.plan.problems import suggestion
+from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from rigrunner.plan.actions import Record
     from rigrunner.plan.draft import Draft, Recorded
-    from rigrunner.plan.problems import Problems
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile.problems import Problems
 
 
 def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:

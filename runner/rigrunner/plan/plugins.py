@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import InvalidFileError, PluginError
 from rigrunner.api.settings import MadeOfOthers
-from rigrunner.plan.problems import Problems
 from rigrunner.yamlfile import validate
+from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import unit, units_of
 from rigrunner.plan.motions import RATES
-from rigrunner.plan.problems import suggestion
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
+from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.devices import Device, DriveInfo
     from rigrunner.api.quantity import Quantity
-    from rigrunner.plan.problems import Problems
     from rigrunner.station import LoadedStation
     from rigrunner.station.limits import Combination, DriveLimits
     from rigrunner.yamlfile.document import Path
+    from rigrunner.yamlfile.problems import Problems
 
 
 def check_order(station: LoadedStation, devices: Mapping[str, Device], problems: Problems) -> None:

@@ -11,6 +11,7 @@ from rigrunner.procedure.analysis_spec import (
     PluginRef,
 )
 from rigrunner.procedure.calls import load_procedure
+from rigrunner.procedure.limits import MeasurandLookup, check_measurands
 from rigrunner.procedure.loading import (
     InconsistentProcedureError,
     LoadedProcedure,
@@ -31,10 +32,12 @@ __all__ = [
     "LimitMeasurand",
     "LoadedProcedure",
     "Measurand",
+    "MeasurandLookup",
     "MonteCarloSpec",
     "NoLoadSpec",
     "PluginRef",
     "Procedure",
+    "check_measurands",
     "load_procedure",
     "parse_procedure",
     "texts_digest",

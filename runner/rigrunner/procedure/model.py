@@ -8,11 +8,11 @@ from pydantic import AfterValidator, Field
 
 from rigrunner.api.quantity import QuantityError, unit, units_of
 from rigrunner.api.settings import ListOf, Settings
+from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analysis_spec import AnalysisSpec
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.steps import Parameter, Step
-from rigrunner.station.interlocks import Interlock
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
 
@@ -63,5 +63,5 @@ class Procedure(Settings):
     """What is measured."""
     teardown: ListOf[Step] = ()
     """What is done at the end, whatever happened before."""
-    analysis: AnalysisSpec = AnalysisSpec()
+    analysis: AnalysisSpec = Field(default_factory=AnalysisSpec)
     acceptance: Acceptance | None = None

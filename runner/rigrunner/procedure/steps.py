@@ -173,6 +173,3 @@ Step = Annotated[
     Discriminator(_kind),
     BeforeValidator(_one_known_key),
 ]
-
-for _model in (Sweep, SweepStep, Repeat, RepeatStep):
-    _model.model_rebuild()

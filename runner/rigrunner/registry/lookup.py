@@ -101,9 +101,25 @@ class Registry:
             f"there is no {what} '{name}'", hint=self.suggestion(name, self.names(kind))
         )
 
+    def with_all_settings(self) -> Registry:
+        """Return the registry with the settings of all plugins loaded.
+
+        Those whose settings cannot be loaded are disabled with the reason.
+        """
+        plugins, disabled = [], list(self.disabled)
+        for plugin in self.plugins:
+            try:
+                _ = plugin.record.settings_model
+            except PluginError as error:
+                what = f"{plugin.kind} '{plugin.record.name}': {error.message}"
+                disabled.append(DisabledPlugin(plugin.provider, what))
+            else:
+                plugins.append(plugin)
+        return Registry(plugins, disabled)
+
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError if there is no such plugin."""
-        return self.find(kind, name).record.settings
+        return self.find(kind, name).record.settings_model
 
     def yields(self, compensation: str) -> MeasurandKind | None:
         """Return which torque a compensation yields; None where its plugin does not say."""
@@ -160,7 +176,7 @@ class Registry:
 
         The settings must be valid.
         """
-        model = self.find("device", plugin).record.settings
+        model = self.find("device", plugin).record.settings_model
         if issubclass(model, MadeOfOthers):
             found = model.model_validate(dict(settings)).source(channel)
             if found is not None:
@@ -174,11 +190,11 @@ class Registry:
         One that brings a simulator of its own is where its settings say so.
         """
         record = self.find("device", plugin).record
-        if issubclass(record.settings, MadeOfOthers):
-            made_of = record.settings.model_validate(dict(settings)).others().values()
+        if issubclass(record.settings_model, MadeOfOthers):
+            made_of = record.settings_model.model_validate(dict(settings)).others().values()
             return all(self.is_simulated(each.plugin, each.settings) for each in made_of)
-        if issubclass(record.settings, SimulableSettings):
-            return record.settings.model_validate(dict(settings)).simulated
+        if issubclass(record.settings_model, SimulableSettings):
+            return record.settings_model.model_validate(dict(settings)).simulated
         return isinstance(record, DeviceRecord) and record.simulated
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:

@@ -48,7 +48,7 @@ class Station(Settings):
     """Role to the device that fills it."""
     instruments: ListOf[AnyInstrument] = ()
     """The register: what is known of each transducer and of any other instrument."""
-    safety: Safety = Safety()
+    safety: Safety = Field(default_factory=Safety)
     """How the rig is made safe, and what keeps it so."""
     listeners: ListOf[ListenerBinding] = ()
     """Plugins that are told what happens in each run, and cannot stop it."""

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from rigrunner.api.settings import ListOf, PositiveDuration, Settings
-from rigrunner.station.interlocks import Interlock
+from rigrunner.interlock import Interlock
 from rigrunner.station.limits import Combination, DriveLimits
 from rigrunner.yamlfile.names import Member, is_name_or_member
 
@@ -33,7 +33,7 @@ class Safety(Settings):
     order: ListOf[Annotated[str, AfterValidator(_place_in_order)]] = ()
     """In which order drives (role.drive) and whole devices (role) are made safe; the others follow.
     Unless told, what moves in cycles comes first."""
-    patience: Waiting = Waiting()
+    patience: Waiting = Field(default_factory=Waiting)
     drives: dict[Member, DriveLimits] = Field(default_factory=dict)
     """Narrower limits of drives than their devices' own, by role.drive."""
     combinations: ListOf[Combination] = ()

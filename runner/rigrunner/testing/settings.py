@@ -40,7 +40,7 @@ def help_line(subject: Subject) -> None:
 @check(mend="write a docstring under the field, or Annotated[..., Field(description=...)]")
 def settings_explained(subject: Subject) -> None:
     """Every setting is explained, and editors get a JSON Schema of them."""
-    model = subject.any_record.settings
+    model = subject.any_record.settings_model
     json.dumps(settings_schema(model))
     bare = [name for name, field in all_fields(model) if not field.help.strip()]
     demand(not bare, f"no word of help on: {', '.join(bare)}")
@@ -55,7 +55,7 @@ def unknown_setting_refused(subject: Subject) -> None:
 @check(mend="annotate the field with its type, and let validators raise ValueError alone")
 def wrong_type_refused(subject: Subject) -> None:
     """A value of the wrong type is refused, naming the setting."""
-    fields = [field for field in fields_of(subject.any_record.settings) if _is_typed(field)]
+    fields = [field for field in fields_of(subject.any_record.settings_model) if _is_typed(field)]
     applies(fields, "it has no settings of a type")
     for field in fields:
         _refused(subject, field.key, WRONG, {**subject.settings, field.key: WRONG})
@@ -64,7 +64,7 @@ def wrong_type_refused(subject: Subject) -> None:
 @check(mend="annotate quantities with the types of rigrunner.api.settings: `load: Force`")
 def wrong_unit_refused(subject: Subject) -> None:
     """A quantity of another kind, or a number without a unit, is refused, naming the setting."""
-    fields = [field for field in fields_of(subject.any_record.settings) if field.units]
+    fields = [field for field in fields_of(subject.any_record.settings_model) if field.units]
     quantities = [field for field in fields if not field.entry and field.kind in _DIMENSIONS]
     applies(quantities, "it has no settings with units")
     for field in quantities:

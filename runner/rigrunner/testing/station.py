@@ -11,7 +11,7 @@ from rigrunner.registry import load_registry
 from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.testing.device import DeviceSubject
-from rigrunner.workflow.prepare import with_lab_plugins
+from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner.workflow.rig_lock import station_lock
 
 if TYPE_CHECKING:

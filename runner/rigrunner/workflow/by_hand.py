@@ -13,8 +13,9 @@ from rigrunner.rig import Rig
 from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.tape import ReplayedTape
+from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner.workflow.planning import clock_for
-from rigrunner.workflow.prepare import make_devices, patience_of, with_lab_plugins
+from rigrunner.workflow.prepare import make_devices, patience_of
 from rigrunner.workflow.rig_lock import station_lock
 from rigrunner.workflow.taping import manifest_of
 

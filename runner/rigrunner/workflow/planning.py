@@ -12,8 +12,8 @@ from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
 from rigrunner.tape import ReplayedTape
-from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.prepare import plan_run, with_lab_plugins
+from rigrunner.workflow.lab_plugins import with_lab_plugins
+from rigrunner.workflow.prepare import plan_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,15 +38,6 @@ def planned_run(
     if isinstance(tape, ReplayedTape):
         clock = SimulatedClock(tape.manifest.began_utc)
     return plan_run(procedure, station, registry, clock, tape)
-
-
-def lab_registry(station: str | None) -> Registry:
-    """Return the installed plugins and, where a station is named, those of its own folder."""
-    registry = load_registry()
-    if station is None:
-        return registry
-    path = find_station(station)
-    return with_lab_plugins(registry, load_station(path), path.parent)
 
 
 def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:

@@ -11,9 +11,9 @@ from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.plan import check_limits, check_plugins, make_plan, predict
 from rigrunner.plan.actions import Record
 from rigrunner.procedure import InconsistentProcedureError, load_procedure
-from rigrunner.registry import with_drop_ins
 from rigrunner.station import load_station
 from rigrunner.workflow.approval import approval_state
+from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner.workflow.noload import LoadedRun, find_no_load
 
 if TYPE_CHECKING:
@@ -117,34 +117,6 @@ def _device(
         raise InvalidFileError(
             [Problem(error.message, where, ".".join(path), error.hint)]
         ) from error
-
-
-def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
-    """Return the registry with the lab's own plugins, if the station in that folder names any.
-
-    Raises InvalidFileError where there is no such folder, and where it is not within the station's:
-    whoever gives somebody a station must not choose what code of theirs it runs.
-    """
-    named = station.model.plugins
-    if named is None:
-        return registry
-    try:
-        return with_drop_ins(registry, _within(folder, named))
-    except PluginError as error:
-        where = station.document.where(("plugins",))
-        raise InvalidFileError([Problem(error.message, where, "plugins", error.hint)]) from error
-
-
-def _within(folder: Path, named: str) -> Path:
-    path = folder / named
-    try:
-        inside = path.resolve().is_relative_to(folder.resolve())
-    except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a name with a null
-        raise PluginError(f"'{named}' cannot be looked up") from error
-    if not inside:
-        hint = "plugins lie in the station's folder, or in one below"
-        raise PluginError(f"'{named}' leads out of this file's folder", hint=hint)
-    return path
 
 
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:

@@ -71,7 +71,7 @@ class _LanguageSchema(SettingsSchema):
 
     def __init__(self, registry: Registry) -> None:
         super().__init__()
-        self._registry = registry
+        self._registry = registry.with_all_settings()
 
     def model_schema(self, schema: ModelSchema) -> Schema:
         """Return the schema of a model, with the plugins that may stand in it."""
@@ -118,11 +118,11 @@ class _LanguageSchema(SettingsSchema):
         return {"if": named, "then": then}
 
     def _settings(self, record: PluginRecord) -> Schema:
-        return self.generate_inner(record.settings.__pydantic_core_schema__)
+        return self.generate_inner(record.settings_model.__pydantic_core_schema__)
 
 
 def _needs_settings(record: PluginRecord) -> bool:
-    return any(field.is_required() for field in record.settings.model_fields.values())
+    return any(field.is_required() for field in record.settings_model.model_fields.values())
 
 
 def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:

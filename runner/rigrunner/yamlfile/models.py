@@ -54,5 +54,7 @@ def _is_model(annotation: Any) -> bool:
 
 
 def _fields(annotation: Any) -> dict[str, Any]:
-    fields = unannotated(annotation).model_fields
+    model: type[BaseModel] = unannotated(annotation)
+    model.model_rebuild()  # one that holds itself, such as a sweep its steps, knows its fields then
+    fields = model.model_fields
     return {field.alias or name: field.annotation for name, field in fields.items()}

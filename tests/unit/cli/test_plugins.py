@@ -11,7 +11,7 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import FitRecord, OutlierRuleRecord
 from rigrunner.api.settings import Ratio, Settings, Torque
 from rigrunner.registry import DisabledPlugin, Plugin, Provider, Registry
-from rigrunner.workflow import planning
+from rigrunner.workflow import lab_plugins
 
 LAB = Provider("lab_plugins", "2.0")
 
@@ -41,7 +41,7 @@ def registry(monkeypatch):
         ),
     ]
     disabled = [DisabledPlugin(Provider("broken", "0.1"), "ImportError: no driver")]
-    monkeypatch.setattr(planning, "load_registry", lambda: Registry(records, disabled))
+    monkeypatch.setattr(lab_plugins, "load_registry", lambda: Registry(records, disabled))
 
 
 @pytest.mark.usefixtures("registry")

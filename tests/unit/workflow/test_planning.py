@@ -6,9 +6,10 @@ from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.station import parse_station
+from rigrunner.workflow.lab_plugins import lab_registry
 from rigrunner.workflow.labfolder import make_lab
 from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.planning import clock_for, lab_registry, planned_run
+from rigrunner.workflow.planning import clock_for, planned_run
 
 STATION = find_station("simulated").read_text(encoding="utf-8")
 REAL = "devices:\n  balance: {type: balance, plugin: real_balance}\n"

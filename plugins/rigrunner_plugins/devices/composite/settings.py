@@ -72,7 +72,7 @@ class CompositeSettings(MadeOfOthers):
     drives: dict[QuantityName, Place | DriveSource] = Field(default_factory=dict)
     """Each drive of the role, and which part's it is; parts are made safe in this order."""
 
-    clocks: ClockSettings = ClockSettings()
+    clocks: ClockSettings = Field(default_factory=ClockSettings)
     """How channels of several parts are recorded together."""
 
     def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:

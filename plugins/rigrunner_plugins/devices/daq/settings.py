@@ -160,7 +160,7 @@ class DaqSettings(Settings):
     """What is recorded."""
     drives: dict[QuantityName, Output] = Field(default_factory=dict)
     """What is set, in the order of making safe."""
-    expect: Expected = Expected()
+    expect: Expected = Field(default_factory=Expected)
     """Which device is refused."""
     sample_clock: Annotated[str, Field(pattern=r"^/[^\s]+$")] | None = None
     """The terminal whose edges counters follow; left out, the analogue inputs' own, such as

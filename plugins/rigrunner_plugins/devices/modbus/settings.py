@@ -215,7 +215,7 @@ class ModbusSettings(SimulableSettings):
     """How often a request is repeated that was not answered."""
     group_reads: YesNo = True
     """Whether neighbouring registers are read together."""
-    identification: Identification = Identification()
+    identification: Identification = Field(default_factory=Identification)
     watchdog: Watchdog | None = None
     fault: Fault | None = None
     """Told when a drive does not arrive."""

@@ -162,7 +162,7 @@ class OpcUaSettings(Settings):
     """Left out, the channel is neither signed nor encrypted."""
     user: User | None = None
     """Left out, nobody logs in."""
-    identification: IdentityNodes = IdentityNodes()
+    identification: IdentityNodes = Field(default_factory=IdentityNodes)
     """Who must answer."""
     check_units: YesNo = True
     """Whether a node's EngineeringUnits, where it has them, must be the unit that is said here."""

@@ -38,6 +38,6 @@ class ReplaySettings(Settings):
     rate: Annotated[Frequency, Field(gt=0, description="samples per second and channel")]
     channels: Annotated[dict[QuantityName, ColumnSettings], Field(min_length=1)]
     """Name of each channel to where its samples are."""
-    table: TableSettings = TableSettings()
+    table: TableSettings = Field(default_factory=TableSettings)
     max_frequency: Frequency = quantity("35 Hz", "highest frequency that can be set", gt=0)
     max_load: Force = quantity("3 kN", "highest load that can be set", gt=0)

@@ -68,8 +68,8 @@ class RotationTesterSettings(Settings):
     max_start_frequency: Frequency = quantity("5 rpm", "fastest start that can be set", gt=0)
     fixture_friction: Torque = quantity("4 mN·m", "of the bench's own supports", ge=0)
     inertia: MomentOfInertia = quantity("0.0005 kg·m²", "behind the transducer", ge=0)
-    bearing: BenchBearingSettings = BenchBearingSettings()
-    sensors: BenchSensorSettings = BenchSensorSettings()
+    bearing: BenchBearingSettings = Field(default_factory=BenchBearingSettings)
+    sensors: BenchSensorSettings = Field(default_factory=BenchSensorSettings)
 
     def parameters(self) -> BenchParameters:
         """Return the bench in SI units."""

@@ -26,7 +26,7 @@ class SerialAsciiSettings(SimulableSettings):
 
     port: PortName
     """/dev/ttyUSB0, or COM3; on Linux better by its name under /dev/serial/by-id."""
-    serial: SerialLine = SerialLine()
+    serial: SerialLine = Field(default_factory=SerialLine)
     """How both ends have to be set."""
     termination: Termination
     """What ends a line: CRLF, LF, CR, ETX, ..."""

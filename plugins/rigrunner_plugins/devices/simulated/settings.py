@@ -65,7 +65,7 @@ class TesterSettings(Settings):
     frequency_error: Ratio = quantity(
         "0 %", "by which the true frequency is above the one that was set", gt=-1, lt=1
     )
-    sensors: SensorSettings = SensorSettings()
+    sensors: SensorSettings = Field(default_factory=SensorSettings)
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:

@@ -56,9 +56,9 @@ class BearingElementSettings(Settings):
 class SwingTesterOdeSettings(TesterSettings):
     """The time-domain rig; the defaults resemble the rig of the paper with ordinary sensors."""
 
-    shaft: ShaftSettings = ShaftSettings()
-    support: SupportElementSettings = SupportElementSettings()
-    bearing: BearingElementSettings = BearingElementSettings()
+    shaft: ShaftSettings = Field(default_factory=ShaftSettings)
+    support: SupportElementSettings = Field(default_factory=SupportElementSettings)
+    bearing: BearingElementSettings = Field(default_factory=BearingElementSettings)
 
     def parameters(self) -> OdeParameters:
         """Return the rig in SI units."""

@@ -61,9 +61,9 @@ class BearingSettings(Settings):
 class SwingTesterSimSettings(TesterSettings):
     """The closed-form rig; the defaults are the rig of the paper with ordinary sensors."""
 
-    drive_line: DriveLineSettings = DriveLineSettings()
-    support: SupportSettings = SupportSettings()
-    bearing: BearingSettings = BearingSettings()
+    drive_line: DriveLineSettings = Field(default_factory=DriveLineSettings)
+    support: SupportSettings = Field(default_factory=SupportSettings)
+    bearing: BearingSettings = Field(default_factory=BearingSettings)
 
     def parameters(self) -> RigParameters:
         """Return the rig in SI units."""

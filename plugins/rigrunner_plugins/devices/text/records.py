@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner_plugins.devices.pymeasure import trial as of_pymeasure
-from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
 from rigrunner_plugins.devices.serial_ascii import trial as of_serial_ascii
-from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 from rigrunner_plugins.devices.visa import trial as of_visa
-from rigrunner_plugins.devices.visa.settings import VisaSettings
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner_plugins.devices.pymeasure.settings import PyMeasureSettings
+    from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
+    from rigrunner_plugins.devices.visa.settings import VisaSettings
 
 
 def _visa(settings: VisaSettings, context: DeviceContext) -> Device:
@@ -42,7 +42,7 @@ TEXT_DEVICES = (
     DeviceRecord(
         name="visa",
         help="Instrument that talks SCPI or other ASCII, over a socket, serial line, GPIB, USB",
-        settings=VisaSettings,
+        settings="rigrunner_plugins.devices.visa.settings:VisaSettings",
         factory=_visa,
         wired=True,
         trial=of_visa.TRIAL,
@@ -51,7 +51,7 @@ TEXT_DEVICES = (
     DeviceRecord(
         name="serial_ascii",
         help="Load cell, torque transducer or balance that sends lines over a serial port",
-        settings=SerialAsciiSettings,
+        settings="rigrunner_plugins.devices.serial_ascii.settings:SerialAsciiSettings",
         factory=_serial_ascii,
         wired=True,
         trial=of_serial_ascii.TRIAL,
@@ -60,7 +60,7 @@ TEXT_DEVICES = (
     DeviceRecord(
         name="pymeasure",
         help="Instrument for which PyMeasure has a driver: its properties as channels and drives",
-        settings=PyMeasureSettings,
+        settings="rigrunner_plugins.devices.pymeasure.settings:PyMeasureSettings",
         factory=_pymeasure,
         wired=True,
         trial=of_pymeasure.TRIAL,

@@ -147,7 +147,7 @@ class VisaSettings(SimulableSettings):
     """How long an answer is waited for."""
     pause: Annotated[Duration, Field(ge=0)] = 0.0
     """How long the instrument is left alone before each message."""
-    serial: SerialLine = SerialLine()
+    serial: SerialLine = Field(default_factory=SerialLine)
     """Of a serial line (ASRL) alone."""
     identification: Identification | None = None
     """Who has to answer; left out, nobody is asked."""

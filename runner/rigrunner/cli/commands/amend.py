@@ -52,7 +52,7 @@ def command(
     """
     from rigrunner.clock import WallClock
     from rigrunner.workflow.amend import AmendRequest, amend
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
 
     request = AmendRequest(
         letterhead=letterhead,

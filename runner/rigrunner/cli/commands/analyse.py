@@ -53,7 +53,7 @@ def command(
     from rigrunner.analysis.document import document
     from rigrunner.cli.progress import shown_progress
     from rigrunner.workflow.finish import verdict_code
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.stored import analyse_run
 
     other = None if no_load is None else find_run(no_load, runs)

@@ -60,8 +60,8 @@ def command(
     from rigrunner.certificate.order import Order, read_order
     from rigrunner.clock import WallClock
     from rigrunner.workflow.certify import Request, certify
+    from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.locate import find_run
-    from rigrunner.workflow.planning import lab_registry
 
     request = Request(
         letterhead=letterhead,

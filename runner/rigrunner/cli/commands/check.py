@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from rigrunner.cli.completing import stations
+from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import procedure_argument
 from rigrunner.cli.output import result
-from rigrunner.cli.progress import clock_text
 from rigrunner.workflow.locate import find_procedure, find_station
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @click.command(name="check")
@@ -19,22 +24,30 @@ def command(procedure: str, station: str | None) -> None:
 
     Every problem is shown with its file, line and column.
     """
-    from rigrunner.plan import check_limits
-    from rigrunner.procedure import load_procedure
+    path = find_procedure(procedure)
+    if station is None:
+        _check_alone(path)
+    else:
+        _check_on(path, station)
+
+
+def _check_alone(path: Path) -> None:
+    from rigrunner.procedure import check_measurands, load_procedure
     from rigrunner.registry import load_registry
     from rigrunner.workflow.approval import approval_state
+
+    loaded = load_procedure(path)
+    check_measurands(loaded, load_registry())
+    result(
+        f"{path}: {loaded.model.id} is valid; with --station its plugins and limits are checked too"
+        f"\n{approval_state(loaded).sentence()}"
+    )
+
+
+def _check_on(path: Path, station: str) -> None:
     from rigrunner.workflow.overrides import require_overridden
     from rigrunner.workflow.planning import planned_run
 
-    path = find_procedure(procedure)
-    if station is None:
-        loaded = load_procedure(path)
-        check_limits(loaded, None, load_registry())
-        result(
-            f"{path}: {loaded.model.id} is valid; with --station its plugins and limits are"
-            f" checked too\n{approval_state(loaded).sentence()}"
-        )
-        return
     planned = planned_run(path, find_station(station))
     require_overridden(planned, ())
     steps, seconds = planned.plan.steps, planned.plan.estimated_s

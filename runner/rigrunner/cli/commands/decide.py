@@ -66,7 +66,7 @@ def command(
     from rigrunner.clock import WallClock
     from rigrunner.workflow.decisions import Decider, decide_again
     from rigrunner.workflow.finish import verdict_code
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
 
     if (file is None) == (rule is None):
         raise UsageError("give --acceptance FILE or --rule RULE, one of them")

@@ -32,10 +32,12 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
     The exit code is 1 if something that is needed does not work.
     """
     from rigrunner.workflow.doctor import Surroundings, examine
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
 
     named = find_station(station) if station is not None else None
-    surroundings = Surroundings(runs, lab_registry(station), datetime.now(UTC), named)
+    surroundings = Surroundings(
+        runs, lab_registry(station).with_all_settings(), datetime.now(UTC), named
+    )
     findings = examine(surroundings)
     if as_json:
         result_json([asdict(finding) for finding in findings])

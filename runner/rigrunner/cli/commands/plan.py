@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.progress import clock_text
 from rigrunner.cli.table import pairs, table
 from rigrunner.workflow.locate import find_procedure, find_station
 

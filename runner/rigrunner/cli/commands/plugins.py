@@ -14,9 +14,7 @@ from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs
 from rigrunner.registry import HOOK_OF_KIND, Plugin, Registry
-from rigrunner.workflow.fields import all_fields
-from rigrunner.workflow.planning import lab_registry
-from rigrunner.workflow.settings_schema import settings_schema
+from rigrunner.workflow.lab_plugins import lab_registry
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,6 +34,8 @@ def command(name: str | None, station: str | None, *, as_json: bool) -> None:
     With the NAME of a plugin, show its settings as they may stand in YAML.
     """
     registry = lab_registry(station)
+    if as_json:
+        registry = registry.with_all_settings()
     plugins = [plugin for plugin in registry.plugins if name in (None, plugin.record.name)]
     if name is not None and not plugins:
         raise _unknown(registry, name)
@@ -65,7 +65,9 @@ def _listing(registry: Registry) -> Iterator[str]:
 
 def _details(plugin: Plugin) -> str:
     head = f"{_words(plugin.kind)} '{plugin.record.name}' of {_provider(plugin)}"
-    settings = [_setting(name, field) for name, field in all_fields(plugin.record.settings)]
+    from rigrunner.workflow.fields import all_fields
+
+    settings = [_setting(name, field) for name, field in all_fields(plugin.record.settings_model)]
     return "\n".join([head, plugin.record.help, "", *(settings or ["  nothing to set"])])
 
 
@@ -92,6 +94,9 @@ def _yaml(value: Any) -> str:
 
 
 def _document(plugin: Plugin) -> dict[str, Any]:
+    from rigrunner.workflow.fields import all_fields
+    from rigrunner.workflow.settings_schema import settings_schema
+
     record = plugin.record
     return {
         "kind": plugin.kind,
@@ -99,8 +104,10 @@ def _document(plugin: Plugin) -> dict[str, Any]:
         "help": record.help,
         "provider": plugin.provider.name,
         "version": plugin.provider.version,
-        "parameters": [_parameter(name, field) for name, field in all_fields(record.settings)],
-        "settings": settings_schema(record.settings),
+        "parameters": [
+            _parameter(name, field) for name, field in all_fields(record.settings_model)
+        ],
+        "settings": settings_schema(record.settings_model),
     }
 
 

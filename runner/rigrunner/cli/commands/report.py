@@ -33,7 +33,7 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
     The same run gives the same bytes; the path of the report is printed.
     """
     from rigrunner.cli.progress import shown_progress
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.report import DEFAULT_FORMAT, write_report
 
     folder = find_run(run, runs)

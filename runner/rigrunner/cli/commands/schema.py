@@ -24,7 +24,7 @@ def command(language: str, station: str | None) -> None:
 
     Those of procedures, stations and imports know the installed plugins: editors check with them.
     """
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.schema import certificate_schema, language_schema
 
     if language == "certificate":

@@ -62,7 +62,7 @@ def command(
     Says what was checked and held, or what differs and where, and ends with 1 if anything does. The
     run of a certificate is looked for beside it and among the runs.
     """
-    from rigrunner.workflow.planning import lab_registry
+    from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.verify import verify_run
     from rigrunner.workflow.verify_certificate import Means, verify_certificate
 

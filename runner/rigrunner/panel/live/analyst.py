@@ -18,7 +18,7 @@ from rigrunner.panel.view.sections import LiveView
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.station import load_station
-from rigrunner.workflow.prepare import with_lab_plugins
+from rigrunner.workflow.lab_plugins import with_lab_plugins
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -52,7 +52,7 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
         subject.simulated or not identity.simulated,
         "its identity says that it is simulated, and its record does not",
     )
-    invents = isinstance(device, KnowsTruth) or "seed" in subject.record.settings.model_fields
+    invents = isinstance(device, KnowsTruth) or "seed" in subject.record.settings_model.model_fields
     demand(
         identity.simulated or not (subject.simulated and invents),
         "it makes its samples up, and its identity does not say that it is simulated",

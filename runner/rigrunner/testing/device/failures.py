@@ -73,7 +73,7 @@ def nonsense(answer: Any) -> Any:
 def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
     """What says that it is wired exchanges nothing past the wire: what it does is seen there."""
     applies(subject.record.wired, "its record does not say that it is wired")
-    made_of_others = issubclass(subject.record.settings, MadeOfOthers)
+    made_of_others = issubclass(subject.record.settings_model, MadeOfOthers)
     applies(not made_of_others, "the exchanges are those of the devices that it is made of")
     wire = FaultyWire()
     with subject.connected(wire=wire) as device:

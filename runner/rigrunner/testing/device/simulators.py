@@ -43,7 +43,7 @@ def same_seed_same_samples(subject: DeviceSubject) -> None:
 @check(moves=True, mend="seed the generator with the settings' `seed`")
 def other_seed_other_samples(subject: DeviceSubject) -> None:
     """A simulator with another seed gives other samples."""
-    model = subject.record.settings
+    model = subject.record.settings_model
     applies(subject.simulated, "it is not simulated")
     applies("seed" in model.model_fields, "its settings have no `seed`")
     applies(not issubclass(model, MadeOfOthers), "the samples are those of what it wraps")

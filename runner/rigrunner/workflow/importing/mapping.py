@@ -176,7 +176,7 @@ class ImportMapping(Settings):
     """When it ended; left out, with the last recording."""
     inputs: dict[Name, Text] = Field(default_factory=dict)
     """Answers to what the procedure asks."""
-    sampling: Sampling = Sampling()
+    sampling: Sampling = Field(default_factory=Sampling)
     channels: Annotated[dict[Member, ColumnSpec], Field(min_length=1)]
     """Where the samples of each channel are, by role.channel."""
     zeros: dict[Member, ZeroSpec] = Field(default_factory=dict)

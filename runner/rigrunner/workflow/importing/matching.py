@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import Quantity, unit
 from rigrunner.plan.actions import Ask, Measure, Record, Zero
-from rigrunner.plan.problems import Problems, suggestion
 from rigrunner.procedure.answers import AnswerError
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

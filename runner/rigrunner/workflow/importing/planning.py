@@ -88,7 +88,7 @@ def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str
     name = mapping.model.format.name
     try:
         found = registry.find(IMPORTER, name)
-        validate(found.record.settings, mapping.document, ("format", name))
+        validate(found.record.settings_model, mapping.document, ("format", name))
         importer = registry.make(IMPORTER, name, mapping.model.format.settings)
     except InvalidFileError:
         raise

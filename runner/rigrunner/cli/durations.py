@@ -1,0 +1,12 @@
+"""Durations in the words of a person."""
+
+from __future__ import annotations
+
+
+def clock_text(seconds: float) -> str:
+    """Return a duration as a person says it: '45 s', '3 min 05 s', '2 h 10 min'."""
+    minutes, left_s = divmod(round(seconds), 60)
+    hours, left_min = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {left_min:02d} min"
+    return f"{minutes} min {left_s:02d} s" if minutes else f"{left_s} s"
