@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+# The matrices are small: several threads of BLAS only spin, here and in what the tests start.
+# numpy reads it once it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from helpers_cli import Called, call
 
@@ -31,6 +36,11 @@ def pytest_configure() -> None:
 def pytest_collection_modifyitems(items) -> None:
     """Begin with the tests that wait in real time: other workers run the rest meanwhile."""
     items.sort(key=lambda item: item.get_closest_marker("in_real_time") is None)
+
+
+def pytest_collection_finish() -> None:
+    """Take what collecting made, which stays to the end, out of what garbage is looked for in."""
+    gc.freeze()
 
 
 @dataclass(frozen=True)
