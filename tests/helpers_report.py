@@ -243,7 +243,7 @@ def compensations(points):
             "starting torque as the difference of raw peaks (Eq. 2 of the paper)",
             tuple(
                 compensated(point, error, traced=False)
-                for point, error in zip(points, PAPER_ERRORS, strict=True)
+                for point, error in zip(points, np.resize(PAPER_ERRORS, len(points)), strict=True)
             ),
             notes=("Assumes that the loaded and the no-load peak fall at the same phase.",),
         ),
@@ -251,7 +251,9 @@ def compensations(points):
             "load-induced starting torque",
             tuple(
                 compensated(point, error)
-                for point, error in zip(points, TEMPLATE_ERRORS, strict=True)
+                for point, error in zip(
+                    points, np.resize(TEMPLATE_ERRORS, len(points)), strict=True
+                )
             ),
             parameters={
                 "J": Estimate(J_KGM2, 4e-6, 40.0, "kg·m²"),
@@ -322,6 +324,39 @@ def loaded_result(**changes):
         },
     )
     return replace(result, **changes)
+
+
+def long_result(*, points, cycles, rejected):
+    """Return the result of a run of so many set-points, each of so many cycles and rejections."""
+    loaded, no_load = (
+        tuple(
+            _longer(swing_point(float(frequency), load_n, outlier=7), cycles, rejected)
+            for frequency in np.linspace(1, 35, points)
+        )
+        for load_n in (1000.0, 0.0)
+    )
+    return loaded_result(
+        loaded=loaded, no_load=no_load, fits=fits(no_load), compensations=compensations(loaded)
+    )
+
+
+def _longer(point, cycles, rejected):
+    rng = np.random.default_rng(cycles)
+    kept = np.ones(cycles, bool)
+    kept[rng.permutation(cycles)[:rejected]] = False
+    found = tuple(
+        replace(point.peak_rejections[0], index=int(index), statistic=3 + rng.random())
+        for index in np.flatnonzero(~kept)
+    )
+    return replace(
+        point,
+        torque_nm=np.broadcast_to(point.torque_nm[:1], (cycles, PHASES)),
+        kept=kept,
+        waveform_rejections=found,
+        peak_nm=np.resize(point.peak_nm, cycles) + rng.normal(0, 0.02, cycles),
+        peak_kept=kept,
+        peak_rejections=found,
+    )
 
 
 def no_load_result(**changes):

@@ -113,7 +113,7 @@ def make_page(report: ReportInput) -> Page:
         validation=validation(result),
         checks=check_rows(result),
         rejections=rejections(result),
-        events=report.events,
+        events=run.shown_events(report.events),
         notes=result.notes,
         instruments=instruments(result.run),
         settings=run.settings(result),

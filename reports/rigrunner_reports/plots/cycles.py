@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
+from rigrunner_reports.plots.extremes import extremes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,11 +17,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import Mask
+    from rigrunner.api.data import Array, Mask
 
 MILLI = 1e3
 FILLED = 0.8
 """Of the room of a set-point, what its cycles take."""
+MOST_LABELS, MOST_SAID = 16, 60
+"""Set-points that are named under a panel, and in the text that stands for it."""
+LOOKS: dict[str, tuple[int, dict[str, Any]]] = {
+    "peak kept": (700, {"marker": "o", "color": BLUE, "markersize": 2.6}),
+    "peak rejected": (150, {"marker": "x", "color": VERMILION, "markersize": 6}),
+    "swing rejected": (
+        150,
+        {"marker": "s", "color": INK, "markersize": 7, "markerfacecolor": "none"},
+    ),
+}
+"""How many marks a panel has at most of each kind: no eye tells more apart; and their look."""
+THINNED = (
+    " Of more swings than can be told apart, the least and the greatest peak of equal stretches of "
+    "time are drawn."
+)
 
 
 def cycle_values(runs: Sequence[tuple[str, Sequence[PeakPoint]]]) -> Plot:
@@ -36,7 +52,8 @@ def cycle_values(runs: Sequence[tuple[str, Sequence[PeakPoint]]]) -> Plot:
     return Plot(
         caption="Raw peak of every swing, less the mean of the kept ones, in the order of time "
         "within each set-point. A cross is a peak that the outlier rule rejected; a square is a "
-        "swing whose whole shape it rejected, which waveform methods leave out.",
+        "swing whose whole shape it rejected, which waveform methods leave out."
+        + (THINNED if any(_cycles(points) > LOOKS["peak kept"][0] for _, points in runs) else ""),
         alt=" ".join(_alt(title, points) for title, points in runs),
         svg=draw(paint, 0.5 + 1.9 * len(runs)),
     )
@@ -47,23 +64,17 @@ def _panel(axes: Axes, title: str, points: Sequence[PeakPoint]) -> None:
     x, y = (np.concatenate(each) for each in zip(*series, strict=True))
     kept = np.concatenate([point.peak_kept for point in points])
     whole = np.concatenate([_kept_swings(point) for point in points])
-    _dots(axes, x[kept], y[kept], "peak kept", marker="o", color=BLUE, markersize=2.6)
-    _dots(axes, x[~kept], y[~kept], "peak rejected", marker="x", color=VERMILION, markersize=6)
-    _dots(
-        axes, x[~whole], y[~whole], "swing rejected",
-        marker="s", color=INK, markersize=7, markerfacecolor="none",
-    )  # fmt: skip
+    for which, (label, (most, look)) in zip((kept, ~kept, ~whole), LOOKS.items(), strict=True):
+        shown = np.flatnonzero(which)[extremes(y[which], most=most)]
+        axes.plot(x[shown], y[shown], label=label, linestyle="", **look)
     axes.axhline(0, color=GREY, linewidth=0.6)
     axes.set(title=title, ylabel="peak - mean / mN·m".replace("-", "\N{MINUS SIGN}"))
-    axes.set_xticks(range(len(points)), [f"{p.set_frequency_hz:g} Hz" for p in points])
+    named = range(0, len(points), -(-len(points) // MOST_LABELS))
+    axes.set_xticks(named, [f"{points[place].set_frequency_hz:g} Hz" for place in named])
     axes.grid(visible=False, axis="x")
 
 
-def _dots(axes: Axes, x: object, y: object, label: str, **look: object) -> None:
-    axes.plot(x, y, label=label, linestyle="", **look)  # type: ignore[arg-type]  # passed through
-
-
-def _series(place: int, point: PeakPoint) -> tuple[object, object]:
+def _series(place: int, point: PeakPoint) -> tuple[Array, Array]:
     offset = (np.arange(point.cycles) + 0.5) / point.cycles - 0.5
     mean = point.peak_nm[point.peak_kept].mean()
     return place + FILLED * offset, MILLI * (point.peak_nm - mean)
@@ -74,9 +85,20 @@ def _kept_swings(point: PeakPoint) -> Mask:
     return point.kept if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
 
 
+def _cycles(points: Sequence[PeakPoint]) -> int:
+    return sum(point.cycles for point in points)
+
+
 def _alt(title: str, points: Sequence[PeakPoint]) -> str:
+    said = points
+    if len(points) > MOST_SAID:
+        kept = sum(int(point.peak_kept.sum()) for point in points)
+        title += f", peaks kept: {kept} of {_cycles(points)}; the most were rejected at"
+        said = sorted(points, key=lambda point: point.peak_kept.mean())[:MOST_LABELS]
+    else:
+        title += ", peaks kept:"
     counts = ", ".join(
         f"{point.set_frequency_hz:g} Hz {int(point.peak_kept.sum())} of {point.cycles}"
-        for point in points
+        for point in said
     )
-    return f"{title}, peaks kept: {counts}."
+    return f"{title} {counts}."

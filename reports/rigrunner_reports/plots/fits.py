@@ -10,6 +10,7 @@ import numpy as np
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_reports.numbers import fixed, with_sign
 from rigrunner_reports.plots.canvas import INK, OTHERS, PRIMARY, Plot, draw
+from rigrunner_reports.plots.extremes import MOST_POINTS, THINNED, extremes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
     from rigrunner.api.results import FittedTorque
     from rigrunner_reports.plots.canvas import Line
+    from rigrunner_reports.plots.extremes import Places
 
 SAMPLES = 120
 MILLI = 1e3
@@ -31,26 +33,28 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Plot:
     """Return the figure of the fits, all of the same points; at least one must have a curve."""
     curves = [(fit.name, fit.curve) for fit in fits if fit.curve is not None]
     points = fits[0].points
+    shown = extremes(points.y, *(curve.residuals for _, curve in curves), most=MOST_POINTS)
 
     def paint(figure: Figure) -> None:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1.25))
-        _peaks(upper, points)
+        _peaks(upper, points, shown)
         for (name, curve), line in zip(curves, (PRIMARY, *OTHERS), strict=False):
             _curve(upper, name, curve, line)
-            _residuals(lower, curve, points, line)
+            _residuals(lower, curve, points, shown, line)
         upper.set(ylabel="no-load peak / N·m", title="Peaks and fits")
         upper.legend(loc="upper left")
         lower.axhline(0, color=INK, linewidth=0.6)
         lower.set(xlabel="frequency / Hz", ylabel="residual / mN·m", title="Peaks minus fit")
         lower.set_xlim(left=0)
 
-    return Plot(caption=_caption(), alt=_alt(points, curves), svg=draw(paint, 4.1))
+    caption = _caption() + (THINNED if len(shown) < len(points.x) else "")
+    return Plot(caption=caption, alt=_alt(points, curves, shown), svg=draw(paint, 4.1))
 
 
-def _peaks(axes: Axes, points: Points) -> None:
+def _peaks(axes: Axes, points: Points, shown: Places) -> None:
     axes.plot(
-        points.x,
-        points.y,
+        points.x[shown],
+        points.y[shown],
         label="mean peak of the kept swings",
         color=INK,
         linestyle="",
@@ -67,13 +71,13 @@ def _curve(axes: Axes, name: str, curve: Curve, line: Line) -> None:
     _band(axes, x, value, u * _factor(curve), line)
 
 
-def _residuals(axes: Axes, curve: Curve, points: Points, line: Line) -> None:
+def _residuals(axes: Axes, curve: Curve, points: Points, shown: Places, line: Line) -> None:
     x = np.linspace(*curve.valid_x, SAMPLES)
     _, u = curve.predict(x)
     _band(axes, x, np.zeros(SAMPLES), MILLI * u * _factor(curve), line)
     axes.plot(
-        points.x,
-        MILLI * curve.residuals,
+        points.x[shown],
+        MILLI * curve.residuals[shown],
         color=line.color,
         linestyle=line.linestyle,
         linewidth=0.9,
@@ -105,11 +109,12 @@ def _caption() -> str:
     )
 
 
-def _alt(points: Points, curves: Sequence[tuple[str, Curve]]) -> str:
-    peaks = ", ".join(f"{x:.4g} Hz {fixed(y, 3)}" for x, y in zip(points.x, points.y, strict=True))
+def _alt(points: Points, curves: Sequence[tuple[str, Curve]], shown: Places) -> str:
+    drawn = zip(points.x[shown], points.y[shown], strict=True)
+    peaks = ", ".join(f"{x:.4g} Hz {fixed(y, 3)}" for x, y in drawn)
     left = " ".join(
         f"Residuals of {name} in mN·m: "
-        + ", ".join(with_sign(MILLI * each, 0) for each in curve.residuals)
+        + ", ".join(with_sign(MILLI * each, 0) for each in curve.residuals[shown])
         + "."
         for name, curve in curves
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from rigrunner.signal.coverage import expanded
 from rigrunner_reports.numbers import fixed, stated
 from rigrunner_reports.plots.canvas import INK, PRIMARY, RAW, Line, Plot, draw, line_of
+from rigrunner_reports.plots.extremes import MOST_POINTS, THINNED, extremes
 from rigrunner_reports.view.points import by_frequency
 
 if TYPE_CHECKING:
@@ -31,14 +32,30 @@ DODGE_HZ = 0.25
 
 def over_frequency(result: Result, points: Sequence[SetPoint]) -> Plot:
     """Return the figure of raw and compensated torque, with truth and limit where there are any."""
-    ordered = by_frequency(points)
+    ordered = _shown(result, by_frequency(points))
 
     def paint(figure: Figure) -> None:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
         _raw_and_compensated(left, result, ordered)
         _methods(right, result, ordered)
 
-    return Plot(caption=_caption(result, ordered), alt=_alt(result, ordered), svg=draw(paint, 3.3))
+    caption = _caption(result, ordered) + (THINNED if len(ordered) < len(points) else "")
+    return Plot(caption=caption, alt=_alt(result, ordered), svg=draw(paint, 3.3))
+
+
+def _shown(result: Result, points: Sequence[SetPoint]) -> list[SetPoint]:
+    """Return the set-points to draw: all, or of very many those where a torque is an extreme."""
+    raw = np.array([each.raw_peak_nm for each in points])
+    methods = [
+        np.array([_torque_nm(each, name) for each in points])
+        for name, method in result.compensations.items()
+        if method.points
+    ]
+    return [points[place] for place in extremes(raw, *methods, most=MOST_POINTS)]
+
+
+def _torque_nm(each: SetPoint, name: str) -> float:
+    return each.by_method[name].torque.value if name in each.by_method else nan
 
 
 def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:

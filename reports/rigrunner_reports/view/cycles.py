@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import SwingPoint
@@ -10,10 +11,16 @@ from rigrunner_reports.numbers import fixed, plain, significant
 from rigrunner_reports.view.frequency_table import are_starts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from rigrunner.api.analysis import PeakPoint, Rejection
     from rigrunner.api.results import Result
+
+    _Judged = tuple[str, PeakPoint, str, Rejection]
+
+
+MOST_ROWS = 200
+"""Of the table: a run of hours can have thousands of rejected cycles."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +39,11 @@ class RejectionRow:
 
 @dataclass(frozen=True)
 class RejectionTable:
-    """All rejections of a run and its no-load run, and how many cycles there were."""
+    """The rejections of a run and its no-load run, and how many cycles there were."""
 
     rows: tuple[RejectionRow, ...]
+    left_out: int
+    """How many more there were: those that were rejected by the least."""
     cycles: int
     spikes: int
     starts: bool = False
@@ -45,8 +54,11 @@ def rejections(result: Result) -> RejectionTable:
     """Return the table of rejected cycles."""
     runs = named_runs(result)
     points = [point for _, run in runs for point in run]
+    found = [each for name, run in runs for point in run for each in _judged(name, point)]
+    shown = _clearest(found)
     return RejectionTable(
-        rows=tuple(row for name, run in runs for point in run for row in _rows(name, point)),
+        rows=tuple(_row(*each) for each in shown),
+        left_out=len(found) - len(shown),
         cycles=sum(point.cycles for point in points),
         spikes=sum(point.spikes for point in points),
         starts=are_starts(result),
@@ -59,23 +71,29 @@ def named_runs(result: Result) -> list[tuple[str, tuple[PeakPoint, ...]]]:
     return [(name, points) for name, points in runs if points]
 
 
-def _rows(run: str, point: PeakPoint) -> Iterator[RejectionRow]:
-    yield from _judged(run, point, "raw peak", point.peak_rejections)
+def _judged(run: str, point: PeakPoint) -> Iterator[_Judged]:
+    for each in point.peak_rejections:
+        yield run, point, "raw peak", each
     if isinstance(point, SwingPoint):
-        yield from _judged(run, point, "shape of the swing", point.waveform_rejections)
+        for each in point.waveform_rejections:
+            yield run, point, "shape of the swing", each
 
 
-def _judged(
-    run: str, point: PeakPoint, judged_by: str, found: Sequence[Rejection]
-) -> Iterator[RejectionRow]:
-    for each in found:
-        yield RejectionRow(
-            run=run,
-            frequency=plain(point.set_frequency_hz),
-            cycle=str(each.index),
-            judged_by=judged_by,
-            value=fixed(each.value, 4),
-            rule=each.rule,
-            statistic=significant(each.statistic),
-            critical=significant(each.critical),
-        )
+def _clearest(found: list[_Judged]) -> list[_Judged]:
+    """Return the rejections that are farthest beyond their critical values, in their order."""
+    excess = [each.statistic / each.critical if each.critical else inf for *_, each in found]
+    places = sorted(range(len(found)), key=excess.__getitem__, reverse=True)[:MOST_ROWS]
+    return [found[place] for place in sorted(places)]
+
+
+def _row(run: str, point: PeakPoint, judged_by: str, each: Rejection) -> RejectionRow:
+    return RejectionRow(
+        run=run,
+        frequency=plain(point.set_frequency_hz),
+        cycle=str(each.index),
+        judged_by=judged_by,
+        value=fixed(each.value, 4),
+        rule=each.rule,
+        statistic=significant(each.statistic),
+        critical=significant(each.critical),
+    )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from rigrunner.api.results import REPLAYED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner.api.data import RunData
     from rigrunner.api.results import Result
@@ -18,6 +19,9 @@ APPROVED = "approved"
 OVERRIDE = "override"
 STEP = " \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK} "
 """Between the parts of a setting's path."""
+
+FIRST, LAST = 200, 100
+"""Of very many events, so many are shown; the run's log has all."""
 
 Facts = tuple[tuple[str, str], ...]
 
@@ -47,6 +51,19 @@ def warnings(result: Result) -> tuple[str, ...]:
         for name, run in runs
         if run is not None and run.outcome != COMPLETED
     )
+
+
+def shown_events(events: Sequence[Mapping[str, str]]) -> tuple[Mapping[str, str], ...]:
+    """Return the events to show: all, or the first and the last, and how many were between."""
+    between = events[FIRST:-LAST]
+    if not between:
+        return tuple(events)
+    kinds = ", ".join(
+        f"{count} of kind '{kind}'"
+        for kind, count in Counter(each["kind"] for each in between).items()
+    )
+    gap = {"utc": "", "kind": "more", "text": f"{len(between)} more: {kinds}; run.log has all"}
+    return (*events[:FIRST], gap, *events[-LAST:])
 
 
 def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:

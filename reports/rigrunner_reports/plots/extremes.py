@@ -1,0 +1,47 @@
+"""Which of many values a figure draws, so that its size does not grow with the run."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array
+
+Places = NDArray[np.intp]
+MOST_POINTS = 100
+"""Of the set-points of a run, so many are drawn at most."""
+THINNED = (
+    " Of the many set-points, those of the least and the greatest values in equal stretches are "
+    "drawn; result.json has all."
+)
+
+
+def extremes(*series: Array, most: int) -> Places:
+    """Return the places, in order, of at most `most` values that show what all of them show.
+
+    `series` are of one length, shape (N,) each, and `most` is at least two for each. All places
+    where there are no more than `most`; else those of the least and the greatest value of each
+    series in each of equal stretches, by which no extreme is lost. A value that is not a number
+    is no extreme.
+    """
+    count = len(series[0])
+    if count <= most:
+        return np.arange(count)
+    edges = np.linspace(0, count, most // (2 * len(series)) + 1).astype(int)
+    found = {
+        start + place
+        for values in series
+        for start, end in pairwise(edges)
+        for place in _least_and_greatest(values[start:end])
+    }
+    return np.array(sorted(found), dtype=np.intp)
+
+
+def _least_and_greatest(values: Array) -> tuple[int, int]:
+    unknown = np.isnan(values)
+    least = np.argmin(np.where(unknown, np.inf, values))
+    return int(least), int(np.argmax(np.where(unknown, -np.inf, values)))

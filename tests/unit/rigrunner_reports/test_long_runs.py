@@ -1,0 +1,156 @@
+"""A report of a long run: its size is bounded, and no extreme is lost."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from helpers_report import loaded_result, long_result, report_input
+from rigrunner_reports.page import make_page
+from rigrunner_reports.plots import cycles
+from rigrunner_reports.plots.extremes import MOST_POINTS, THINNED, extremes
+from rigrunner_reports.render import html
+from rigrunner_reports.view.cycles import MOST_ROWS, rejections
+from rigrunner_reports.view.run import shown_events
+
+MOST_BYTES = 1_500_000
+EVENTS = tuple({"utc": f"{i}", "kind": "alarm", "text": f"no {i}"} for i in range(500))
+
+some_values = arrays(
+    float,
+    st.integers(1, 300),
+    elements=st.one_of(st.floats(allow_nan=False), st.sampled_from([0.0, 1.0])),
+)
+
+
+@given(values=some_values, most=st.integers(2, 80))
+def test_no_extreme_is_lost(values, most):
+    shown = extremes(values, most=most)
+    assert len(shown) <= most or len(shown) == len(values) <= most
+    assert list(shown) == sorted(set(shown))
+    assert values[shown].min() == values.min()
+    assert values[shown].max() == values.max()
+
+
+@given(values=some_values, most=st.integers(2, 80))
+def test_every_stretch_shows_its_own(values, most):
+    """Told the plain way: whatever equal part of the run one looks at, its extremes are there."""
+    shown = set(extremes(values, most=most))
+    parts = most // 2 if len(values) > most else len(values)
+    for part in range(parts):
+        start, end = (int(len(values) * (part + more) / parts) for more in (0, 1))
+        there = [values[place] for place in range(start, end) if place in shown]
+        assert (min(there), max(there)) == (values[start:end].min(), values[start:end].max())
+
+
+def test_few_values_are_all_shown():
+    assert list(extremes(np.zeros(7), most=7)) == list(range(7))
+    assert list(extremes(np.zeros(0), most=7)) == []
+
+
+def test_what_is_no_number_is_no_extreme():
+    values = np.array([np.nan, 3.0, np.nan, 1.0, 2.0, np.nan])
+    assert list(extremes(values, most=2)) == [1, 3]
+
+
+def test_each_of_several_series_keeps_its_extremes():
+    one, other = np.arange(100.0), np.zeros(100)
+    other[[37, 61]] = 5.0, -5.0
+    shown = extremes(one, other, most=4)
+    assert {0, 99, 37, 61} <= set(shown)
+
+
+@pytest.fixture(scope="module")
+def hours():
+    return long_result(points=12, cycles=4000, rejected=300)
+
+
+@pytest.fixture(scope="module")
+def many_set_points():
+    return long_result(points=400, cycles=10, rejected=1)
+
+
+def test_the_size_is_bounded_whatever_the_number_of_swings(hours):
+    twice = long_result(points=12, cycles=8000, rejected=600)
+    sizes = [len(html(report_input(each))) for each in (hours, twice)]
+    assert max(sizes) < MOST_BYTES
+    assert sizes[1] < 1.02 * sizes[0]
+
+
+def test_the_size_is_bounded_with_hundreds_of_set_points(many_set_points):
+    assert len(html(report_input(many_set_points))) < MOST_BYTES
+
+
+def test_one_far_peak_of_hours_is_drawn(hours):
+    point = hours.loaded[3]
+    peaks = point.peak_nm.copy()
+    peaks[np.flatnonzero(point.peak_kept)[1234]] += 50.0
+    heights = sorted(kept_marks((*hours.loaded[:3], replace(point, peak_nm=peaks))))
+    assert heights[1] - heights[0] > 50  # from the top of the page; all others lie far below
+
+
+def kept_marks(points):
+    """Return where the kept peaks are drawn, in points from the top; without the legend's."""
+    svg = cycles.cycle_values([("This run", points)]).svg
+    marker = re.search(rb'<path id="(m[0-9a-f]+)" d="M 0 1\.3', svg).group(1)
+    found = re.findall(rb'xlink:href="#%b" x="[-\d.]+" y="([-\d.]+)"' % marker, svg)
+    return [float(y) for y in found[:-1]]
+
+
+def test_the_caption_says_so_only_where_something_is_left_out(hours):
+    few, many = (cycles.cycle_values([("x", each.loaded)]) for each in (loaded_result(), hours))
+    assert [cycles.THINNED in each.caption for each in (few, many)] == [False, True]
+    assert few.caption == many.caption.removesuffix(cycles.THINNED)
+
+
+def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
+    page = make_page(report_input(many_set_points))
+    for plot in (page.figures.over_frequency, page.figures.fits):
+        assert plot.caption.endswith(THINNED)
+        assert plot.alt.count(" Hz ") <= MOST_POINTS * 5
+    assert len(page.table.rows) == 400
+    assert "peaks kept: 3600 of 4000" in page.figures.cycles.alt
+
+
+def test_the_clearest_rejections_are_listed_and_the_others_counted(hours):
+    table = rejections(hours)
+    every = [
+        each.statistic / each.critical
+        for run in (hours.loaded, hours.no_load)
+        for point in run
+        for each in (*point.peak_rejections, *point.waveform_rejections)
+    ]
+    assert len(table.rows) == MOST_ROWS
+    assert len(table.rows) + table.left_out == len(every)
+    listed = [float(row.statistic) / float(row.critical) for row in table.rows]
+    assert min(listed) >= sorted(every)[-MOST_ROWS] - 0.01
+
+
+def test_the_page_says_how_many_it_leaves_out(hours):
+    text = html(report_input(hours, events=EVENTS)).decode()
+    assert f"{rejections(hours).left_out} more were rejected" in text
+    assert "200 more: 200 of kind &#39;alarm&#39;; run.log has all" in text
+
+
+def test_a_rule_without_a_critical_value_is_no_error():
+    result = loaded_result()
+    point = next(each for each in result.loaded if each.peak_rejections)
+    rejection = replace(point.peak_rejections[0], critical=0.0)
+    point = replace(point, peak_rejections=(rejection,))
+    assert rejections(replace(result, loaded=(point,))).rows[0].critical == "0"
+
+
+@pytest.mark.parametrize(("count", "shown"), [(3, 3), (300, 300), (301, 301), (500, 301)])
+def test_of_very_many_events_the_first_and_the_last_are_shown(count, shown):
+    events = EVENTS[:count]
+    found = shown_events(events)
+    assert len(found) == shown
+    assert (found[0], found[-1]) == (events[0], events[-1])
+    gaps = [each["text"] for each in found if each["kind"] == "more"]
+    left = count - 300
+    expected = f"{left} more: {left} of kind 'alarm'; run.log has all"
+    assert gaps == ([expected] if left > 0 else [])
