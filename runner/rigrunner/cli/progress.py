@@ -89,7 +89,7 @@ class BarProgress:
     """One bar per run; time runs by the run's own clock, which may be a simulated one."""
 
     def __init__(self) -> None:
-        self._progress = _new_bar()
+        self._progress = new_bar()
         self._task: TaskID | None = None
         self._analyses: dict[str, TaskID] = {}
         self._began_s = 0.0
@@ -158,7 +158,8 @@ def _tell(event: Event) -> None:
             message(": ".join((f"{event.action} by {event.by}", *told)))
 
 
-def _new_bar() -> Progress:
+def new_bar() -> Progress:
+    """Return bars with what part is done, the time that is left, and words."""
     from rich.console import Console  # noqa: PLC0415  (heavy, and needed on a terminal alone)
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415
 

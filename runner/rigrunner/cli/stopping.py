@@ -111,13 +111,43 @@ class SignalStop:
             raise self.reason()
 
 
+class BatchStop(SignalStop):
+    """The token of what is no run: the first Ctrl-C sets it too, another one ends the program."""
+
+    def interrupt(self, _number: int, _frame: FrameType | None) -> None:
+        """Take a Ctrl-C."""
+        if self.is_set():
+            raise KeyboardInterrupt
+        _say("Stopping; what is done is kept. Ctrl-C ends at once.")
+        self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
+
+
 @contextmanager
 def stop_on_signals(*, attended: bool = False) -> Iterator[SignalStop]:
-    """Give a stop token that signals set, and put the former handlers back afterwards.
+    """Give the stop token of a run that signals set, and put the handlers back afterwards.
 
     `attended`: somebody is there to decide how a paused run goes on.
     """
-    stop = SignalStop(attended=attended)
+    with _handled(SignalStop(attended=attended)) as stop:
+        yield stop
+
+
+@contextmanager
+def batch_stop_on_signals() -> Iterator[SignalStop]:
+    """Give the stop token of a batch.
+
+    Where the batch ends by an AbortedError, that becomes the one of the signal, with its code.
+    """
+    with _handled(BatchStop()) as stop:
+        try:
+            yield stop
+        except AbortedError as error:
+            reason = stop.reason()
+            raise type(reason)(f"{reason.message}: {error.message}", hint=error.hint) from error
+
+
+@contextmanager
+def _handled(stop: SignalStop) -> Iterator[SignalStop]:
     former = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
     former[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
     try:

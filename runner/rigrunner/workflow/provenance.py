@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
-from importlib.metadata import version
+from importlib.metadata import entry_points, version
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from rigrunner.api.devices import Identity
     from rigrunner.registry import Registry
+
+PROJECT = "rigrunner"
+"""The package, and the group of the entry points of its plugins."""
 
 SIMULATED = " (simulated)"
 PACKAGES = ("numpy", "scipy", "h5py", "pydantic", "pyyaml", "pluggy")
@@ -28,6 +34,26 @@ def software(registry: Registry) -> dict[str, str]:
         **packages,
         "plugin providers": ", ".join(sorted(providers)),
     }
+
+
+def code_digest() -> str:
+    """Return what names the installed code of program and plugins, beyond its versions.
+
+    Of paths, sizes and times of its files: the same code elsewhere may have another digest.
+    """
+    found = hashlib.sha256()
+    for folder in sorted(_code_folders()):
+        for file in sorted(folder.rglob("*.py")):
+            facts = file.stat()
+            found.update(f"{file} {facts.st_size} {facts.st_mtime_ns}\n".encode())
+    return found.hexdigest()[:16]
+
+
+def _code_folders() -> Iterator[Path]:
+    names = {each.module.split(".")[0] for each in entry_points(group=PROJECT)} | {PROJECT}
+    for name in names:
+        spec = find_spec(name)
+        yield from map(Path, (spec and spec.submodule_search_locations) or ())
 
 
 def identities(found: Mapping[str, Identity]) -> dict[str, str]:

@@ -1,13 +1,16 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
 from rigrunner.cli.commands.study import diagnostics as module
 from rigrunner.cli.main import main
+from rigrunner.jobs import Cluster, Processes, usable_cores
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.diagnostics import tally
-from rigrunner.workflow.study.diagnostics_case import Case, Finding
+from rigrunner.workflow.study.diagnostics_case import Finding
 
 RIGS = [
     Finding(Case("swing_tester_sim", "", 1, 0), ("stroke",), ("stroke",), 0.004),
@@ -18,13 +21,15 @@ RIGS = [
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def asked(monkeypatch, tmp_path):
     """What the command asks of the study, which itself is not run."""
     calls = []
+    monkeypatch.chdir(tmp_path)
 
     def run_diagnostics(**settings):
         calls.append(settings)
-        settings["progress"](1, 1)
+        settings["going"].progress(0, 1)
+        settings["going"].progress(1, 1)
         return tally(RIGS)
 
     monkeypatch.setattr(module, "run_diagnostics", run_diagnostics)
@@ -35,9 +40,21 @@ def test_what_is_asked_for_reaches_the_study(asked, capsys):
     options = ["--rigs", "7", "--broken", "5", "--jobs", "2", "--seed", "3"]
     assert main(["study", "diagnostics", *options]) == 0
     (call,) = asked
-    del call["stop"], call["progress"]
-    assert call == {"healthy_rigs": 7, "broken_rigs": 5, "jobs": 2, "seed": 3}
+    going = call.pop("going")
+    assert call == {"healthy_rigs": 7, "broken_rigs": 5, "seed": 3}
+    assert (going.workers, going.keep) == (Processes(2), Path("rigrunner-study-diagnostics.part"))
     assert capsys.readouterr().err == "1 of 1 rigs\n"
+
+
+def test_all_cores_are_used_unless_a_cluster_is(asked, capsys):
+    main(["study", "diagnostics"])
+    main(["study", "diagnostics", "--dask", "tcp://there:8786"])
+    assert [each["going"].workers for each in asked] == [
+        Processes(usable_cores()),
+        Cluster("tcp://there:8786"),
+    ]
+    assert main(["study", "diagnostics", "--dask", "tcp://there:8786", "--jobs", "2"]) == 2
+    assert "--jobs and --dask exclude each other" in capsys.readouterr().err
 
 
 def test_as_many_broken_rigs_as_healthy_ones(asked):

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.workflow.study.coverage_case import METHODS, cases, examine
+from rigrunner.workflow.study.coverage_case import METHODS, Finding, cases, examine
 from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, LAWS, NATURAL_HZ, RANGES
-from rigrunner.workflow.study.pool import examined
 from rigrunner.workflow.study.share import Share, clustered
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from rigrunner.api.data import Array
-    from rigrunner.api.devices import StopToken
-    from rigrunner.workflow.study.coverage_case import Finding, Outcome
+    from rigrunner.workflow.study.coverage_case import Outcome
+    from rigrunner.workflow.study.going import Going
     from rigrunner.workflow.study.share import Clustered
 
 BANDS_HZ = tuple(pairwise((NATURAL_HZ[0], 300.0, 450.0, 600.0, NATURAL_HZ[1])))
@@ -107,16 +106,13 @@ class Study:
     samples: tuple[Sample, ...]
 
 
-def run_coverage(
-    *, rigs: int, seed: int, jobs: int, stop: StopToken, progress: Callable[[int, int], None]
-) -> Study:
+def run_coverage(*, rigs: int, seed: int, going: Going) -> Study:
     """Examine so many rigs of each simulator.
 
-    The same seed gives the same study, whatever the number of processes. `progress` is told how
-    many rigs of how many are done. Raises AbortedError once the token is set.
+    The same seed gives the same study, whoever does it. Raises AbortedError once it is stopped.
     """
     wanted = list(cases(rigs, seed))
-    return tally(examined(examine, wanted, jobs=jobs, stop=stop, progress=progress))
+    return tally(going.findings("coverage", examine, Finding, wanted))
 
 
 def tally(findings: Iterable[Finding]) -> Study:

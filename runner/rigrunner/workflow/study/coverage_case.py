@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -15,27 +14,19 @@ from rigrunner.procedure.analysis_spec import CompensationRef
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
 from rigrunner.workflow.study.bench import LOAD_N
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.coverage_rigs import RANGES, Limits, draw
 from rigrunner.workflow.study.recording import record_bench
 from rigrunner.workflow.study.tools import tools
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from rigrunner.api.analysis import CompensatedPoint
     from rigrunner.workflow.study.bench import Bench
     from rigrunner.workflow.study.coverage_rigs import Rig
 
 METHODS = ("template_inverse", "model_inverse")
-
-
-@dataclass(frozen=True)
-class Case:
-    """Names one rig of a study: the same names give the same rig."""
-
-    simulator: str
-    study_seed: int
-    number: int
 
 
 @dataclass(frozen=True)
@@ -58,22 +49,21 @@ class Finding:
     case: Case
     law: str
     natural_hz: float
-    whole: Mapping[str, Outcome]
+    whole: dict[str, Outcome]
     """By method, of recordings with all errors."""
-    no_sensor: Mapping[str, Outcome]
+    no_sensor: dict[str, Outcome]
     """The same without the sensor's constant errors, and without their part of the budget."""
 
 
 def cases(rigs: int, study_seed: int) -> Iterator[Case]:
     """Yield so many rigs of each simulator, in turn."""
     for number in range(rigs):
-        yield from (Case(simulator, study_seed, number) for simulator in RANGES)
+        yield from (Case(simulator, "", study_seed, number) for simulator in RANGES)
 
 
 def examine(case: Case) -> Finding:
     """Record and analyse one rig; the same case gives the same finding."""
-    words = zlib.crc32(f"coverage/{case.simulator}".encode())
-    rng = np.random.default_rng([case.study_seed, words, case.number])
+    rng = case.rng(f"coverage/{case.simulator}")
     rig = draw(case.simulator, rng, tools().station, limits())
     return Finding(
         case,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.workflow.study import coverage_rigs as rigs
+from rigrunner.workflow.study.populations import PAUSE_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,7 +44,7 @@ def _measuring() -> Iterator[list[str]]:
     yield [BOTH, "cycles of a recording", str(low), str(high), "1"]
     low_hz, high_hz = rigs.CORNER_HZ
     yield [BOTH, "low-pass corner, as registered", f"{low_hz:g}", f"{high_hz:g}", "Hz"]
-    low_s, high_s = rigs.PAUSE_S
+    low_s, high_s = PAUSE_S
     yield [BOTH, "pause between the runs", f"{low_s / MINUTE_S:g}", f"{high_s / MINUTE_S:g}", "min"]
 
 

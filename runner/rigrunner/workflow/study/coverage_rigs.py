@@ -22,6 +22,13 @@ from rigrunner.workflow.study.bench import (
     scaled,
     with_inertia,
 )
+from rigrunner.workflow.study.populations import (
+    PAUSE_S,
+    REFERENCE_TOLERANCE,
+    SAMPLES_PER_RESONANCE,
+    STRIBECK,
+    populations,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,14 +42,8 @@ FREQUENCIES_HZ = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
 NATURAL_HZ = (200.0, 800.0)
 CYCLES = (10, 30)
 RATES_HZ = (10e3, 20e3)
-SAMPLES_PER_RESONANCE = 25.0
-"""The least that a check asks for; slower rates are not drawn."""
-
 CORNER_HZ = (800.0, 2000.0)
 """Of the low-pass filter, as the register has it."""
-
-PAUSE_S = (300.0, 1800.0)
-REFERENCE_TOLERANCE = 0.02
 
 COMMON = (
     Range("eccentric", 1.8, 2.2, "mm"),
@@ -51,34 +52,7 @@ COMMON = (
     Range("sensors.encoder_resolution", 0.005, 0.02, "deg"),
     Range("sensors.encoder_noise", 0.0, 0.003, "deg"),
 )
-RANGES: Mapping[str, tuple[Range, ...]] = {
-    "swing_tester_sim": (
-        Range("drive_line.inertia", 0.0015, 0.0025, "kg·m²"),
-        Range("drive_line.natural_frequency", *NATURAL_HZ, "Hz"),
-        Range("drive_line.damping_ratio", 3.0, 8.0, "%"),
-        Range("support.friction", 0.5, 1.0, "N·m"),
-        Range("support.damping", 0.2, 0.4, "N·m·s/rad"),
-        Range("support.slip", 0.12, 0.25, "deg"),
-        Range("bearing.starting_torque", 0.4, 1.2, "N·m"),
-        Range("bearing.kinetic_torque", 0.8, 0.95, "N·m", times="bearing.starting_torque"),
-        Range("bearing.slip", 0.07, 0.15, "deg"),
-        Range("bearing.weakening_slip", 0.3, 0.6, "deg"),
-        Range("bearing.stribeck_speed", 0.3, 1.0, "rad/s"),
-    ),
-    "swing_tester_ode": (
-        Range("shaft.inertia", 0.0015, 0.0025, "kg·m²"),
-        Range("shaft.natural_frequency", *NATURAL_HZ, "Hz"),
-        Range("shaft.damping_ratio", 3.0, 8.0, "%"),
-        Range("support.friction", 0.5, 1.0, "N·m"),
-        Range("support.viscous", 0.2, 0.4, "N·m·s/rad"),
-        Range("support.slip", 0.12, 0.25, "deg"),
-        Range("bearing.kinetic_torque", 0.35, 1.1, "N·m"),
-        Range("bearing.overshoot", 0.1, 0.4, "N·m", times="bearing.kinetic_torque"),
-        Range("bearing.stick_slip", 0.07, 0.15, "deg"),
-        Range("bearing.overshoot_slip", 0.3, 0.6, "deg"),
-        Range("bearing.stribeck_speed", 0.3, 1.0, "rad/s"),
-    ),
-}
+RANGES = populations(0.0025, NATURAL_HZ, STRIBECK)
 LAWS: Mapping[str, Mapping[str, BenchSettings]] = {
     "swing_tester_sim": {
         "slip-weakening": {"bearing.weakening": "slip"},

@@ -8,16 +8,14 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.workflow.study.breaks import BREAKS, REFUSED
-from rigrunner.workflow.study.diagnostics_case import cases, examine
-from rigrunner.workflow.study.pool import examined
+from rigrunner.workflow.study.diagnostics_case import Finding, cases, examine
 from rigrunner.workflow.study.share import Share
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.devices import StopToken
     from rigrunner.workflow.study.breaks import Break
-    from rigrunner.workflow.study.diagnostics_case import Finding
+    from rigrunner.workflow.study.going import Going
 
 
 @dataclass(frozen=True)
@@ -57,17 +55,14 @@ def run_diagnostics(
     healthy_rigs: int,
     broken_rigs: int,
     seed: int,
-    jobs: int,
-    stop: StopToken,
-    progress: Callable[[int, int], None],
+    going: Going,
 ) -> Study:
     """Examine so many healthy rigs of each simulator and so many of each break.
 
-    The same seed gives the same study, whatever the number of processes. `progress` is told how
-    many rigs of how many are done. Raises AbortedError once the token is set.
+    The same seed gives the same study, whoever does it. Raises AbortedError once it is stopped.
     """
     wanted = list(cases(healthy_rigs, broken_rigs, seed))
-    return tally(examined(examine, wanted, jobs=jobs, stop=stop, progress=progress))
+    return tally(going.findings("diagnostics", examine, Finding, wanted))
 
 
 def tally(findings: Iterable[Finding]) -> Study:

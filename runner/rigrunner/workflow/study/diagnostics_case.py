@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rigrunner.api.errors import DataError
 from rigrunner.workflow.study.breaks import BREAKS, REFUSED
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner.workflow.study.recording import record_bench
-from rigrunner.workflow.study.tools import tools
+from rigrunner.workflow.study.tools import checked_by, checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,19 +19,6 @@ if TYPE_CHECKING:
     from rigrunner.procedure import AnalysisSpec
     from rigrunner.workflow.study.bench import Bench
     from rigrunner.workflow.study.breaks import Break
-
-NO_LOAD_PREFIX = "no-load run: "
-
-
-@dataclass(frozen=True)
-class Case:
-    """Names one rig of a study: the same names give the same rig."""
-
-    simulator: str
-    fault: str
-    """The name of a break; empty for a healthy rig."""
-    study_seed: int
-    number: int
 
 
 @dataclass(frozen=True)
@@ -73,8 +58,7 @@ def examine(case: Case) -> Finding:
 
 
 def _bench(case: Case, fault: Break | None) -> Bench:
-    words = zlib.crc32(f"{case.simulator}/{case.fault}".encode())
-    rng = np.random.default_rng([case.study_seed, words, case.number])
+    rng = case.rng(f"{case.simulator}/{case.fault}")
     bench = healthy(case.simulator, int(rng.integers(2**31)), rng)
     return bench if fault is None else fault.apply(bench, rng)
 
@@ -83,17 +67,14 @@ def _spec(spec: AnalysisSpec, fault: Break | None) -> AnalysisSpec:
     """Return the procedure's analysis with its primary method alone, or none where none is due."""
     if fault is not None and fault.before_compensation:
         return spec.model_copy(update={"compensations": (), "primary_": None})
-    primary = tuple(each for each in spec.compensations if each.name == spec.primary)
-    return spec.model_copy(update={"compensations": primary})
+    return primary_alone(spec)
 
 
 def _finding(case: Case, result: Result, truth_nm: float) -> Finding:
-    checks = [*result.checks]
-    for each in result.compensations.values():
-        checks += each.checks
-    failed = {check.name.removeprefix(NO_LOAD_PREFIX) for check in checks if not check.ok}
+    checks = [(checked_by(check), check) for check in checks_of(result)]
+    failed = {name for name, check in checks if not check.ok}
     if any(each.not_applicable for each in result.compensations.values()):
         failed.add(REFUSED)
-    made = {c.name.removeprefix(NO_LOAD_PREFIX) for c in checks if c.value is not None}
+    made = {name for name, check in checks if check.value is not None}
     error = None if result.headline is None else result.headline.value - truth_nm
     return Finding(case, tuple(sorted(failed)), tuple(sorted(made)), error)

@@ -2,49 +2,34 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rigrunner.api.errors import DataError, DeviceError
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.coverage_case import limits
 from rigrunner.workflow.study.coverage_rigs import RANGES, draw
 from rigrunner.workflow.study.fault_kinds import FAULTS, UNSEEN
 from rigrunner.workflow.study.recording import NO_FAULTS, Faults, record_bench
-from rigrunner.workflow.study.tools import tools
+from rigrunner.workflow.study.tools import checked_by, checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.random import Generator
 
-    from rigrunner.api.analysis import Check
     from rigrunner.api.data import Estimate
     from rigrunner.api.results import Result
     from rigrunner.workflow.study.bench import Bench
     from rigrunner.workflow.study.fault_kinds import DataFault
     from rigrunner.workflow.study.recording import RecordedBench
 
-PREFIX = "no-load run: "
 RECORDING, ANALYSIS, CRASH = "(recording failed)", "(refused)", "(crashed)"
 """Stand for the answers of the engine and of the analysis, and for an analysis that broke."""
 
 RUNS = ("no load", "loaded", "both")
 UNSEEN_CASES = 10
-
-
-@dataclass(frozen=True)
-class Case:
-    """Names one case: the same names give the same recordings."""
-
-    simulator: str
-    fault: str
-    """Empty for a clean rig."""
-    study_seed: int
-    number: int
 
 
 @dataclass(frozen=True)
@@ -81,8 +66,7 @@ def _in_turn(simulators: tuple[str, ...], number: int) -> str:
 
 def examine(case: Case) -> Finding:
     """Record and analyse one case; the same case gives the same finding."""
-    words = zlib.crc32(f"faults/{case.simulator}/{case.fault}".encode())
-    rng = np.random.default_rng([case.study_seed, words, case.number])
+    rng = case.rng(f"faults/{case.simulator}/{case.fault}")
     rig = draw(case.simulator, rng, tools().station, limits())
     fault = next((each for each in (*FAULTS, *UNSEEN) if each.name == case.fault), None)
     faults, where = (NO_FAULTS, "") if fault is None else _drawn(fault, rig.bench, rng)
@@ -118,28 +102,21 @@ def _drawn(fault: DataFault, bench: Bench, rng: Generator) -> tuple[Faults, str]
 
 
 def _analysed(recorded: RecordedBench) -> Result:
-    spec = tools().spec
-    primary = tuple(each for each in spec.compensations if each.name == spec.primary)
-    return tools().analysed(recorded, spec.model_copy(update={"compensations": primary}))
+    return tools().analysed(recorded, primary_alone(tools().spec))
 
 
 def _finding(case: Case, where: str, recorded: RecordedBench, result: Result) -> Finding:
     primary = result.compensations[result.primary]
     if primary.not_applicable or result.headline is None:
         return Finding(case, (ANALYSIS,), where)
-    checks = (*result.checks, *primary.checks)
     pairs = zip(primary.points, recorded.truths_nm, strict=True)
     return Finding(
         case,
-        tuple(sorted({_name(check) for check in checks if not check.ok})),
+        tuple(sorted({checked_by(check) for check in checks_of(result) if not check.ok})),
         where,
         _ratio(result.headline, recorded.truth_nm),
         max((_ratio(point.torque, truth) for point, truth in pairs), key=abs),
     )
-
-
-def _name(check: Check) -> str:
-    return check.name.removeprefix(PREFIX)
 
 
 def _ratio(found: Estimate, truth_nm: float) -> float:

@@ -6,17 +6,22 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study.fault_case import ANALYSIS, CRASH, RECORDING, cases, examine
+from rigrunner.workflow.study.fault_case import (
+    ANALYSIS,
+    CRASH,
+    RECORDING,
+    Finding,
+    cases,
+    examine,
+)
 from rigrunner.workflow.study.fault_kinds import FAULTS, UNSEEN
-from rigrunner.workflow.study.pool import examined
 from rigrunner.workflow.study.share import Share
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.devices import StopToken
-    from rigrunner.workflow.study.fault_case import Finding
     from rigrunner.workflow.study.fault_kinds import DataFault
+    from rigrunner.workflow.study.going import Going
 
 FAR = 2.0
 """Times the stated expanded uncertainty."""
@@ -83,17 +88,14 @@ def run_faults(
     *,
     cases_wanted: int,
     seed: int,
-    jobs: int,
-    stop: StopToken,
-    progress: Callable[[int, int], None],
+    going: Going,
 ) -> Study:
     """Examine so many faulty cases and half as many clean ones.
 
-    The same seed gives the same study, whatever the number of processes. `progress` is told how
-    many cases of how many are done. Raises AbortedError once the token is set.
+    The same seed gives the same study, whoever does it. Raises AbortedError once it is stopped.
     """
     wanted = list(cases(cases_wanted, seed))
-    return tally(examined(examine, wanted, jobs=jobs, stop=stop, progress=progress))
+    return tally(going.findings("faults", examine, Finding, wanted))
 
 
 def tally(findings: Iterable[Finding]) -> Study:

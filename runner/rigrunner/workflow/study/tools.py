@@ -13,6 +13,9 @@ from rigrunner.station import load_station
 from rigrunner.workflow.locate import find_procedure, find_station
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.analysis import Check
     from rigrunner.api.results import Result
     from rigrunner.procedure import AnalysisSpec, Measurand
     from rigrunner.registry import Registry
@@ -20,6 +23,8 @@ if TYPE_CHECKING:
     from rigrunner.workflow.study.recording import RecordedBench
 
 PROCEDURE, STATION = "starting_torque_1000n", "simulated"
+NO_LOAD_PREFIX = "no-load run: "
+"""Of the checks of that run, which are the same ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,3 +54,21 @@ def tools() -> Tools:
     procedure = load_procedure(find_procedure(PROCEDURE)).model
     station = load_station(find_station(STATION)).model
     return Tools(station, procedure.analysis, procedure.measurand, load_registry())
+
+
+def primary_alone(spec: AnalysisSpec) -> AnalysisSpec:
+    """Return an analysis by the primary method and no other."""
+    primary = tuple(each for each in spec.compensations if each.name == spec.primary)
+    return spec.model_copy(update={"compensations": primary})
+
+
+def checks_of(result: Result) -> Iterator[Check]:
+    """Yield the checks of both runs and of all methods."""
+    yield from result.checks
+    for each in result.compensations.values():
+        yield from each.checks
+
+
+def checked_by(check: Check) -> str:
+    """Return the name of a check, whichever run it was made of."""
+    return check.name.removeprefix(NO_LOAD_PREFIX)

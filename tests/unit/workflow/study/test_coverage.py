@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
+from rigrunner.jobs import InProcess, Processes
 from rigrunner.workflow.study import coverage_rigs
 from rigrunner.workflow.study.bench import INERTIA, NATURAL
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.coverage import BANDS_HZ, run_coverage, tally
 from rigrunner.workflow.study.coverage_case import (
     METHODS,
-    Case,
     Finding,
     Outcome,
     cases,
@@ -23,6 +24,7 @@ from rigrunner.workflow.study.coverage_case import (
 from rigrunner.workflow.study.coverage_plots import FIGURES, draw_figures
 from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
 from rigrunner.workflow.study.coverage_table import markdown, study_document
+from rigrunner.workflow.study.going import Going
 from rigrunner.workflow.study.tools import tools
 from rigrunner_plugins.compensations.settings import InverseSettings
 
@@ -39,7 +41,7 @@ def finding(number=0, error=0.001, simulator=SIM, *, natural_hz=400.0, quiet=Non
     """Return a rig on which every method errs by that."""
     whole = dict.fromkeys(METHODS, outcome(error))
     no_sensor = dict.fromkeys(METHODS, outcome(error if quiet is None else quiet))
-    return Finding(Case(simulator, 1, number), "Stribeck", natural_hz, whole, no_sensor)
+    return Finding(Case(simulator, "", 1, number), "Stribeck", natural_hz, whole, no_sensor)
 
 
 def drawn(simulator, number=0):
@@ -71,7 +73,7 @@ def test_a_rig_belongs_to_the_stratum_of_its_resonance():
 
 
 def test_a_refused_rig_is_counted_and_in_no_table():
-    refused = Finding(Case(SIM, 1, 0), "Stribeck", 400.0, {}, {})
+    refused = Finding(Case(SIM, "", 1, 0), "Stribeck", 400.0, {}, {})
     study = tally([finding(1), refused])
     assert (study.rigs, study.refused) == (1, 1)
     with pytest.raises(DataError, match="no method could be used"):
@@ -134,12 +136,12 @@ def test_all_laws_and_all_resonances_are_drawn():
 
 
 def test_cases_are_rigs_of_both_simulators():
-    assert list(cases(2, 7)) == [Case(s, 7, n) for n in range(2) for s in RANGES]
+    assert list(cases(2, 7)) == [Case(s, "", 7, n) for n in range(2) for s in RANGES]
 
 
 @pytest.fixture(scope="module")
 def one_rig():
-    return examine(Case(SIM, 3, 0))
+    return examine(Case(SIM, "", 3, 0))
 
 
 def test_a_rig_is_measured_with_and_without_the_sensor_term(one_rig):
@@ -152,7 +154,7 @@ def test_a_rig_is_measured_with_and_without_the_sensor_term(one_rig):
 
 
 def test_the_same_case_gives_the_same(one_rig):
-    assert examine(Case(SIM, 3, 0)) == one_rig
+    assert examine(Case(SIM, "", 3, 0)) == one_rig
 
 
 def test_the_lines_of_the_sensor_are_known_in_the_budget():
@@ -161,17 +163,16 @@ def test_the_lines_of_the_sensor_are_known_in_the_budget():
 
 
 def test_a_study_is_the_same_in_two_processes():
-    never = threading.Event()
     told = []
 
-    def study(jobs):
-        return run_coverage(
-            rigs=1, seed=4, jobs=jobs, stop=never, progress=lambda *done: told.append(done)
-        )
+    def study(workers):
+        never = threading.Event()
+        going = Going(workers, never, lambda *done: told.append(done))
+        return run_coverage(rigs=1, seed=4, going=going)
 
-    one, two = study(1), study(2)
+    one, two = study(InProcess()), study(Processes(2))
     assert study_document(one) == study_document(two)
-    assert told == [(1, 2), (2, 2)] * 2
+    assert told == [(0, 2), (1, 2), (2, 2)] * 2
     assert one.rigs == 2
 
 

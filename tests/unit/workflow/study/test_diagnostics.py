@@ -8,13 +8,15 @@ import pytest
 
 from rigrunner.analysis.checks import LIMITS
 from rigrunner.api.errors import AbortedError
+from rigrunner.jobs import InProcess, Processes
 from rigrunner.workflow.study.bench import NATURAL, nested
 from rigrunner.workflow.study.breaks import BREAKS, REFUSED
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.diagnostics import run_diagnostics, tally
-from rigrunner.workflow.study.diagnostics_case import Case, Finding, cases, examine
+from rigrunner.workflow.study.diagnostics_case import Finding, cases, examine
 from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner.workflow.study.diagnostics_table import markdown, study_document
-from rigrunner.workflow.study.pool import examined
+from rigrunner.workflow.study.going import Going
 from rigrunner.workflow.study.share import Share
 from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
 
@@ -118,8 +120,10 @@ def test_too_few_cycles_are_refused():
 def test_two_processes_find_what_one_finds():
     wanted = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
     one, two = (
-        examined(examine, wanted, jobs=jobs, stop=threading.Event(), progress=lambda _, __: None)
-        for jobs in (1, 2)
+        Going(workers, threading.Event(), lambda _, __: None).findings(
+            "diagnostics", examine, Finding, wanted
+        )
+        for workers in (InProcess(), Processes(2))
     )
     assert one == two
 
@@ -129,11 +133,14 @@ def test_a_study_can_be_stopped():
 
     def progress(count, of):
         done.append((count, of))
-        stop.set()
+        if count:
+            stop.set()
 
+    going = Going(InProcess(), stop, progress)
     with pytest.raises(AbortedError, match="stopped after 1 of 44 rigs"):
-        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, jobs=1, stop=stop, progress=progress)
-    assert done == [(1, 2 + 2 * len(BREAKS))]
+        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, going=going)
+    of = 2 + 2 * len(BREAKS)
+    assert done == [(0, of), (1, of)]
 
 
 def test_tables_and_document_hold_the_same_shares():

@@ -10,11 +10,11 @@ import pytest
 from rigrunner.api.devices import DeviceContext
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
+from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.fault_case import (
     ANALYSIS,
     CRASH,
     RECORDING,
-    Case,
     Finding,
     cases,
     examine,

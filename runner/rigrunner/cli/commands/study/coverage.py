@@ -7,15 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.commands.study.options import (
-    jobs_option,
-    markdown_option,
-    progress_shown,
-    seed_option,
-)
-from rigrunner.cli.options import json_option
+from rigrunner.cli.commands.study.options import going, study_options
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.cli.table import table
 from rigrunner.workflow.study.coverage import run_coverage
 from rigrunner.workflow.study.coverage_plots import draw_figures
@@ -33,26 +26,31 @@ if TYPE_CHECKING:
     show_default=True,
     help="Rigs of each simulator.",
 )
-@jobs_option
-@seed_option
 @click.option(
     "--figures",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR",
     help="Write the figures there, as SVG.",
 )
-@markdown_option
-@json_option
+@study_options
 def command(
-    rigs: int, jobs: int, seed: int, figures: Path | None, *, as_markdown: bool, as_json: bool
+    *,
+    rigs: int,
+    figures: Path | None,
+    jobs: int | None,
+    dask: str | None,
+    keep: Path | None,
+    seed: int,
+    as_markdown: bool,
+    as_json: bool,
 ) -> None:
     """Measure errors, and how often the stated 95 % interval holds the truth.
 
     Random simulated rigs with errors from the distributions that the budget states. The same seed
     gives the same rigs and the same tables.
     """
-    with stop_on_signals() as stop, progress_shown() as progress:
-        study = run_coverage(rigs=rigs, seed=seed, jobs=jobs, stop=stop, progress=progress)
+    with going("coverage", jobs, dask, keep) as cases:
+        study = run_coverage(rigs=rigs, seed=seed, going=cases)
     if figures is not None:
         for path in draw_figures(study, figures):
             message(f"wrote {path}")

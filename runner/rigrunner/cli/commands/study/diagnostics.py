@@ -6,15 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.commands.study.options import (
-    jobs_option,
-    markdown_option,
-    progress_shown,
-    seed_option,
-)
-from rigrunner.cli.options import json_option
+from rigrunner.cli.commands.study.options import going, study_options
 from rigrunner.cli.output import result, result_json
-from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.cli.table import table
 from rigrunner.workflow.study.diagnostics import run_diagnostics
 from rigrunner.workflow.study.diagnostics_table import (
@@ -28,6 +21,8 @@ from rigrunner.workflow.study.diagnostics_table import (
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rigrunner.workflow.study.diagnostics import Study
 
 
@@ -42,16 +37,15 @@ if TYPE_CHECKING:
 @click.option(
     "--broken", type=click.IntRange(min=1), help="Rigs with each break; left out, as many."
 )
-@jobs_option
-@seed_option
-@markdown_option
-@json_option
+@study_options
 def command(
+    *,
     rigs: int,
     broken: int | None,
-    jobs: int,
+    jobs: int | None,
+    dask: str | None,
+    keep: Path | None,
     seed: int,
-    *,
     as_markdown: bool,
     as_json: bool,
 ) -> None:
@@ -59,14 +53,9 @@ def command(
 
     The same seed gives the same rigs and the same table.
     """
-    with stop_on_signals() as stop, progress_shown() as progress:
+    with going("diagnostics", jobs, dask, keep) as cases:
         study = run_diagnostics(
-            healthy_rigs=rigs,
-            broken_rigs=broken or rigs,
-            seed=seed,
-            jobs=jobs,
-            stop=stop,
-            progress=progress,
+            healthy_rigs=rigs, broken_rigs=broken or rigs, seed=seed, going=cases
         )
     if as_json:
         result_json(study_document(study))

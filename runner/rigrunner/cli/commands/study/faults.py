@@ -6,15 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.commands.study.options import (
-    jobs_option,
-    markdown_option,
-    progress_shown,
-    seed_option,
-)
-from rigrunner.cli.options import json_option
+from rigrunner.cli.commands.study.options import going, study_options
 from rigrunner.cli.output import result, result_json
-from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.cli.table import table
 from rigrunner.workflow.study.fault_table import (
     HEADER,
@@ -34,6 +27,8 @@ from rigrunner.workflow.study.fault_table import (
 from rigrunner.workflow.study.faults import run_faults
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rigrunner.workflow.study.faults import Study
 
 
@@ -45,18 +40,24 @@ if TYPE_CHECKING:
     show_default=True,
     help="Recordings with a fault; half as many clean ones are done beside.",
 )
-@jobs_option
-@seed_option
-@markdown_option
-@json_option
-def command(cases: int, jobs: int, seed: int, *, as_markdown: bool, as_json: bool) -> None:
+@study_options
+def command(
+    *,
+    cases: int,
+    jobs: int | None,
+    dask: str | None,
+    keep: Path | None,
+    seed: int,
+    as_markdown: bool,
+    as_json: bool,
+) -> None:
     """Measure how many results are wrong by more than they state, and nothing says so.
 
     Faults are put into the recordings of random simulated rigs, which the engine and the analysis
     then take as any others. The same seed gives the same cases and the same tables.
     """
-    with stop_on_signals() as stop, progress_shown() as progress:
-        study = run_faults(cases_wanted=cases, seed=seed, jobs=jobs, stop=stop, progress=progress)
+    with going("faults", jobs, dask, keep) as recordings:
+        study = run_faults(cases_wanted=cases, seed=seed, going=recordings)
     if as_json:
         result_json(study_document(study))
     else:

@@ -1,0 +1,94 @@
+"""What commands over many items share: by whom they are done, and how far they are."""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.output import message
+from rigrunner.cli.progress import clock_text, new_bar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.jobs import Workers
+
+    Progress = Callable[[int, int], None]
+
+LINES = 20
+"""Of progress, where there is no terminal to draw a bar on."""
+
+
+def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that say who does the items."""
+    jobs = click.option(
+        "--jobs",
+        type=click.IntRange(min=1),
+        help="Processes to use; as many as there are cores if it is left out.",
+    )
+    dask = click.option(
+        "--dask",
+        metavar="ADDRESS",
+        help="Use the workers of this Dask scheduler instead, such as tcp://10.0.0.5:8786.",
+    )
+    return jobs(dask(command))
+
+
+def workers_for(jobs: int | None, dask: str | None) -> Workers:
+    """Return who does the items; raise UsageError where two are asked."""
+    from rigrunner.jobs import Cluster, Processes, usable_cores  # noqa: PLC0415  (not for help)
+
+    if dask is None:
+        return Processes(jobs or usable_cores())
+    if jobs is not None:
+        raise UsageError(
+            "--jobs and --dask exclude each other",
+            hint="a cluster has as many processes as its workers: 'dask worker --nworkers N'",
+        )
+    return Cluster(dask)
+
+
+@contextmanager
+def shown_count(noun: str) -> Iterator[Progress]:
+    """Give what shows how many are done, and the time left: a bar on a terminal, or lines."""
+    if not sys.stderr.isatty():
+        yield CountedLines(noun)
+        return
+    with new_bar() as bar:
+        task = bar.add_task(noun, total=None, step="")
+
+        def move(done: int, of: int) -> None:
+            bar.update(task, completed=done, total=of, step=f"{done} of {of} {noun}")
+
+        yield move
+
+
+class CountedLines:
+    """A line now and then, with how long the rest will take at the pace so far."""
+
+    def __init__(self, noun: str, now: Callable[[], float] = time.monotonic) -> None:
+        self._noun = noun
+        self._now = now
+        self._before: int | None = None
+        self._began_s = 0.0
+
+    def __call__(self, done: int, of: int) -> None:
+        """Take how many of how many are done; the first call, how many were done before."""
+        if self._before is None:
+            self._before, self._began_s = done, self._now()
+            if done:
+                message(f"{done} of {of} {self._noun} were done before")
+            return
+        if done * LINES // of > (done - 1) * LINES // of:
+            message(f"{done} of {of} {self._noun}{self._left(done, of)}")
+
+    def _left(self, done: int, of: int) -> str:
+        new = done - (self._before or 0)
+        if done >= of or new < 1:
+            return ""
+        return f", {clock_text((of - done) * (self._now() - self._began_s) / new)} left"
