@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.cli.durations import clock_text
 from rigrunner.cli.output import message
-from rigrunner.cli.progress import clock_text, new_bar
+from rigrunner.cli.progress import new_bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
