@@ -34,6 +34,7 @@ SUMMARIES = {
     "verify": "Check a certificate or a run, and that its numbers follow from the samples.",
     "sign": "Sign a certificate with the laboratory's own key, or make a key.",
     "runs": "List the stored runs.",
+    "archive": "Index many run folders, search and export what they found.",
     "show": "Show what a stored run holds and found.",
     "diff": "Tell in words what changed between two procedures or two runs.",
     "plugins": "List the plugins and what each can be told.",

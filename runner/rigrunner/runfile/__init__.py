@@ -8,6 +8,7 @@ from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun, SweepPlot
 from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import file_differences, read, read_info, read_truth, sealed_file_of
 from rigrunner.runfile.sealing import seal
+from rigrunner.runfile.summary import RunSummary, read_summary
 from rigrunner.runfile.writer import RunWriter
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "Difference",
     "RunHeader",
     "RunInfo",
+    "RunSummary",
     "RunWriter",
     "StoredRun",
     "SweepPlot",
@@ -23,6 +25,7 @@ __all__ = [
     "is_going_on",
     "read",
     "read_info",
+    "read_summary",
     "read_truth",
     "refuse_crashing",
     "run_lock",

@@ -10,7 +10,7 @@ import hashlib
 import json
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner import __version__
 from rigrunner.analysis.document_decision import decision as decision_document
@@ -100,7 +100,15 @@ class DecisionFile:
         )
 
 
-def later_decisions(stored: StoredRun, folder: Path) -> tuple[DecisionFile, ...]:
+class Digested(Protocol):
+    """Whatever knows the digest of a run's recordings."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over finished recordings and measurements."""
+
+
+def later_decisions(stored: Digested, folder: Path) -> tuple[DecisionFile, ...]:
     """Return the decisions beside a run, oldest first.
 
     Raises DataError for a file that cannot be read, for one that is of other recordings, and where

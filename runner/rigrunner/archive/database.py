@@ -1,0 +1,150 @@
+"""The connection to an archive's database: the same tables on SQLite and on PostgreSQL."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+
+from rigrunner.api.errors import DataError, MissingPackageError, UsageError
+from rigrunner.archive.location import file_of
+from rigrunner.archive.schema import ABOUT, METADATA, VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sqlalchemy import URL
+
+_PATIENCE_S = 60
+"""How long SQLite waits for another process that writes."""
+_WRITES = "rigrunner_writes"
+
+
+class Database:
+    """An archive's database; every error of it is told as a DataError without its password."""
+
+    def __init__(self, location: URL) -> None:
+        self.location = location
+        self.file = file_of(location)
+        self._engine = _engine(location)
+
+    @property
+    def shown(self) -> str:
+        """Where it is, in words, without its password."""
+        if self.file is not None:
+            return str(self.file)
+        return self.location.set(drivername="postgresql").render_as_string(hide_password=True)
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """Give a connection on one state of the archive; raise UsageError where there is none."""
+        if self.file is not None and not self.file.is_file():
+            raise self._none()
+        with self._told(), self._engine.connect() as connection:
+            self._check(connection)
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """Give a connection in a transaction, which is committed if nothing is raised."""
+        options = {_WRITES: True}
+        with (
+            self._told(),
+            self._engine.connect().execution_options(**options) as connection,
+            connection.begin(),
+        ):
+            yield connection
+
+    def make(self) -> None:
+        """Make the tables where there are none; raise DataError for tables of another version."""
+        if self.file is not None and not self.file.parent.is_dir():
+            raise UsageError(f"there is no folder {self.file.parent}")
+        if self.file is not None:
+            self._write_ahead()
+        try:
+            with self.writing() as connection:
+                self._make(connection)
+        except DataError:
+            with self.reading():  # another process made them at the same moment
+                return
+
+    def empty(self) -> None:
+        """Drop all tables and make them anew."""
+        with self.writing() as connection:
+            METADATA.drop_all(connection)
+            self._make(connection)
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self._engine.dispose()
+
+    def _make(self, connection: Connection) -> None:
+        if inspect(connection).has_table(ABOUT.name):
+            self._check(connection)
+            return
+        METADATA.create_all(connection)
+        connection.execute(insert(ABOUT).values(name="version", value=str(VERSION)))
+
+    def _check(self, connection: Connection) -> None:
+        if not inspect(connection).has_table(ABOUT.name):
+            raise self._none()
+        version = connection.scalar(select(ABOUT.c.value).where(ABOUT.c.name == "version"))
+        if version != str(VERSION):
+            raise DataError(
+                f"the archive {self.shown} is of version {version}, this program's is {VERSION}",
+                hint="'rigrunner archive rebuild FOLDER' makes it anew from the run files",
+            )
+
+    def _none(self) -> UsageError:
+        return UsageError(
+            f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' makes it"
+        )
+
+    def _write_ahead(self) -> None:
+        """Let readers read while somebody writes; the file remembers it."""
+        with self._told(), self._engine.connect() as connection:
+            connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except SQLAlchemyError as error:
+            raise DataError(
+                f"the database {self.shown} did not do what it was asked", hint=_words(error)
+            ) from error
+
+
+def _words(error: SQLAlchemyError) -> str:
+    """Return what the database itself said, on one line."""
+    said = str(error.orig) if isinstance(error, DBAPIError) else str(error)
+    return " ".join(said.split())
+
+
+def _engine(location: URL) -> Engine:
+    try:
+        if location.drivername != "sqlite":
+            return create_engine(location, connect_args={"application_name": "rigrunner archive"})
+    except ModuleNotFoundError as error:
+        raise MissingPackageError(
+            f"an archive on PostgreSQL needs {error.name}",
+            hint="pip install 'rigrunner[postgresql]'",
+        ) from error
+    engine = create_engine(location, connect_args={"timeout": _PATIENCE_S})
+    event.listen(engine, "connect", _set_up_sqlite)
+    event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _set_up_sqlite(connection: Any, _: object) -> None:
+    connection.isolation_level = None  # transactions begin where we say: see _begin_sqlite
+    connection.execute("PRAGMA foreign_keys=ON")
+    connection.execute("PRAGMA synchronous=NORMAL")  # after a power cut it is whole, maybe older
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    """Begin; whoever will write says so at once, and so waits for others instead of failing."""
+    writes = connection.get_execution_options().get(_WRITES)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

@@ -1,0 +1,72 @@
+"""Values out of a result document, which any program may have written: None for what is not one."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.archive.scan import storable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_INFINITE = "infinite"
+"""How a document writes infinite degrees of freedom."""
+
+
+def at(document: object, *keys: str) -> Any:
+    """Return what stands under nested keys; None where there is nothing."""
+    for key in keys:
+        document = document.get(key) if isinstance(document, dict) else None
+    return document
+
+
+def number(value: object) -> float | None:
+    """Return a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        found = float(value)
+    except OverflowError:
+        return None
+    return found if isfinite(found) else None
+
+
+def degrees_of_freedom(value: object) -> float | None:
+    """Return degrees of freedom, which may be infinite."""
+    return inf if value == _INFINITE else number(value)
+
+
+def text(value: object) -> str | None:
+    """Return a text that a database takes."""
+    return storable(value) if isinstance(value, str) else None
+
+
+def whole(value: object) -> int | None:
+    """Return a whole number that is small enough for a column."""
+    fits = isinstance(value, int) and not isinstance(value, bool) and abs(value) < 1 << 31
+    return value if fits and isinstance(value, int) else None
+
+
+def rows(value: object) -> Iterator[dict[str, Any]]:
+    """Yield the mappings of a list."""
+    for each in value if isinstance(value, list) else ():
+        if isinstance(each, dict):
+            yield each
+
+
+def named(value: object) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the mappings of a mapping, with their names."""
+    for name, each in value.items() if isinstance(value, dict) else ():
+        if isinstance(each, dict):
+            yield storable(str(name)), each
+
+
+def moment(value: object) -> datetime | None:
+    """Return an ISO 8601 time as an aware one, in UTC where it has no zone."""
+    try:
+        found = datetime.fromisoformat(value if isinstance(value, str) else "")
+        return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+    except (ValueError, OverflowError):
+        return None

@@ -1,0 +1,140 @@
+"""Bringing an archive up to date with the run files, which stay the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from sqlalchemy import select
+
+from rigrunner.api.errors import UsageError
+from rigrunner.archive.run_facts import read_facts
+from rigrunner.archive.scan import run_folders
+from rigrunner.archive.schema import ROOTS
+from rigrunner.archive.storing import (
+    forget_moved,
+    known_runs,
+    mark_missing,
+    root_folder,
+    root_of,
+    store,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from pathlib import Path
+
+    from rigrunner.archive.database import Database
+    from rigrunner.archive.run_facts import RunFacts
+    from rigrunner.archive.scan import FoundRun
+    from rigrunner.archive.storing import Known
+
+    Progress = Callable[[int, int], None]
+
+_BATCH = 64
+"""Runs that are read before a transaction writes them: nobody waits long for the other."""
+
+
+@dataclass(frozen=True)
+class Indexed:
+    """What indexing a folder found."""
+
+    folder: Path
+    runs: int
+    """How many run folders there are."""
+    new: int
+    changed: int
+    unreadable: tuple[tuple[str, str], ...]
+    """Path and problem of each run that was looked at and cannot be read."""
+    missing: tuple[str, ...]
+    """The paths of runs that the archive knows and whose files are gone."""
+
+
+def index(
+    database: Database,
+    folders: Sequence[Path],
+    *,
+    again: bool = False,
+    progress: Progress | None = None,
+) -> list[Indexed]:
+    """Bring an archive up to date with these folders; with `again`, read also what is unchanged.
+
+    Several processes may do so at once. `progress` is told how many runs were read, of how many.
+    Raises UsageError for what is no folder of runs, and DataError where the database fails.
+    """
+    for folder in folders:
+        _check(folder)
+    database.make()
+    return [_index(database, folder, progress, again=again) for folder in folders]
+
+
+def rebuild(
+    database: Database, folders: Sequence[Path], *, progress: Progress | None = None
+) -> list[Indexed]:
+    """Make an archive anew from these folders, or from those that it knows.
+
+    Runs whose files are gone are forgotten. Raises as `index` does.
+    """
+    folders = folders or known_folders(database)
+    if not folders:
+        raise UsageError("the archive knows no folder", hint="name the folders of runs")
+    for folder in folders:
+        _check(folder)
+    database.empty()
+    return index(database, folders, progress=progress)
+
+
+def known_folders(database: Database) -> list[Path]:
+    """Return the folders of an archive."""
+    with database.reading() as connection:
+        paths = list(connection.scalars(select(ROOTS.c.path).order_by(ROOTS.c.id)))
+    return [root_folder(database, path) for path in paths]
+
+
+def _check(folder: Path) -> None:
+    if not folder.is_dir():
+        raise UsageError(f"there is no folder {folder}")
+    if any((folder / name).exists() for name in ("run.h5", "journal")):
+        raise UsageError(f"{folder} is a run", hint="name the folder that holds it")
+
+
+def _index(database: Database, folder: Path, progress: Progress | None, *, again: bool) -> Indexed:
+    with database.writing() as connection:
+        root = root_of(connection, database, folder)
+        known = known_runs(connection, root)
+    there = {found.path: found for found in run_folders(folder)}
+    stale = [found for found in there.values() if again or _is_stale(found, known)]
+    unreadable: list[tuple[str, str]] = []
+    done = 0
+    for facts in _batches(read_facts(found) for found in stale):
+        with database.writing() as connection:
+            store(connection, root, facts)
+        unreadable += [(each.found.path, each.problem) for each in facts if each.problem]
+        done += len(facts)
+        if progress is not None:
+            progress(done, len(stale))
+    gone = [path for path in known if path not in there]
+    with database.writing() as connection:
+        mark_missing(connection, (known[path].id for path in gone))
+        forget_moved(connection, root)
+        left = {path for path, row in known_runs(connection, root).items() if row.missing}
+    return Indexed(
+        folder=folder,
+        runs=len(there),
+        new=sum(found.path not in known for found in stale),
+        changed=sum(found.path in known for found in stale),
+        unreadable=tuple(unreadable),
+        missing=tuple(sorted(left)),
+    )
+
+
+def _is_stale(found: FoundRun, known: dict[str, Known]) -> bool:
+    row = known.get(found.path)
+    return row is None or row.missing or not found.stamp or row.stamp != found.stamp
+
+
+def _batches(every: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:
+    rest = iter(every)
+    while batch := list(islice(rest, _BATCH)):
+        yield batch

@@ -1,0 +1,117 @@
+"""Ranges of values and times as a person writes them: '0.5..0.8 N·m', '10 Hz', '2026-01-31'."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, timedelta
+from math import inf
+
+from rigrunner.api.errors import UsageError
+from rigrunner.api.quantity import QuantityError, parse_quantity
+
+_BARE = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
+_NOMINAL = 1e-6
+"""How far, relatively, a value may be from a nominal one that is asked for."""
+_DAY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+_RESOLUTION = timedelta(milliseconds=1)
+"""Of the times in run files."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Values from `low` to `high`, both included, in the SI unit of their dimension."""
+
+    low: float
+    high: float
+    dimension: str
+
+
+def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) -> Range:
+    """Read 'LOW..HIGH UNIT', with either end left out or with a unit of its own.
+
+    With `nominal`, one value alone may stand for itself. Raises UsageError.
+    """
+    written = text.strip().replace("\N{MINUS SIGN}", "-")
+    low, dots, high = written.partition("..")
+    if not dots:
+        return _nominal(text, written, dimension, nominal=nominal)
+    if high.startswith(".") or ".." in high or not (low.strip() or high.strip()):
+        raise _no_range(text)
+    low, high = _with_units(low.strip(), high.strip())
+    first, last = _end(low, text, dimension), _end(high, text, dimension)
+    found = next(each for each in (first, last) if each is not None)
+    if first is not None and last is not None and first[1] != last[1]:
+        raise UsageError(f"'{text}' goes from a {first[1]} to a {last[1]}")
+    result = Range(-inf if first is None else first[0], inf if last is None else last[0], found[1])
+    if result.low > result.high:
+        raise UsageError(f"'{text}' is empty", hint="the smaller value stands first")
+    return result
+
+
+def since(text: str) -> datetime:
+    """Return the first moment of a day, or a moment; UTC where no zone is given."""
+    return _moment(text)
+
+
+def until(text: str) -> datetime:
+    """Return the moment before which something must be: all of that day, or up to that moment."""
+    step = timedelta(days=1) if _DAY.fullmatch(text.strip()) else _RESOLUTION
+    try:
+        return _moment(text) + step
+    except OverflowError as error:
+        raise UsageError(f"'{text}' is later than any run") from error
+
+
+def _moment(text: str) -> datetime:
+    try:
+        if _DAY.fullmatch(text.strip()):
+            day = date.fromisoformat(text.strip())
+            return datetime(day.year, day.month, day.day, tzinfo=UTC)
+        found = datetime.fromisoformat(text.strip())
+        return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+    except (ValueError, OverflowError) as error:
+        raise UsageError(
+            f"'{text}' is no date or time",
+            hint="such as 2026-01-31, or 2026-01-31T13:30+01:00; UTC where no zone is given",
+        ) from error
+
+
+def _nominal(text: str, written: str, dimension: str | None, *, nominal: bool) -> Range:
+    if not nominal:
+        raise _no_range(text)
+    end = _end(written, text, dimension)
+    assert end is not None  # noqa: S101  (only an empty end is None, and then there were dots)
+    value, found = end
+    near = abs(value) * _NOMINAL
+    return Range(value - near, value + near, found)
+
+
+def _with_units(low: str, high: str) -> tuple[str, str]:
+    """Give each end the unit of the other where it has none."""
+    if _BARE.fullmatch(low) and high:
+        low += high[_number_ends(high) :]
+    elif _BARE.fullmatch(high) and low:
+        high += low[_number_ends(low) :]
+    return low, high
+
+
+def _number_ends(text: str) -> int:
+    found = _BARE.match(text)
+    return found.end() if found else 0
+
+
+def _end(text: str, whole: str, dimension: str | None) -> tuple[float, str] | None:
+    if not text:
+        return None
+    try:
+        found = parse_quantity(text, dimension)
+    except QuantityError as error:
+        raise UsageError(f"'{whole}': {error.message}", hint=error.hint) from error
+    return found.si, found.dimension
+
+
+def _no_range(text: str) -> UsageError:
+    return UsageError(
+        f"'{text}' is no range", hint="such as '0.5..0.8 N·m', '..0.8 N·m' or '0.5 N·m..'"
+    )

@@ -1,0 +1,166 @@
+"""What an archive keeps of a run folder: read from its files alone."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.api.results import REPLAYED
+from rigrunner.archive.documents import at, moment, text
+from rigrunner.archive.result_facts import decision, figures, headline, points
+from rigrunner.archive.scan import storable
+from rigrunner.runfile import read_summary
+from rigrunner.workflow.provenance import is_simulated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.archive.result_facts import Row
+    from rigrunner.archive.scan import FoundRun
+    from rigrunner.runfile import RunSummary
+
+RUN_FILE = "run.h5"
+NAMED_INPUTS = ("specimen", "type", "lot", "operator")
+"""Inputs of a procedure that have a column of their own."""
+_DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """The rows of one run folder."""
+
+    found: FoundRun
+    run: Row
+    """The columns of the run itself; where it cannot be read, its `problem` alone."""
+    parts: Mapping[str, list[Row]] = field(default_factory=dict)
+    """The rows of what it has several of, by table."""
+
+    @property
+    def problem(self) -> str:
+        """Why the run cannot be read, where it cannot."""
+        return str(self.run["problem"])
+
+
+def read_facts(found: FoundRun) -> RunFacts:
+    """Read a run folder; one that is damaged gives its problem instead of an error."""
+    try:
+        summary = read_summary(found.folder)
+        return _facts(found, summary, _decisions(found, summary))
+    except RigrunnerError as error:
+        return RunFacts(found, {"problem": storable(str(error))})
+
+
+def _facts(found: FoundRun, summary: RunSummary, decisions: list[Row]) -> RunFacts:
+    document = summary.result_document
+    in_force = decisions[-1] if decisions else {}
+    run = {
+        "problem": "",
+        **_identity(summary),
+        **headline(document),
+        **{name: in_force.get(name) for name in _DECIDED},
+        "bytes": sum(file.bytes for file in found.files),
+    }
+    parts = {
+        "points": points(document),
+        "figures": figures(document, summary.zeros),
+        "inputs": _inputs(summary.inputs),
+        "decisions": decisions,
+        "files": _files(found),
+    }
+    return RunFacts(found, run, parts)
+
+
+def _identity(summary: RunSummary) -> dict[str, Any]:
+    inputs = {**summary.people, **summary.inputs}
+    return {
+        "run_id": text(summary.run_id),
+        "started_utc": moment(summary.started_utc),
+        "ended_utc": moment(summary.ended_utc),
+        "sealed": summary.sealed,
+        "outcome": text(summary.outcome),
+        "reason": text(summary.reason),
+        "procedure": text(summary.procedure_id),
+        "revision": text(summary.procedure_revision),
+        "title": text(summary.procedure_title),
+        "rig": text(summary.station_id),
+        **{name: text(inputs.get(name)) for name in NAMED_INPUTS},
+        "approval": text(summary.approval.get("state")),
+        "imported": bool(summary.imported),
+        "replayed": REPLAYED in summary.provenance,
+        "simulated": is_simulated(summary.provenance),
+        "program": text(summary.provenance.get("Rigrunner")),
+        "recordings": summary.recordings,
+        "digest_sha256": text(summary.digest),
+        "manifest_sha256": text(summary.manifest_sha256),
+    }
+
+
+def _inputs(inputs: Mapping[str, str]) -> list[Row]:
+    stored = {storable(name): storable(value) for name, value in inputs.items()}
+    return [{"name": name, "value": value} for name, value in stored.items()]
+
+
+def _decisions(found: FoundRun, summary: RunSummary) -> list[Row]:
+    """Return the run's own decision and all later ones, the last of which is in force."""
+    decided = [*_own(summary), *_later(found, summary)]
+    return [
+        {**each, "number": number, "in_force": number == len(decided)}
+        for number, each in enumerate(decided, 1)
+    ]
+
+
+def _own(summary: RunSummary) -> Iterator[Row]:
+    document = summary.result_document
+    own = at(document, "decision")
+    if own is not None:
+        decided_utc = moment(summary.ended_utc)
+        yield {
+            **decision(own),
+            "file": RUN_FILE,
+            "decided_utc": decided_utc,
+            "by": None,
+            "why": None,
+        }
+
+
+def _later(found: FoundRun, summary: RunSummary) -> Iterator[Row]:
+    if not any(file.name.startswith("decision-") for file in found.files):
+        return
+    from rigrunner.workflow.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
+
+    for each in later_decisions(summary, found.folder):
+        yield {
+            **decision(each.document["decision"]),
+            "file": text(each.path.name),
+            "decided_utc": moment(each.document["decided_utc"]),
+            "by": text(each.document["by"]),
+            "why": text(each.document["reason"]),
+        }
+
+
+def _files(found: FoundRun) -> list[Row]:
+    return [
+        {
+            "name": storable(file.name),
+            "bytes": file.bytes,
+            "modified_ns": file.modified_ns,
+            "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
+        }
+        for file in found.files
+    ]
+
+
+def _sha256(path: Path) -> str:
+    """Return the digest of a file beside the run file, of which the manifest says more."""
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as file:
+            while block := file.read(_BLOCK):
+                digest.update(block)
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}") from error
+    return digest.hexdigest()

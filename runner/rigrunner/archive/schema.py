@@ -1,0 +1,187 @@
+"""The tables of an archive, the same on every engine.
+
+Numbers are in SI units, which stand in the names of their columns. Everything can be made again
+from the run files; nothing is here that is not there.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    DateTime,
+    Double,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    Table,
+    Text,
+    TypeDecorator,
+    UniqueConstraint,
+)
+
+if TYPE_CHECKING:
+    from sqlalchemy import Dialect
+
+VERSION = 1
+"""Of these tables; an archive of another version is made anew from the run files."""
+
+
+class UtcTime(TypeDecorator[datetime]):
+    """An aware time, kept as UTC without zone: SQLite has no other, and both then sort alike."""
+
+    impl = DateTime
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:  # noqa: ARG002  (SQLAlchemy's signature)
+        """Return the time in UTC, without zone."""
+        return None if value is None else value.astimezone(UTC).replace(tzinfo=None)
+
+    def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:  # noqa: ARG002  (SQLAlchemy's signature)
+        """Return the time with its zone."""
+        return None if value is None else value.replace(tzinfo=UTC)
+
+
+TEXT = Text().with_variant(Text(collation="C"), "postgresql")
+"""Sorted by code points on every engine, whatever language the server speaks."""
+METADATA = MetaData()
+
+ABOUT = Table(
+    "archive",
+    METADATA,
+    Column("name", TEXT, primary_key=True),
+    Column("value", TEXT, nullable=False),
+)
+
+ROOTS = Table(
+    "roots",
+    METADATA,
+    Column("id", Integer, primary_key=True),
+    Column("name", TEXT, nullable=False, unique=True),
+    Column("path", TEXT, nullable=False),
+)
+
+RUNS = Table(
+    "runs",
+    METADATA,
+    Column("id", Integer, primary_key=True),
+    Column("root", ForeignKey("roots.id"), nullable=False),
+    Column("path", TEXT, nullable=False),
+    Column("stamp", TEXT, nullable=False),
+    Column("missing", Boolean, nullable=False),
+    Column("problem", TEXT, nullable=False),
+    Column("run_id", TEXT),
+    Column("started_utc", UtcTime),
+    Column("ended_utc", UtcTime),
+    Column("sealed", Boolean),
+    Column("outcome", TEXT),
+    Column("reason", TEXT),
+    Column("procedure", TEXT),
+    Column("revision", TEXT),
+    Column("title", TEXT),
+    Column("rig", TEXT),
+    Column("mandrel", TEXT),
+    Column("specimen", TEXT),
+    Column("type", TEXT),
+    Column("lot", TEXT),
+    Column("operator", TEXT),
+    Column("approval", TEXT),
+    Column("imported", Boolean),
+    Column("replayed", Boolean),
+    Column("simulated", Boolean),
+    Column("program", TEXT),
+    Column("no_load_run", TEXT),
+    Column("recordings", Integer),
+    Column("measurand", TEXT),
+    Column("symbol", TEXT),
+    Column("method", TEXT),
+    Column("torque_nm", Double),
+    Column("u_nm", Double),
+    Column("expanded_nm", Double),
+    Column("dof", Double),
+    Column("raw_peak_nm", Double),
+    Column("verdict", TEXT),
+    Column("rule", TEXT),
+    Column("limit_text", TEXT),
+    Column("probability_of_conformity", Double),
+    Column("failed_checks", Integer),
+    Column("digest_sha256", TEXT),
+    Column("manifest_sha256", TEXT),
+    Column("bytes", BigInteger),
+    UniqueConstraint("root", "path"),
+    Index("runs_by_start", "started_utc"),
+    Index("runs_by_run_id", "run_id"),
+    Index("runs_by_specimen", "specimen"),
+    Index("runs_by_lot", "lot"),
+    Index("runs_by_rig", "rig"),
+)
+
+
+def _of_a_run(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table:
+    """Return a table of what a run has several of, in the order of its key."""
+    run: Column[Any] = Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    return Table(name, METADATA, run, *key, *columns, sqlite_with_rowid=False)
+
+
+POINTS = _of_a_run(
+    "points",
+    [Column("number", Integer, primary_key=True, autoincrement=False)],
+    Column("recording", TEXT),
+    Column("set_frequency_hz", Double),
+    Column("frequency_hz", Double),
+    Column("load_n", Double),
+    Column("cycles", Integer),
+    Column("raw_peak_nm", Double),
+    Column("raw_peak_sd_nm", Double),
+    Column("torque_nm", Double),
+    Column("u_nm", Double),
+    Column("expanded_nm", Double),
+    Column("dof", Double),
+)
+
+FIGURES = _of_a_run(
+    "figures",
+    [Column("source", TEXT, primary_key=True), Column("name", TEXT, primary_key=True)],
+    Column("value", Double),
+    Column("u", Double),
+    Column("dof", Double),
+    Column("unit", TEXT),
+)
+
+INPUTS = _of_a_run(
+    "inputs", [Column("name", TEXT, primary_key=True)], Column("value", TEXT, nullable=False)
+)
+
+DECISIONS = _of_a_run(
+    "decisions",
+    [Column("number", Integer, primary_key=True, autoincrement=False)],
+    Column("file", TEXT),
+    Column("in_force", Boolean, nullable=False),
+    Column("verdict", TEXT),
+    Column("rule", TEXT),
+    Column("limit_text", TEXT),
+    Column("limit_source", TEXT),
+    Column("probability_of_conformity", Double),
+    Column("decided_utc", UtcTime),
+    Column("reason", TEXT),
+    Column("by", TEXT),
+    Column("why", TEXT),
+)
+
+FILES = _of_a_run(
+    "files",
+    [Column("name", TEXT, primary_key=True)],
+    Column("bytes", BigInteger, nullable=False),
+    Column("modified_ns", BigInteger, nullable=False),
+    Column("sha256", TEXT, nullable=False),
+)
+
+PARTS = (POINTS, FIGURES, INPUTS, DECISIONS, FILES)
+"""What a run has several of."""
+TABLES = {table.name: table for table in (RUNS, *PARTS)}
+"""What can be asked for, by name."""

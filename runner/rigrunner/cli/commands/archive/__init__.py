@@ -1,0 +1,32 @@
+"""`rigrunner archive`: many run folders, indexed and searched."""
+
+from __future__ import annotations
+
+import click
+
+from rigrunner.cli.lazy import LazyGroup
+from rigrunner.cli.output import result
+
+SUMMARIES = {
+    "index": "Bring the archive up to date with folders of runs.",
+    "search": "Find runs by what they were made on and what they found.",
+    "export": "Write runs or set-points to a CSV or Parquet file.",
+    "rebuild": "Make the archive anew from the run files.",
+}
+
+
+@click.group(
+    name="archive",
+    cls=LazyGroup,
+    invoke_without_command=True,
+    package=__name__,
+    summaries=SUMMARIES,
+)
+@click.pass_context
+def command(context: click.Context) -> None:
+    """Index many run folders, search and export what they found.
+
+    The run files stay the truth: the archive can be made anew from them at any time.
+    """
+    if context.invoked_subcommand is None:
+        result(context.get_help())

@@ -1,0 +1,34 @@
+"""`rigrunner archive index`: what is new in folders of runs."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.archiving import database_option, folders_argument, tell_indexed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="index")
+@folders_argument
+@database_option
+def command(folders: tuple[Path, ...], database: str) -> None:
+    """Bring the archive up to date with folders of runs, at any depth; 'runs' if none is named.
+
+    Only what is new or changed is read. A run that cannot be read is listed with its problem.
+    """
+    from pathlib import Path
+
+    from rigrunner.archive import index
+    from rigrunner.archive.database import Database
+    from rigrunner.archive.location import location_of
+    from rigrunner.cli.archiving import shown_reading
+
+    wanted = list(folders or [Path("runs")])
+    with closing(Database(location_of(database, wanted))) as archive, shown_reading() as progress:
+        found = index(archive, wanted, progress=progress)
+    tell_indexed(found)

@@ -1,0 +1,36 @@
+"""`rigrunner archive rebuild`: the archive made anew."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.archiving import database_option, folders_argument, tell_indexed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="rebuild")
+@folders_argument
+@database_option
+def command(folders: tuple[Path, ...], database: str) -> None:
+    """Make the archive anew from the run files.
+
+    With a database and no folder, from all folders that it knows. Runs whose files are gone are
+    forgotten.
+    """
+    from pathlib import Path
+
+    from rigrunner.archive import rebuild
+    from rigrunner.archive.database import Database
+    from rigrunner.archive.location import location_of
+    from rigrunner.cli.archiving import shown_reading
+
+    place = list(folders or [Path("runs")])
+    wanted = list(folders) if database else place
+    with closing(Database(location_of(database, place))) as archive, shown_reading() as progress:
+        found = rebuild(archive, wanted, progress=progress)
+    tell_indexed(found)

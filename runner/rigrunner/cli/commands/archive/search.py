@@ -1,0 +1,53 @@
+"""`rigrunner archive search`: the runs that fit."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.archiving import filter_options, filters_in
+from rigrunner.cli.options import json_option
+from rigrunner.cli.output import message, result, result_json
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.archive import Rows
+
+
+@click.command(name="search")
+@filter_options
+@json_option
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, with every column.")
+def command(
+    runs: Path, database: str, limit: int | None, *, as_json: bool, as_csv: bool, **words: Any
+) -> None:
+    """Find runs by what they were made on and what they found, oldest first.
+
+    An option that is given several times takes either; all options must hold.
+    """
+    from rigrunner.api.errors import UsageError
+    from rigrunner.archive import open_archive
+    from rigrunner.archive.querying import rows
+    from rigrunner.cli.found import json_rows, table_of_runs
+
+    if as_json and as_csv:
+        raise UsageError("--json and --csv exclude each other")
+    filters = filters_in(words)
+    with closing(open_archive(runs, database)) as archive:
+        found = rows(archive, "runs", filters, limit=limit)
+    if as_json:
+        result_json(json_rows(found))
+    elif as_csv:
+        result(found.to_csv().removesuffix("\n"))
+    elif not len(found):
+        message("No run fits.")
+    else:
+        result(table_of_runs(found))
+        message(_count(found))
+
+
+def _count(found: Rows) -> str:
+    return "1 run" if len(found) == 1 else f"{len(found)} runs"

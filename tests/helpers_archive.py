@@ -1,0 +1,165 @@
+"""Run folders for archives, made quickly, and databases to keep archives in."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from helpers_runfile import header_of, recording, write_run
+from rigrunner.runfile import seal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+NOBODY = 65534
+REQUIRED = "RIGRUNNER_REQUIRE_POSTGRES"
+_NUMBERS = count(1)
+
+
+def estimate(value: float | None, u: float = 0.005, unit: str = "N·m") -> dict:
+    return {
+        "value": value,
+        "standard_uncertainty": u,
+        "degrees_of_freedom": "infinite",
+        "coverage_factor_95": 2.0,
+        "expanded_uncertainty_95": 2 * u,
+        "unit": unit,
+    }
+
+
+def result_document(torque_nm: float = 0.72, verdict: str = "pass", **changed: object) -> dict:
+    """Return a result as `result.json` has it, with two set-points, of what an archive reads."""
+    frequencies = (10.0, 20.0)
+    known = {
+        "format": "rigrunner: result/1",
+        "measurand": {"symbol": "Td", "name": "load-induced starting torque", "unit": "N·m"},
+        "run": {"mandrel": "M-01"},
+        "no_load_run": {"id": "no-load"},
+        "headline": {
+            "method": "template_inverse",
+            "compensated": estimate(torque_nm),
+            "raw_peak": estimate(3.7),
+        },
+        "decision": {
+            "verdict": verdict,
+            "reason": "within the limit",
+            "rule": "guard_band_u: words",
+            "limit": "≤ 0.95 N·m",
+            "limit_source": "a drawing",
+            "probability_of_conformity": 0.99,
+        },
+        "checks": [{"name": "a", "ok": True}, {"name": "b", "ok": False}],
+        "points": [_point(number, each) for number, each in enumerate(frequencies, 1)],
+        "compensations": {
+            "template_inverse": {
+                "checks": [{"name": "c", "ok": False}],
+                "parameters": {"inertia": estimate(0.00232, 1e-6, "kg·m²")},
+                "points": [
+                    {**_frequencies(each), "torque": estimate(torque_nm + each / 1000)}
+                    for each in frequencies
+                ],
+            }
+        },
+        "fits": [
+            {
+                "name": "polynomial",
+                "curve": {
+                    "coefficients": {"c0": estimate(0.9, 0.1)},
+                    "degrees_of_freedom": 9.0,
+                },
+            }
+        ],
+    }  # fmt: skip
+    return known | changed
+
+
+def store_run(runs: Path, name: str = "", document: object = None, **header: object) -> Path:
+    """Write and seal a small run; its inputs are those of the header."""
+    number = next(_NUMBERS)
+    folder = runs / (name or f"run-{number}")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir()
+    known = header_of(folder.name, **header)
+    write_run(folder, [recording(samples=50, seed=number)], header=known)
+    seal(folder, result_document() if document is None else document)
+    return folder
+
+
+def _frequencies(frequency_hz: float) -> dict:
+    return {
+        "set_frequency": {"value": frequency_hz, "unit": "Hz"},
+        "frequency": {"value": frequency_hz * 1.0001, "unit": "Hz"},
+    }
+
+
+def _point(number: int, frequency_hz: float) -> dict:
+    return {
+        "recording": f"{number:03d}",
+        **_frequencies(frequency_hz),
+        "load": {"value": 1000.5, "unit": "N"},
+        "raw_peak": {
+            "mean": {"value": 2.0 + number, "unit": "N·m"},
+            "standard_deviation": {"value": 0.01, "unit": "N·m"},
+            "cycles_kept": 30,
+        },
+    }
+
+
+@contextmanager
+def postgresql_server() -> Iterator[str]:
+    """Run a PostgreSQL of our own, reached by a socket in a folder; give what follows its name."""
+    programs = _programs()
+    if programs is None:
+        if os.environ.get(REQUIRED):
+            pytest.fail(f"{REQUIRED} is set, but there is no PostgreSQL here")
+        pytest.skip("there is no PostgreSQL here")
+    folder = Path(tempfile.mkdtemp(prefix="pg", dir="/tmp"))
+    somebody = _somebody(folder)
+    data = folder / "data"
+    options = f"-c listen_addresses='' -c unix_socket_directories={folder} -c fsync=off"
+    try:
+        _run([programs / "initdb", "-D", data, "-A", "trust", "-U", "rigrunner", "-N"], somebody)
+        start = [programs / "pg_ctl", "-D", data, "-w", "-l", folder / "log", "-o", options]
+        _run([*start, "start"], somebody)
+        try:
+            yield f"?host={folder}"
+        finally:
+            _run([programs / "pg_ctl", "-D", data, "-m", "immediate", "stop"], somebody)
+    finally:
+        shutil.rmtree(folder)
+
+
+def _programs() -> Path | None:
+    """Return the folder of PostgreSQL's programs: Debian keeps them off the path."""
+    found = shutil.which("initdb")
+    places = [Path(found).parent] if found else Path("/usr/lib/postgresql").glob("*/bin")
+    return max((each for each in places if (each / "initdb").exists()), default=None)
+
+
+def _somebody(folder: Path) -> dict[str, object]:
+    """Return as whom PostgreSQL runs, which refuses to be root's, and give the folder to them."""
+    if os.geteuid() != 0:
+        return {}
+    os.chown(folder, NOBODY, NOBODY)
+    return {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+
+
+def _run(command: list[object], somebody: dict[str, object]) -> None:
+    done = subprocess.run(
+        [str(each) for each in command],
+        cwd="/",
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+        **somebody,
+    )
+    assert done.returncode == 0, done.stdout.decode()
