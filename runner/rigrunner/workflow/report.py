@@ -12,7 +12,7 @@ from rigrunner.api.results import ReportInput
 from rigrunner.runfile import read, read_truth
 from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.log import event_text
-from rigrunner.workflow.stored import analyse_run
+from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -58,7 +58,7 @@ def report_input(
 ) -> ReportInput:
     """Return what a report format is given for a stored run."""
     stored = read(path)
-    found = result or analyse_run(path, registry, progress=progress)
+    found = result or analyse_stored(stored, registry, stored.no_load, progress=progress)
     return ReportInput(
         result=found,
         document=document(found),

@@ -58,6 +58,18 @@ def analyse_run(
     """
     stored = read(path)
     other = read(no_load) if no_load is not None else stored.no_load
+    return analyse_stored(stored, registry, other, acceptance=acceptance, progress=progress)
+
+
+def analyse_stored(
+    stored: StoredRun,
+    registry: Registry,
+    no_load: StoredRun | None,
+    *,
+    acceptance: Acceptance | None = None,
+    progress: Progress = unseen,
+) -> Result:
+    """Analyse a run that was read already, as `analyse_run` does."""
     procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
     if procedure.analysis == NO_ANALYSIS:
         raise DataError(
@@ -66,7 +78,7 @@ def analyse_run(
         )
     return analyse(
         run_data(stored),
-        run_data(other) if other is not None else None,
+        run_data(no_load) if no_load is not None else None,
         procedure.analysis,
         acceptance=acceptance or procedure.acceptance,
         measurand=procedure.measurand,
