@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import MISSING, fields
 from datetime import timedelta
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.events import Alarm, Event
-from rigrunner.clock import utc_text
+from rigrunner.clock import UtcTexts, utc_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
+    from datetime import datetime
 
     from rigrunner.api.devices import Clock
     from rigrunner.api.events import EventSink
@@ -27,35 +30,37 @@ class Bus:
     def __init__(
         self, critical: Iterable[EventSink] = (), guarded: Iterable[EventSink] = ()
     ) -> None:
-        self._critical = list(critical)
-        self._guarded = list(guarded)
+        self._critical = tuple(critical)
+        self._guarded = tuple(guarded)
 
     def emit(self, event: Event) -> list[str]:
         """Hand out the event and say, in words, which guarded sinks were dropped by it.
 
         The first error of a critical sink is raised after all others have had the event.
         """
-        failures = [error for sink in tuple(self._critical) if (error := self._try(sink, event))]
-        dropped = [text for sink in tuple(self._guarded) if (text := self._guard(sink, event))]
+        failures: list[Exception] = []
+        dropped: list[str] = []
+        for sink in self._critical:
+            try:
+                sink(event)
+            except Exception as error:  # noqa: BLE001  (raised again once all sinks have the event)
+                self._critical = _without(sink, self._critical)
+                failures.append(error)
+        for sink in self._guarded:
+            try:
+                sink(event)
+            except Exception as error:  # noqa: BLE001  (a stranger's listener may raise anything)
+                self._guarded = _without(sink, self._guarded)
+                why = f"{type(error).__name__}: {error}"
+                dropped.append(f"{_name(sink)} failed and was dropped: {why}")
         if failures:
             raise failures[0]
         return dropped
 
-    def _try(self, sink: EventSink, event: Event) -> Exception | None:
-        try:
-            sink(event)
-        except Exception as error:  # noqa: BLE001  (raised again once all sinks have the event)
-            self._critical.remove(sink)
-            return error
-        return None
 
-    def _guard(self, sink: EventSink, event: Event) -> str:
-        try:
-            sink(event)
-        except Exception as error:  # noqa: BLE001  (a stranger's listener may raise anything)
-            self._guarded.remove(sink)
-            return f"{_name(sink)} failed and was dropped: {type(error).__name__}: {error}"
-        return ""
+def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, ...]:
+    """Return new sinks: those that are being told an event are told it in peace."""
+    return tuple(one for one in sinks if one is not sink)
 
 
 SET_BACK = timedelta(seconds=1)
@@ -77,13 +82,14 @@ class Emitter:
 
     def __call__(self, kind: type[Event], **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
-        self._look_at_clock()
-        for text in self._bus.emit(self._stamp(kind, **fields)):
-            self(Alarm, source="event sink", text=text)
-
-    def _look_at_clock(self) -> None:
         now, latest = self._clock.utc(), self._latest
         self._latest = now
+        if now < latest:
+            self._tell_set_back(latest, now)
+        for text in self._bus.emit(self._stamp.at(now, kind, fields)):
+            self(Alarm, source="event sink", text=text)
+
+    def _tell_set_back(self, latest: datetime, now: datetime) -> None:
         if latest - now > SET_BACK:
             was = f"the clock was set back from {utc_text(latest)} to {utc_text(now)}"
             self(Alarm, source="clock", text=f"{was}; durations are measured by another one")
@@ -95,15 +101,44 @@ class EventStamp:
     def __init__(self, clock: Clock, first_seq: int = 0) -> None:
         self._clock = clock
         self._seq = itertools.count(first_seq)
+        self._utc_text = UtcTexts()
+        self._checked: set[tuple[object, ...]] = set()
+        """With which fields an event of each kind was made before, and so can be made again."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
-        return kind(
-            seq=next(self._seq),
-            monotonic_s=self._clock.monotonic_s(),
-            utc=utc_text(self._clock.utc()),
-            **fields,
-        )
+        return self.at(self._clock.utc(), kind, fields)
+
+    def at(self, now: datetime, kind: type[_E], given: Mapping[str, Any]) -> _E:
+        """Return an event of that kind, stamped with a date and time that was just looked at."""
+        known = {
+            "seq": next(self._seq),
+            "monotonic_s": self._clock.monotonic_s(),
+            "utc": self._utc_text(now),
+            **_defaults(kind),  # type: ignore[arg-type]  # mypy: a class variable is not hashable
+            **given,
+        }
+        names = (kind, *given)
+        if names not in self._checked:
+            checked = kind(**known)
+            self._checked.add(names)
+            return checked
+        # The __init__ of a frozen dataclass sets each field on its own, in three times the time.
+        event = kind.__new__(kind)
+        vars(event).update(known)
+        return event
+
+
+@cache
+def _defaults(kind: type[Event]) -> Mapping[str, Any]:
+    """Return the values of the fields that need not be given."""
+    known: dict[str, Any] = {}
+    for each in fields(kind):
+        if each.default is not MISSING:
+            known[each.name] = each.default
+        elif each.default_factory is not MISSING:
+            known[each.name] = each.default_factory()
+    return known
 
 
 def _name(sink: EventSink) -> str:

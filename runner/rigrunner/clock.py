@@ -9,7 +9,25 @@ from datetime import UTC, datetime, timedelta
 
 def utc_text(moment: datetime) -> str:
     """Return an aware time as ISO 8601 in UTC with milliseconds: '2026-03-01T12:00:00.000Z'."""
-    return moment.astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    in_utc = moment if moment.tzinfo is UTC else moment.astimezone(UTC)
+    return in_utc.isoformat(timespec="milliseconds").removesuffix("+00:00") + "Z"
+
+
+class UtcTexts:
+    """Writes times as `utc_text` does; what is the same throughout a second is written once."""
+
+    def __init__(self) -> None:
+        self._second = datetime.min.replace(tzinfo=UTC)
+        self._text = ""
+
+    def __call__(self, moment: datetime) -> str:
+        """Return the text of an aware time."""
+        since = moment - self._second
+        if since.days or since.seconds:  # another second, an earlier one too
+            self._second = moment.replace(microsecond=0)
+            self._text = utc_text(self._second).removesuffix("000Z")
+            since = moment - self._second
+        return f"{self._text}{since.microseconds // 1000:03d}Z"
 
 
 class WallClock:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, DeviceError
@@ -10,34 +10,34 @@ from rigrunner.engine.steps import action_name
 from rigrunner.plan.actions import Measure, Record
 
 if TYPE_CHECKING:
-    from rigrunner.plan.actions import Action, PlannedStep
+    from rigrunner.plan.actions import PlannedStep
 
 
-@dataclass(frozen=True)
 class Attempt:
-    """The so-manieth try, from 1, of a step at its place in the plan."""
+    """The so-manieth try, from 1, of a step at its place in the plan.
 
-    index: int
-    step: PlannedStep
-    number: int
-    total: int
-    """The so-manieth all in all, where the step was repeated."""
+    `total` is the so-manieth all in all, where the step was repeated.
+    """
 
-    @property
-    def action(self) -> Action:
-        """What is done; each try makes a recording of its own."""
-        action = self.step.action
-        if isinstance(action, Record) and self.total > 1:
-            return replace(action, name=f"{action.name}_try{self.total}")
-        return action
+    def __init__(self, index: int, step: PlannedStep, number: int, total: int) -> None:
+        self.step = step
+        self.number = number
+        action = step.action
+        known: dict[str, Any] = {"step": step.path, "index": index, "action": action_name(action)}
+        if isinstance(action, Record):
+            if total > 1:  # each try makes a recording of its own
+                action = replace(action, name=f"{action.name}_try{total}")
+            known["recording"] = action.name
+        self.action = action
+        self._identity = known
 
     @property
     def started(self) -> dict[str, Any]:
         """The fields of its StepStarted."""
         action = self.action
         known = {**self._identity, "text": self.step.text}
-        if isinstance(action, (Record, Measure)):
-            known |= {"setpoints": action.setpoints, "units": action.units}
+        if isinstance(action, (Measure, Record)):
+            known["setpoints"], known["units"] = action.setpoints, action.units
         return known
 
     @property
@@ -45,7 +45,8 @@ class Attempt:
         """The fields of its StepEnded that do not depend on how it went."""
         action = self.action
         if isinstance(action, Measure):
-            return {**self._identity, "measurement": action.name, "setpoints": action.setpoints}
+            measured = {"measurement": action.name, "setpoints": action.setpoints}
+            return {**self._identity, **measured}
         return self._identity
 
     def is_tried_again(self, error: BaseException) -> bool:
@@ -55,16 +56,6 @@ class Attempt:
     def is_passed_over(self, error: BaseException) -> bool:
         """Say whether the run goes on in spite of an error."""
         return _is_failure(error) and self.step.terms.goes_on
-
-    @property
-    def _identity(self) -> dict[str, Any]:
-        action = self.action
-        return {
-            "step": self.step.path,
-            "index": self.index,
-            "action": action_name(action),
-            "recording": action.name if isinstance(action, Record) else "",
-        }
 
 
 def _is_failure(error: BaseException) -> bool:

@@ -18,10 +18,19 @@ def judge(limits: Sequence[Limit], values: Mapping[str, float]) -> list[str]:
 
     `values` are in SI units, by 'role.channel'.
     """
-    beyond = [text for limit in limits if (text := _beyond(limit, values[limit.member]))]
+    near = [limit for limit in limits if not _is_clear(limit, values[limit.member])]
+    beyond = [text for limit in near if (text := _beyond(limit, values[limit.member]))]
     if beyond:
         raise DataError("; ".join(beyond))
-    return [text for limit in limits if (text := _marginal(limit, values[limit.member]))]
+    return [text for limit in near if (text := _marginal(limit, values[limit.member]))]
+
+
+def _is_clear(limit: Limit, value: float) -> bool:
+    """Say whether nothing is to be said of a value."""
+    low, high = limit.minimum, limit.maximum
+    return (low is None or value - low.si >= limit.marginal) and (
+        high is None or value - high.si <= -limit.marginal
+    )
 
 
 def _beyond(limit: Limit, value: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import AbortedError, DeviceTimeoutError
@@ -47,6 +48,8 @@ class Session:
 
     def within(self, timeout_s: float | None) -> Session:
         """Return the session of a step that begins now and may take that long."""
+        if timeout_s is None and self.timeout_s is None:
+            return self
         return replace(self, timeout_s=timeout_s, began_s=self.rig.clock.monotonic_s())
 
     def ending(self) -> Session:
@@ -59,32 +62,35 @@ class Session:
         AbortedError if the run is asked to stop or an interlock aborts it, PauseWantedError if it
         is to pause, DeviceTimeoutError if its time is over.
         """
-        self._tell()
+        if self._telling is not None:
+            self._tell(self._telling)
         check_stop(self.stop)
         if self.is_ending:
             self.guard.look()
         else:
             self.guard.check(anew=anew)
-            self._check_pause()
-        self.check_time()
+            if self.pauses is not None and (by := self.pauses.wanted()):
+                raise PauseWantedError("a pause was asked for", by)
+        if self.timeout_s is not None:
+            self.check_time()
 
     def watch(self, *, anew: bool = False) -> None:
         """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
-        self._tell()
+        if self._telling is not None:
+            self._tell(self._telling)
         check_stop(self.stop)
         with suppress(PauseWantedError):
             self.guard.check(anew=anew)
 
-    def _check_pause(self) -> None:
-        by = self.pauses.wanted() if self.pauses else ""
-        if by:
-            raise PauseWantedError("a pause was asked for", by)
+    @cached_property
+    def _telling(self) -> Telling | None:
+        """The pauses that know what else a person did; found out once, which takes its time."""
+        return self.pauses if isinstance(self.pauses, Telling) else None
 
-    def _tell(self) -> None:
+    def _tell(self, telling: Telling) -> None:
         """Put on record what else a person did."""
-        if isinstance(self.pauses, Telling):
-            for each in self.pauses.told():
-                self.emit(Intervention, **asdict(each))
+        for each in telling.told():
+            self.emit(Intervention, **asdict(each))
 
     def set(self, role: str, drive: str, value: float) -> float:
         """Set a drive and return its read-back; raise InterlockError if that is forbidden."""
@@ -93,8 +99,9 @@ class Session:
 
     def check_time(self) -> None:
         """Raise DeviceTimeoutError if the step has taken longer than it may."""
-        taken_s = self.rig.clock.monotonic_s() - self.began_s
-        if self.timeout_s is not None and taken_s > self.timeout_s:
+        if self.timeout_s is None:
+            return
+        if self.rig.clock.monotonic_s() - self.began_s > self.timeout_s:
             raise DeviceTimeoutError(
                 f"the step is not done within {self.timeout_s:g} s", hint="see its timeout"
             )

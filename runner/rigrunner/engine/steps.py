@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import ceil
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.api.events import Answer, Note, Prompt, Samples
@@ -23,38 +22,48 @@ if TYPE_CHECKING:
 _NAP_S = 0.1
 """How long a wait goes on before the stop token is looked at again."""
 _MOST_RAMP_STEPS = 1000
+_NAMES: dict[type, str] = {
+    **{kind: kind.__name__.lower() for kind in get_args(actions.Action)},
+    SetDrive: "set",
+}
+"""The keyword of each kind of step in the procedure language."""
 
 
-@dataclass(frozen=True)
-class Measured:
+_NONE: Mapping[str, Any] = {}
+
+
+class Measured(NamedTuple):
     """What a step found, in SI units by 'role.name', and what a simulator knows of it."""
 
-    values: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    truth: Mapping[str, float] = field(default_factory=dict)
+    values: Mapping[str, float] = _NONE
+    units: Mapping[str, str] = _NONE
+    truth: Mapping[str, float] = _NONE
+
+
+NOTHING = Measured()
 
 
 def action_name(action: Action) -> str:
     """Return the step's keyword in the procedure language."""
-    return "set" if isinstance(action, SetDrive) else type(action).__name__.lower()
+    return _NAMES[type(action)]
 
 
 def perform(path: str, action: Action, session: Session) -> Measured:
     """Do one action of the plan; `path` names the step in questions and errors."""
     match action:
-        case Zero():
-            return _zero(action, session)
         case SetDrive():
             return _set(action, session)
-        case Ramp():
-            return _ramp(action, session)
-        case Record():
-            return _record(action, session)
         case Measure():
             return _measure(action, session)
+        case Record():
+            return _record(action, session)
+        case Ramp():
+            return _ramp(action, session)
+        case Zero():
+            return _zero(action, session)
         case _:
             _perform_without_finding(path, action, session)
-            return Measured()
+            return NOTHING
 
 
 def _perform_without_finding(

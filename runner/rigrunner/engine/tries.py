@@ -10,13 +10,14 @@ from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.limits import judge
 from rigrunner.engine.notes import GOES_ON, words
 from rigrunner.engine.pausing import PauseWantedError
-from rigrunner.engine.steps import Measured, perform
+from rigrunner.engine.steps import NOTHING, perform
 
 if TYPE_CHECKING:
     from collections import Counter
 
     from rigrunner.engine.notes import Notes
     from rigrunner.engine.session import Session
+    from rigrunner.engine.steps import Measured
     from rigrunner.plan.actions import PlannedStep
 
 
@@ -36,7 +37,7 @@ def do_step(
 
 def _try(attempt: Attempt, session: Session, notes: Notes) -> bool:
     """Return whether the step is over; raise what ends the run."""
-    step, found = attempt.step, Measured()
+    step, found = attempt.step, NOTHING
     trial = session.within(step.terms.timeout_s)
     session.emit(StepStarted, **attempt.started)
     try:
@@ -54,7 +55,8 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> bool:
         raise
     for text in remarks:
         session.emit(Note, step=step.path, text=text)
-    session.emit(StepEnded, **attempt.ended, ok=True, **_values(found), truth=found.truth)
+    values, units, truth = found
+    session.emit(StepEnded, **attempt.ended, ok=True, values=values, units=units, truth=truth)
     return True
 
 

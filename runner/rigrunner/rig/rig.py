@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.api.calling import InlineCaller, Patience, ThreadCaller, blocks_of
+from rigrunner.api.calling import Patience, blocks_of
 from rigrunner.api.devices import (
     Approaching,
     CountsStreams,
@@ -18,17 +17,17 @@ from rigrunner.api.devices import (
     Settable,
     Streaming,
 )
-from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.drives import agrees, approach
+from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import make_safe, safe_places
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
     from types import TracebackType
 
-    from rigrunner.api.calling import Caller
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Clock, Device, DriveInfo, Identity, StopToken
     from rigrunner.rig.safe_state import SafetyReport
@@ -63,10 +62,7 @@ class Rig:
         self._set_points: dict[str, float] = {}
         self._paused: list[str] = []
         self._patience = patience or Patience()
-        self._callers: dict[str, Caller] = {
-            role: InlineCaller() if device.non_blocking else ThreadCaller(role)
-            for role, device in self.devices.items()
-        }
+        self._roles = {name: Role(name, device) for name, device in self.devices.items()}
 
     def __enter__(self) -> Self:
         self.connect()
@@ -109,15 +105,17 @@ class Rig:
         a drive that can be asked is on its way; what it raises ends the waiting.
         """
         info, member = self._drive(role, drive), f"{role}.{drive}"
-        device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
+        held = self._roles[role]
+        device = held.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._rules.check(member, info, value, self._standing)
         limit_s = self._patience.answer_s + info.longest_s if timeout_s is None else timeout_s
         self._set_points.pop(member, None)  # until it is read back, where it stands is not known
-        if isinstance(device, Approaching):
-            with _named(role):
-                call = partial(self._callers[role].call, timeout_s=self._patience.answer_s)
+        approaching = held.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
+        if approaching is not None:
+            with held.named():
+                call = partial(held.caller.call, timeout_s=self._patience.answer_s)
                 approach(
-                    device,
+                    approaching,
                     info,
                     value,
                     call=call,
@@ -126,8 +124,9 @@ class Rig:
                     meanwhile=meanwhile,
                 )
         else:
-            self._call(role, f"set {drive}", lambda: device.set(drive, value), limit_s)
-        actual = self._call(role, f"read back {drive}", lambda: device.read_back(drive))
+            held.call(f"set {drive}", partial(device.set, drive, value), limit_s)
+        answer_s = self._patience.answer_s
+        actual = held.call(f"read back {drive}", partial(device.read_back, drive), answer_s)
         if not agrees(info, actual, value):
             raise DeviceRejectedError(
                 f"{role}: {drive} was set to {value:g} {info.unit}"
@@ -140,8 +139,8 @@ class Rig:
     def led_rate_per_s(self, role: str, drive: str) -> float | None:
         """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
         info, member = self._drive(role, drive), f"{role}.{drive}"
-        led = self._rules.is_led(member, info)
-        return self._rules.narrowed(member, info).rate_per_s if led else None
+        narrowed_per_s = self._rules.narrowed(member, info).rate_per_s
+        return None if narrowed_per_s == info.rate_per_s else narrowed_per_s
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits that the station sets it."""
@@ -153,7 +152,7 @@ class Rig:
 
     def read_back(self, role: str, drive: str) -> float:
         """Return where a drive is read back to stand."""
-        device = self._able(role, Settable)  # type: ignore[type-abstract]  # a Protocol
+        device = self._roles[role].need(Settable)  # type: ignore[type-abstract]  # a Protocol
         return self._call(role, f"read back {drive}", lambda: device.read_back(drive))
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
@@ -189,7 +188,7 @@ class Rig:
         """Bring back what was paused; the last one that was paused is the first."""
         while self._paused:
             role = self._paused[-1]
-            device = self._able(role, Pausable)  # type: ignore[type-abstract]  # a Protocol
+            device = self._roles[role].need(Pausable)  # type: ignore[type-abstract]  # a Protocol
             self._call(role, "resume", device.resume, self._longest_s(role))
             self._paused.pop()
 
@@ -197,14 +196,14 @@ class Rig:
         self, role: str, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Generator[Block]:
         """Yield the blocks of one device until the duration has passed or the token is set."""
-        device = self._able(role, Streaming)  # type: ignore[type-abstract]  # a Protocol
+        device = self._roles[role].need(Streaming)  # type: ignore[type-abstract]  # a Protocol
         timeout_s = self._patience.answer_s + duration_s
         call = partial(self._call, role)
         yield from blocks_of(device, channels, duration_s, stop, call, timeout_s)
 
     def sample_rate_hz(self, role: str) -> float:
         """Return the sample rate of a device that streams."""
-        device = self._able(role, Streaming)  # type: ignore[type-abstract]  # a Protocol
+        device = self._roles[role].need(Streaming)  # type: ignore[type-abstract]  # a Protocol
         return device.sample_rate_hz
 
     def truth(self, role: str) -> Mapping[str, float]:
@@ -216,7 +215,7 @@ class Rig:
 
     def read(self, role: str, channels: Sequence[str]) -> dict[str, float]:
         """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
-        device = self._able(role, Readable)  # type: ignore[type-abstract]  # a Protocol
+        device = self._roles[role].need(Readable)  # type: ignore[type-abstract]  # a Protocol
         return self._read(role, device, channels)
 
     def conditions(
@@ -256,7 +255,7 @@ class Rig:
         self._paused.clear()
         self._set_points.clear()
         return tuple(
-            make_safe(role, drive, self.devices[role], self._callers[role], answer_s)
+            make_safe(role, drive, self.devices[role], self._roles[role].caller, answer_s)
             for role, drive in safe_places(self._safe_order, self.devices)
             if not drive or role in self._connected
         )
@@ -264,15 +263,13 @@ class Rig:
     def close(self) -> None:
         """Close every device; the first error is raised after all were tried."""
         errors: list[Exception] = []
-        for role, device in self.devices.items():
+        for role in self._roles.values():
             try:
-                with _named(role):
-                    self._callers[role].call_urgently(
-                        "close", device.close, self._patience.answer_s
-                    )
+                with role.named():
+                    role.caller.call_urgently("close", role.device.close, self._patience.answer_s)
             except Exception as error:  # noqa: BLE001  (raised below, after the others)
                 errors.append(error)
-            self._callers[role].stop()
+            role.caller.stop()
         if errors:
             raise errors[0]
 
@@ -280,6 +277,7 @@ class Rig:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
         identity = self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
         self._connected.add(role)
+        self._roles[role].look_anew()
         return identity
 
     def _standing(self, member: str) -> float:
@@ -300,38 +298,17 @@ class Rig:
         return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
 
     def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
-        values = self._call(role, "read", lambda: device.read(channels))
+        values = self._call(role, "read", partial(device.read, channels))
         missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
         if missing:
             raise DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")
         return {f"{role}.{name}": float(values[name]) for name in channels}
 
     def _drive(self, role: str, drive: str) -> DriveInfo:
-        drives = {info.name: info for info in self.devices[role].drives}
-        if drive not in drives:
-            raise DeviceRejectedError(
-                f"{role}: there is no drive '{drive}'", hint=f"there are: {', '.join(drives)}"
-            )
-        return drives[drive]
-
-    def _able(self, role: str, ability: type[_T]) -> _T:
-        device = self.devices[role]
-        if not isinstance(device, ability):
-            raise DeviceRejectedError(f"{role}: the device is not {ability.__name__.lower()}")
-        return device
+        return self._roles[role].drive(drive)
 
     def _call(
         self, role: str, what: str, function: Callable[[], _T], timeout_s: float | None = None
     ) -> _T:
         limit_s = self._patience.answer_s if timeout_s is None else timeout_s
-        with _named(role):
-            return self._callers[role].call(what, function, limit_s)
-
-
-@contextmanager
-def _named(role: str) -> Iterator[None]:
-    try:
-        yield
-    except DeviceError as error:
-        error.message = f"{role}: {error.message}"
-        raise
+        return self._roles[role].call(what, function, limit_s)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
+from pydantic_core import PydanticSerializationError, to_json
 
 from rigrunner.api import events
 from rigrunner.api.data import Block
@@ -77,11 +78,24 @@ def check_format(version: int, source: str) -> None:
         )
 
 
+def event_bytes(event: events.Event) -> bytes:
+    """Return an event as JSON. The truth of a simulator is left out: it is kept apart."""
+    document = _document(event)
+    try:  # the same as json.dumps in a fifth of its time, but for half of a surrogate pair
+        return to_json(document, inf_nan_mode="constants", fallback=dict)
+    except (UnicodeEncodeError, PydanticSerializationError):
+        return event_text(event).encode()
+
+
 def event_text(event: events.Event) -> str:
-    """Return an event as ASCII JSON. The truth of a simulator is left out: it is kept apart."""
-    document = {field.name: getattr(event, field.name) for field in fields(event)}
+    """Return the same as text that is ASCII alone."""
+    return json.dumps(_document(event), default=dict)
+
+
+def _document(event: events.Event) -> dict[str, Any]:
+    document = {"event": type(event).__name__, **vars(event)}
     document.pop("truth", None)
-    return json.dumps({"event": type(event).__name__, **document}, default=dict)
+    return document
 
 
 def event_from(text: str | bytes) -> events.Event | None:

@@ -70,9 +70,12 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise DataError(
-            f"cannot write {path}: {error.strerror or error}", hint=_hint(error)
-        ) from error
+        raise cannot_write(path, error) from error
+
+
+def cannot_write(path: Path, error: OSError) -> DataError:
+    """Return the error that names the file and says what to do."""
+    return DataError(f"cannot write {path}: {error.strerror or error}", hint=_hint(error))
 
 
 def _hint(error: OSError) -> str:

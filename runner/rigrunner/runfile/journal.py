@@ -25,6 +25,8 @@ MAGIC = b"RIGJ\x01\r\n\x00"
 _HEAD = struct.Struct("<IBI")
 """Length of the payload, kind, CRC-32 over both and the payload."""
 _SYNC_EVERY_S = 1.0
+_SMALL = 4096
+"""Bytes of a payload that is copied rather than written after its head."""
 
 
 class Kind(IntEnum):
@@ -65,10 +67,10 @@ class JournalWriter:
 
     def append(self, kind: Kind, *parts: bytes | memoryview) -> None:
         """Append one record whose payload is the parts in order; the system has it on return."""
-        length = sum(len(part) for part in parts)
-        head = _HEAD.pack(length, kind, _checksum(length, kind, parts))
+        length = sum(map(len, parts))
+        record = (_HEAD.pack(length, kind, _checksum(length, kind, parts)), *parts)
         try:
-            for part in (head, *parts):
+            for part in record if length > _SMALL else (b"".join(record),):
                 self._write(part)
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             with suppress(OSError):
@@ -92,9 +94,9 @@ class JournalWriter:
         self._file.close()
 
     def _write(self, data: bytes | memoryview) -> None:
-        left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) or 0 :]
+        written = self._file.write(data) or 0
+        while written < len(data):
+            written += self._file.write(memoryview(data)[written:]) or 0
 
 
 def read_records(path: Path) -> Iterator[Record]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Event, RunStarted, Samples, StepEnded, StepStarted
-from rigrunner.runfile.codec import block_bytes, event_text, header_bytes, truth_bytes
-from rigrunner.runfile.durable import sync_folder, writing
+from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes, truth_bytes
+from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.folding import Folding
 from rigrunner.runfile.interrupts import uninterrupted
@@ -68,7 +68,7 @@ class RunWriter:
     def __call__(self, event: Event) -> None:
         """Take one event."""
         self._folding.check()
-        with writing(self.folder):
+        try:
             match event:
                 case Samples():
                     self._take_samples(event)
@@ -78,6 +78,8 @@ class RunWriter:
                     self._end_recording(event)
                 case _:
                     self._append(event)
+        except OSError as error:
+            raise cannot_write(self.folder, error) from error
 
     def seal(
         self,
@@ -97,7 +99,7 @@ class RunWriter:
         self._folding.wait()
 
     def _append(self, event: Event) -> None:
-        self._events.append(Kind.EVENT, event_text(event).encode())
+        self._events.append(Kind.EVENT, event_bytes(event))
         if isinstance(event, (StepStarted, StepEnded, RunStarted)):
             self._events.sync_sometimes()
         else:

@@ -5,7 +5,14 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from helpers_devices import Listener
-from rigrunner.api.events import Alarm, RunEnded, RunStarted
+from rigrunner.api.events import (
+    Alarm,
+    InterlockTripped,
+    RunEnded,
+    RunStarted,
+    StepEnded,
+    StepStarted,
+)
 from rigrunner.bus import Bus, Emitter, EventStamp
 from rigrunner.clock import SimulatedClock
 
@@ -87,3 +94,34 @@ def test_a_clock_that_is_set_back_is_told_once_and_a_correction_is_not():
     told = [event.text for event in listener.events if isinstance(event, Alarm)]
     assert len(told) == 1
     assert "set back from 2026-02-28T23:59:59.500Z to 2026-02-28T23:00:00.000Z" in told[0]
+
+
+KINDS = [
+    (RunStarted, {"run_id": "r", "steps": 1, "estimated_s": 2.0}),
+    (StepStarted, {"step": "main[0].set", "index": 0, "action": "set", "text": "Set it"}),
+    (StepEnded, {"step": "main[0].set", "index": 0, "action": "set", "ok": True}),
+    (
+        InterlockTripped,
+        {"source": "s", "text": "t", "interlock": "i", "does": "abort"} | {"latency_s": 0.1},
+    ),
+    (RunEnded, {"outcome": "completed", "read_back": {"press.load": 0.0}}),
+]
+
+
+@pytest.mark.parametrize(("kind", "given"), KINDS, ids=lambda one: getattr(one, "__name__", ""))
+def test_an_event_is_made_as_its_class_makes_it_every_time(clock, kind, given):
+    stamp = EventStamp(clock)
+    for seq in range(3):
+        plain = kind(seq=seq, monotonic_s=0.0, utc="2026-03-01T00:00:00.000Z", **given)
+        made = stamp(kind, **given)
+        assert made == plain
+        assert vars(made).keys() == vars(plain).keys()
+
+
+@pytest.mark.parametrize("wrong", [{"source": "a"}, {"source": "a", "text": "b", "why": "c"}])
+def test_an_event_with_wrong_fields_is_refused_every_time(clock, wrong):
+    stamp = EventStamp(clock)
+    stamp(Alarm, source="a", text="b")
+    for _ in range(2):
+        with pytest.raises(TypeError):
+            stamp(Alarm, **wrong)

@@ -157,7 +157,7 @@ def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
     )
     other = FakeTester()
     rig = rig_of(hangs, other, answer_s=0.05)
-    rig._callers["tester"].grace_s = 0.02
+    rig._roles["tester"].caller.grace_s = 0.02
     with pytest.raises(DeviceTimeoutError, match="tester: 'stream' did not return"):
         list(rig.stream("tester", ("torque",), 0.1, NEVER))
     with pytest.raises(DeviceLostError, match="tester: cannot set load"):
@@ -212,3 +212,13 @@ def test_context_makes_safe_and_closes_also_after_an_error():
     with pytest.raises(ValueError, match="ours"), rig_of(device):
         raise ValueError("ours")
     assert device.calls == ["connect", "make_safe", "close"]
+
+
+def test_what_a_device_can_do_is_asked_anew_once_it_is_connected():
+    tester = FakeTester()
+    rig = rig_of(tester)
+    with pytest.raises(DeviceRejectedError, match="there is no drive 'speed'"):
+        rig.allowed("tester", "speed")
+    tester.drives = (DriveInfo("speed", "rad/s", "speed", 0.0, 9.0),)
+    rig.connect()
+    assert rig.allowed("tester", "speed").maximum == 9.0

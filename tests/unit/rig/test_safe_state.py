@@ -108,7 +108,7 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
         ("tester.frequency", "tester.load"),
     )
     rig.connect()
-    rig._callers["tester"].grace_s = 0.02
+    rig._roles["tester"].caller.grace_s = 0.02
     reports = rig.make_safe()
     release.set()
     assert [(one.what, one.safe) for one in reports] == [

@@ -97,7 +97,7 @@ def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
     write = writer._write
     monkeypatch.setattr(writer, "_write", NthCall(1, KeyboardInterrupt(), then=write))
     with pytest.raises(KeyboardInterrupt):
-        writer.append(Kind.EVENT, b"cut")
+        writer.append(Kind.BLOCK, bytes(100_000))  # too large to be written as one with its head
     writer.append(Kind.EVENT, b"last")
     writer.close()
     assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]

@@ -1,0 +1,81 @@
+"""One device in its role: what it can do, and how it is called."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from rigrunner.api.calling import InlineCaller, ThreadCaller
+from rigrunner.api.errors import DeviceError, DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.api.calling import Caller
+    from rigrunner.api.devices import Device, DriveInfo
+
+_T = TypeVar("_T")
+
+
+class Role:
+    """A device, and who calls it. Every DeviceError that leaves it names the role.
+
+    What the device can do and which drives it has is looked up once, and anew when it is connected:
+    to ask whether something is of a Protocol takes longer than to set a drive that does not wait.
+    """
+
+    def __init__(self, name: str, device: Device) -> None:
+        self.name = name
+        self.device = device
+        self.caller: Caller = InlineCaller() if device.non_blocking else ThreadCaller(name)
+        self._abilities: dict[type[Any], object] = {}
+        self._drives: dict[str, DriveInfo] = {}
+
+    def look_anew(self) -> None:
+        """Forget what the device could do before it was connected."""
+        self._abilities.clear()
+        self._drives.clear()
+
+    def able(self, ability: type[_T]) -> _T | None:
+        """Return the device if it has that ability."""
+        if ability not in self._abilities:
+            self._abilities[ability] = self.device if isinstance(self.device, ability) else None
+        return self._abilities[ability]  # type: ignore[return-value]  # isinstance said so
+
+    def need(self, ability: type[_T]) -> _T:
+        """Return the device; raise DeviceRejectedError if it has not that ability."""
+        device = self.able(ability)
+        if device is None:
+            raise DeviceRejectedError(f"{self.name}: the device is not {ability.__name__.lower()}")
+        return device
+
+    def drive(self, name: str) -> DriveInfo:
+        """Return a drive; raise DeviceRejectedError."""
+        if not self._drives:
+            self._drives.update((info.name, info) for info in self.device.drives)
+        if name not in self._drives:
+            raise DeviceRejectedError(
+                f"{self.name}: there is no drive '{name}'",
+                hint=f"there are: {', '.join(self._drives)}",
+            )
+        return self._drives[name]
+
+    def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+        """Return what the function returns; raise a DeviceError, a time-out among them."""
+        try:
+            return self.caller.call(what, function, timeout_s)
+        except DeviceError as error:
+            self._name(error)
+            raise
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Let the errors of several calls name the role."""
+        try:
+            yield
+        except DeviceError as error:
+            self._name(error)
+            raise
+
+    def _name(self, error: DeviceError) -> None:
+        error.message = f"{self.name}: {error.message}"

@@ -1,0 +1,107 @@
+"""A plan of many set-points on a device that costs nothing: what is left is the program itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HIGHEST_N = 2000.0
+
+_PLUGIN = '''
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.hooks import DeviceRecord, hookimpl
+from rigrunner.api.settings import Settings, YesNo
+
+api_version = 1
+
+
+class PressSettings(Settings):
+    blocking: YesNo = False
+
+
+class Press:
+    """A press with a transducer; both do nothing but remember."""
+
+    channels = (ChannelInfo("torque", "N·m", "Torque"),)
+    drives = (DriveInfo("load", "N", "Load", 0.0, 2000.0),)
+
+    def __init__(self, settings, context):
+        self.non_blocking = not settings.blocking
+        self._load_n = 0.0
+
+    def connect(self, timeout_s):
+        return Identity("Rigrunner", "press", "SIM-PR-01", simulated=True)
+
+    def close(self):
+        pass
+
+    def make_safe(self):
+        self._load_n = 0.0
+        return {"load": 0.0}
+
+    def set(self, drive, value):
+        self._load_n = value
+
+    def read_back(self, drive):
+        return self._load_n
+
+    def read(self, channels):
+        return {"torque": 1e-3 * self._load_n}
+
+
+@hookimpl
+def rigrunner_devices():
+    return [
+        DeviceRecord(
+            name="bench_press",
+            help="Press that does nothing",
+            settings=PressSettings,
+            factory=Press,
+            simulated=True,
+        )
+    ]
+'''
+
+_STATION = """\
+rigrunner: station/1
+id: bench
+title: Press that does nothing
+plugins: plugins
+rig: {{mandrel: M-01, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.0005 kg·m²,
+  support_friction: 0 N·m, support_damping: 0 N·m·s/rad}}
+devices:
+  press: {{type: press, plugin: bench_press, settings: {{blocking: {blocking}}}}}
+"""
+
+_PROCEDURE = """\
+rigrunner: procedure/1
+id: SETPOINTS
+revision: "A"
+title: Set-points
+measurand: {{symbol: Td, name: torque under load, unit: N·m}}
+uses: {{press: press}}
+main:
+  - sweep:
+      set: press.load
+      over: [{values}]
+      steps:
+        - measure:
+            channels: [press.torque]
+            limits: {{press.torque: {{max: 3 N·m}}}}
+teardown:
+  - set: {{press.load: 0 N}}
+"""
+
+
+def lab_of(folder: Path, points: int, *, blocking: bool = False) -> tuple[Path, Path]:
+    """Write procedure, station and plugin into a folder; return the first two."""
+    (folder / "plugins").mkdir()
+    (folder / "plugins" / "bench_press.py").write_text(_PLUGIN, encoding="utf-8")
+    station, procedure = folder / "station.yaml", folder / "procedure.yaml"
+    text = _STATION.format(blocking="yes" if blocking else "no")
+    station.write_text(text, encoding="utf-8")
+    values = ", ".join(f"{HIGHEST_N * (i + 1) / points:.6g} N" for i in range(points))
+    procedure.write_text(_PROCEDURE.format(values=values), encoding="utf-8")
+    return procedure, station

@@ -1,0 +1,54 @@
+"""The quick way to write an event says the same as the plain one."""
+
+from __future__ import annotations
+
+import json
+import math
+from types import MappingProxyType
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded
+from rigrunner.runfile.codec import event_bytes, event_from, event_text
+
+STAMP = {"seq": 3, "monotonic_s": 1.25, "utc": "2026-03-01T12:00:00.000Z"}
+STEP = {"step": "main[0].measure", "index": 0, "action": "measure", "ok": True}
+any_text = st.text(st.characters(exclude_categories=()), max_size=20)
+"""Half of a surrogate pair too, as a file name or an argument may hold one."""
+
+
+def same(one, other) -> bool:
+    """Say whether two JSON documents are equal, not-a-number being equal to itself."""
+    return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)
+
+
+@given(st.dictionaries(any_text, st.floats(), max_size=4), any_text)
+def test_journal_and_run_file_say_the_same_of_any_values(values, name):
+    event = StepEnded(**STAMP, **STEP, values=values, measurement=name, truth={"secret": 1.0})
+    quick, plain = json.loads(event_bytes(event)), json.loads(event_text(event))
+    assert same(quick, plain)
+    assert plain["event"] == "StepEnded"
+    assert plain["values"].keys() == values.keys()
+    assert "truth" not in quick
+
+
+@given(st.floats(allow_nan=False))
+def test_a_number_comes_back_to_the_last_bit(value):
+    event = RunEnded(**STAMP, outcome=Outcome.COMPLETED, read_back={"press.load": value})
+    found = event_from(event_bytes(event)).read_back["press.load"]
+    assert (found, math.copysign(1, found)) == (value, math.copysign(1, value))
+
+
+def test_what_cannot_be_utf_8_is_kept():
+    event = Answer(**STAMP, step="setup[0].ask", text="a\udc80b", by="Zoë")
+    assert event_from(event_bytes(event)) == event
+
+
+def test_a_mapping_that_is_no_dict_is_kept():
+    event = StepEnded(**STAMP, **STEP, values=MappingProxyType({"press.torque": 0.5}))
+    assert event_from(event_bytes(event)).values == {"press.torque": 0.5}
+
+
+def test_text_for_the_run_file_is_ascii_alone():
+    assert event_text(Answer(**STAMP, step="s", text="N·m", by="Zoë")).isascii()
