@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.archive.scan import storable
+from rigrunner.runfile.scan import storable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

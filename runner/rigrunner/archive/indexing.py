@@ -10,7 +10,6 @@ from sqlalchemy import select
 
 from rigrunner.api.errors import UsageError
 from rigrunner.archive.run_facts import read_facts
-from rigrunner.archive.scan import run_folders
 from rigrunner.archive.schema import ROOTS
 from rigrunner.archive.storing import (
     forget_moved,
@@ -20,6 +19,7 @@ from rigrunner.archive.storing import (
     root_of,
     store,
 )
+from rigrunner.runfile.scan import run_folders
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from rigrunner.archive.database import Database
     from rigrunner.archive.run_facts import RunFacts
-    from rigrunner.archive.scan import FoundRun
     from rigrunner.archive.storing import Known
+    from rigrunner.runfile.scan import FoundRun
 
     Progress = Callable[[int, int], None]
 

@@ -10,8 +10,8 @@ from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.results import REPLAYED
 from rigrunner.archive.documents import at, moment, text
 from rigrunner.archive.result_facts import decision, figures, headline, points
-from rigrunner.archive.scan import storable
 from rigrunner.runfile import read_summary
+from rigrunner.runfile.scan import storable
 from rigrunner.workflow.provenance import is_simulated
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.archive.result_facts import Row
-    from rigrunner.archive.scan import FoundRun
     from rigrunner.runfile import RunSummary
+    from rigrunner.runfile.scan import FoundRun
 
 RUN_FILE = "run.h5"
 NAMED_INPUTS = ("specimen", "type", "lot", "operator")
