@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.asked import settings_as_asked
 from rigrunner.analysis.channels import torque_channel
@@ -49,6 +49,16 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
 
 
+class Prepare(Protocol):
+    """Prepares one recording, as `prepare_point` does."""
+
+    def __call__(
+        self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
+    ) -> PeakPoint:
+        """Return the prepared recording; raise DataError."""
+        ...
+
+
 def analyse(
     run: RunData,
     no_load: RunData | None,
@@ -58,12 +68,14 @@ def analyse(
     measurand: Measurand,
     lookup: Lookup,
     progress: Progress = unseen,
+    prepare: Prepare = prepare_point,
 ) -> Result:
     """Return the result of a run, with the no-load run that belongs to it where it needs one.
 
     A compensation that the data forbid is marked not applicable, and the others stand. `progress`
-    is told how far a validation is, which takes minutes; what it raises ends the analysis. Raises
-    DataError where a recording cannot be prepared at all.
+    is told how far a validation is, which takes minutes; what it raises ends the analysis.
+    `prepare` may remember what it prepared before. Raises DataError where a recording cannot be
+    prepared at all.
     """
     analysis = _Analysis(
         run=run,
@@ -73,6 +85,7 @@ def analyse(
         measurand=measurand,
         lookup=lookup,
         progress=progress,
+        prepare=prepare,
     )
     return analysis.result()
 
@@ -86,6 +99,7 @@ class _Analysis:
     measurand: Measurand
     lookup: Lookup
     progress: Progress
+    prepare: Prepare
 
     def result(self) -> Result:
         loaded = self._points(self.run, self._loaded_sources())
@@ -145,7 +159,7 @@ class _Analysis:
         rule = self._outlier_rule()
         if self.spec.starts is not None:
             return prepare_starts(found, run, self.spec.starts, self.spec, rule)
-        return tuple(prepare_point(each, run, self.spec, rule) for each in found)
+        return tuple(self.prepare(each, run, self.spec, rule) for each in found)
 
     def _outlier_rule(self) -> OutlierRule:
         if self.spec.outliers is None:

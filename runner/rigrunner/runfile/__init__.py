@@ -6,9 +6,17 @@ from rigrunner.runfile.loose import NEVER_ENDED
 from rigrunner.runfile.manifest import Difference
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun, SweepPlot
 from rigrunner.runfile.probe import refuse_crashing
-from rigrunner.runfile.reading import file_differences, read, read_info, read_truth, sealed_file_of
+from rigrunner.runfile.reading import (
+    file_differences,
+    read,
+    read_info,
+    read_truth,
+    read_without_samples,
+    sealed_file_of,
+)
 from rigrunner.runfile.sealing import seal
 from rigrunner.runfile.summary import RunSummary, read_summary
+from rigrunner.runfile.tail import Tail, tail_of
 from rigrunner.runfile.writer import RunWriter
 
 __all__ = [
@@ -20,6 +28,7 @@ __all__ = [
     "RunWriter",
     "StoredRun",
     "SweepPlot",
+    "Tail",
     "create_run_folder",
     "file_differences",
     "is_going_on",
@@ -27,8 +36,10 @@ __all__ = [
     "read_info",
     "read_summary",
     "read_truth",
+    "read_without_samples",
     "refuse_crashing",
     "run_lock",
     "seal",
     "sealed_file_of",
+    "tail_of",
 ]

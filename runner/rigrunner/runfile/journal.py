@@ -99,18 +99,39 @@ class JournalWriter:
             written += self._file.write(memoryview(data)[written:]) or 0
 
 
-def read_records(path: Path) -> Iterator[Record]:
+def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
     """Yield the intact records from the beginning to the first that is torn or damaged.
 
-    Raises DataError if the file is no journal; one that is too short to say so has no records.
+    Or from the end of a record on, which is `after`. Raises DataError if the file is no journal;
+    one that is too short to say so has no records.
     """
     with path.open("rb") as file:
         magic = file.read(len(MAGIC))
         if magic != MAGIC[: len(magic)]:
             raise DataError(f"{path} is not a journal of this version of Rigrunner")
         size = path.stat().st_size
+        file.seek(after or len(magic))
         while record := _next(file, size):
             yield record
+
+
+def skip_records(path: Path, after: int | None, most: int) -> int | None:
+    """Return where a record ends with at most `most` bytes behind it; `after` if that has so few.
+
+    Records are passed over by their length, and not checked.
+    """
+    size, end = path.stat().st_size, after or len(MAGIC)
+    if size - end <= most:
+        return after
+    with path.open("rb") as file:
+        while size - end > most:
+            file.seek(end)
+            head = file.read(_HEAD.size)
+            length = int(_HEAD.unpack(head)[0]) if len(head) == _HEAD.size else size
+            if end + _HEAD.size + length > size:
+                break  # it is being written
+            end += _HEAD.size + length
+    return end
 
 
 def unread_bytes(path: Path, records_end: int | None) -> int:

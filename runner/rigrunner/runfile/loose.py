@@ -161,15 +161,15 @@ def open_samples(path: Path) -> SampleJournal | None:
     return SampleJournal(path, _number(path), name, shape, unread_bytes(path, end) > 0)
 
 
-def read_loose(files: RunFolder) -> StoredRun:
-    """Read a run that is not sealed, as far as it got."""
+def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
+    """Read a run that is not sealed, as far as it got; or without `samples` what is said of it."""
     journal = read_journal(files)
 
     def read_samples(samples: SampleJournal) -> tuple[RecordingFacts, Recording, str]:
         facts = samples.facts(journal.events)
         return facts, *assemble(facts, samples.blocks())
 
-    found = list(_each(files, _read_part, read_samples))
+    found = list(_each(files, _read_part, read_samples)) if samples else []
     replaced = superseded(journal.events)
     complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
     return StoredRun(

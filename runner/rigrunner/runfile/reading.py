@@ -43,6 +43,11 @@ def read(path: Path) -> StoredRun:
         return run
 
 
+def read_without_samples(folder: Path) -> StoredRun:
+    """Read of a run that goes on what its events tell; it has no recordings. Raises DataError."""
+    return read_loose(RunFolder(folder), samples=False)
+
+
 def read_info(path: Path) -> RunInfo:
     """Read what is known of a run without its samples; raises as `read` does."""
     sealed = sealed_file_of(path)

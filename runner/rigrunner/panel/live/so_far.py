@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read
@@ -14,10 +15,46 @@ from rigrunner.workflow.stored import NO_ANALYSIS, run_data
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from rigrunner.analysis.analyse import Prepare
     from rigrunner.api.data import Recording, RunData
     from rigrunner.api.results import Result
+    from rigrunner.procedure import AnalysisSpec, Measurand
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
+
+
+@dataclass(frozen=True)
+class LiveAnalysis:
+    """The analysis that a run's procedure asks for, but for what only its end can say.
+
+    Nothing is decided, and no validation made, before the run is over.
+    """
+
+    spec: AnalysisSpec
+    measurand: Measurand
+    registry: Registry
+    prepare: Prepare = prepare_point
+
+    def result(self, run: RunData, no_load: RunData | None) -> Result:
+        """Return the result of these data; raise DataError."""
+        return analyse(
+            run,
+            no_load,
+            self.spec,
+            acceptance=None,
+            measurand=self.measurand,
+            lookup=self.registry,
+            prepare=self.prepare,
+        )
+
+
+def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
+    """Return the analysis of a run that goes on; None where its procedure asks for none."""
+    procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+    if procedure.analysis == NO_ANALYSIS:
+        return None
+    spec = procedure.analysis.model_copy(update={"validate_": None})
+    return LiveAnalysis(spec, procedure.measurand, registry)
 
 
 def result_so_far(
@@ -30,34 +67,23 @@ def result_so_far(
     """Return the result of the recordings so far; None where there is none yet.
 
     `recording` names the one that goes on: it takes part with its whole swings, once the analysis
-    accepts as few. `watched` is analysed in the place of all of them. Nothing is decided, and no
-    validation made, before the run is over. Raises DataError.
+    accepts as few. `watched` is analysed in the place of all of them. Raises DataError.
     """
     stored = read(folder)
-    procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
-    if procedure.analysis == NO_ANALYSIS:
+    analysis = live_analysis(stored, registry)
+    if analysis is None:
         return None
-    spec = procedure.analysis.model_copy(update={"validate_": None})
-
-    def result(run: RunData) -> Result:
-        return analyse(
-            run,
-            None if no_load is None else run_data(no_load),
-            spec,
-            acceptance=None,
-            measurand=procedure.measurand,
-            lookup=registry,
-        )
-
+    other = None if no_load is None else run_data(no_load)
     finished = run_data(stored)
     if watched is not None:
-        return result(replace(finished, recordings=(watched,)))
+        return analysis.result(replace(finished, recordings=(watched,)), other)
     going_on = [each for each in stored.incomplete if each.name == recording][-1:]
     if going_on:
         try:
-            return result(replace(finished, recordings=(*finished.recordings, *going_on)))
+            with_it = replace(finished, recordings=(*finished.recordings, *going_on))
+            return analysis.result(with_it, other)
         except DataError:  # too short as yet
             pass
     if not (finished.recordings or finished.measurements):
         return None
-    return result(finished)
+    return analysis.result(finished, other)

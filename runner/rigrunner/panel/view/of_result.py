@@ -11,6 +11,8 @@ from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointVi
 from rigrunner.signal.coverage import expanded
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.data import Array, Estimate
     from rigrunner.api.results import Result
@@ -37,6 +39,27 @@ def live_view(result: Result, *, final: bool, taken_s: float = 0.0) -> LiveView:
             CheckView(name=each.name, ok=each.ok, text=each.text, advice=each.advice)
             for each in checks
         ),
+    )
+
+
+def with_followed(
+    latest: LiveView, found: LiveView | None, followed: Mapping[str, PointView]
+) -> LiveView:
+    """Return the latest view with all points: those `found` at first, then those `followed`.
+
+    The mean over the recordings is that of whole ones; of one point alone it is its own.
+    """
+    points = {each.recording: each for each in found.points} if found else {}
+    everything = tuple({**points, **followed}.values())
+    means = found or latest
+    known = found is not None or len(everything) == 1
+    return latest.model_copy(
+        update={
+            "points": everything,
+            "recordings": len(everything),
+            "headline": means.headline if known else None,
+            "raw_headline": means.raw_headline if known else None,
+        }
     )
 
 
