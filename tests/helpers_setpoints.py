@@ -1,11 +1,21 @@
-"""A plan of many set-points on a device that costs nothing: what is left is the program itself."""
+"""A plan of many set-points on a device that costs nothing: what is left is the program itself.
+
+Run as a program, `python helpers_setpoints.py FOLDER POINTS` prints each point that is done.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import os
+import sys
+import threading
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from rigrunner.api.events import Event, StepEnded
+from rigrunner.clock import WallClock
+from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.record import execute
 
 HIGHEST_N = 2000.0
 
@@ -73,6 +83,7 @@ rig: {{mandrel: M-01, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.0005 k
   support_friction: 0 N·m, support_damping: 0 N·m·s/rad}}
 devices:
   press: {{type: press, plugin: bench_press, settings: {{blocking: {blocking}}}}}
+durability: {{sync: {sync}}}
 """
 
 _PROCEDURE = """\
@@ -95,13 +106,44 @@ teardown:
 """
 
 
-def lab_of(folder: Path, points: int, *, blocking: bool = False) -> tuple[Path, Path]:
+def lab_of(
+    folder: Path, points: int, *, blocking: bool = False, sync: str = "each_second"
+) -> tuple[Path, Path]:
     """Write procedure, station and plugin into a folder; return the first two."""
-    (folder / "plugins").mkdir()
+    (folder / "plugins").mkdir(parents=True)
     (folder / "plugins" / "bench_press.py").write_text(_PLUGIN, encoding="utf-8")
     station, procedure = folder / "station.yaml", folder / "procedure.yaml"
-    text = _STATION.format(blocking="yes" if blocking else "no")
+    text = _STATION.format(blocking="yes" if blocking else "no", sync=sync)
     station.write_text(text, encoding="utf-8")
-    values = ", ".join(f"{HIGHEST_N * (i + 1) / points:.6g} N" for i in range(points))
+    values = ", ".join(f"{each:.6g} N" for each in loads_n(points))
     procedure.write_text(_PROCEDURE.format(values=values), encoding="utf-8")
     return procedure, station
+
+
+def loads_n(points: int) -> list[float]:
+    """Return the set-points of a sweep of so many points."""
+    return [HIGHEST_N * (index + 1) / points for index in range(points)]
+
+
+def run_until_killed(folder: Path, points: int) -> None:
+    """Run a sweep, and print the load of each point once it was said to be done."""
+    procedure, station = lab_of(folder, points)
+    planned = plan_run(procedure, station, load_registry(), WallClock())
+    execute(
+        planned,
+        runs=folder / "runs",
+        inputs={},
+        no_load=None,
+        answers=UnattendedAnswers(),
+        stop=threading.Event(),
+        listeners=[_tell],
+    )
+
+
+def _tell(event: Event) -> None:
+    if isinstance(event, StepEnded) and event.measurement:
+        os.write(1, f"{event.setpoints['press.load']!r}\n".encode())
+
+
+if __name__ == "__main__":
+    run_until_killed(Path(sys.argv[1]), int(sys.argv[2]))

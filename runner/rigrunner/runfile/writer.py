@@ -33,12 +33,16 @@ class RunWriter:
     which becomes an HDF5 file while the run goes on. What that raises, the next event raises.
     """
 
-    def __init__(self, folder: Path, header: RunHeader | None = None) -> None:
+    def __init__(
+        self, folder: Path, header: RunHeader | None = None, *, sync_measurements: bool = False
+    ) -> None:
         """Begin the journal of a new run, or without a header go on with the one that is there.
 
         What is on the disk stays as it is then; only a torn end of the journal is cut off.
+        `sync_measurements`: each is on the disk when its event was taken, not within a second.
         """
         self._files = RunFolder(folder)
+        self._sync_measurements = sync_measurements
         with writing(folder):
             if header is None:
                 self._events, self._recordings = _reopened(self._files)
@@ -100,10 +104,14 @@ class RunWriter:
 
     def _append(self, event: Event) -> None:
         self._events.append(Kind.EVENT, event_bytes(event))
-        if isinstance(event, (StepStarted, StepEnded, RunStarted)):
+        if isinstance(event, (StepStarted, StepEnded, RunStarted)) and not self._is_urgent(event):
             self._events.sync_sometimes()
         else:
             self._events.sync()
+
+    def _is_urgent(self, event: Event) -> bool:
+        """Say whether the station wants it on the disk before its step is done."""
+        return self._sync_measurements and isinstance(event, StepEnded) and bool(event.measurement)
 
     def _begin_recording(self, event: StepStarted) -> None:
         self._close_samples()

@@ -32,6 +32,17 @@ class ListenerBinding(Settings):
     """What the plugin is told."""
 
 
+class Durability(Settings):
+    """When what was recorded is on the disk, beyond what the operating system has at once.
+
+    A program that is killed loses nothing of it either way; a machine that loses its power does.
+    """
+
+    sync: Literal["each_second", "each_measurement"] = "each_second"
+    """`each_measurement`: the value of a `measure` is on the disk before its step is done, which
+    costs as long as the disk takes. Recordings are, either way."""
+
+
 class Station(Settings):
     """One rig with its devices and instruments."""
 
@@ -50,6 +61,8 @@ class Station(Settings):
     """The register: what is known of each transducer and of any other instrument."""
     safety: Safety = Field(default_factory=Safety)
     """How the rig is made safe, and what keeps it so."""
+    durability: Durability = Durability()
+    """What of a run survives if the power fails."""
     listeners: ListOf[ListenerBinding] = ()
     """Plugins that are told what happens in each run, and cannot stop it."""
     plugins: Text | None = None

@@ -194,8 +194,14 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
         provenance=software(planned.registry) | identities(identified) | from_tape(planned.tape),
         files=_files(planned, no_load),
     )
-    with run_lock(folder), RunWriter(folder, header) as writer:
+    at_once = syncs_measurements(planned)
+    with run_lock(folder), RunWriter(folder, header, sync_measurements=at_once) as writer:
         yield writer
+
+
+def syncs_measurements(planned: Planned) -> bool:
+    """Say whether the station wants each measured value on the disk at once."""
+    return planned.station.model.durability.sync == "each_measurement"
 
 
 def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHeader:

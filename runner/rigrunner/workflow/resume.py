@@ -18,7 +18,7 @@ from rigrunner.workflow.finish import finish, stoppable
 from rigrunner.workflow.interrupted import has_ended, used_no_load
 from rigrunner.workflow.overrides import require_still_allowed
 from rigrunner.workflow.prepare import no_load_for
-from rigrunner.workflow.record import carry_out
+from rigrunner.workflow.record import carry_out, syncs_measurements
 from rigrunner.workflow.sameness import check_same, check_same_instruments
 
 if TYPE_CHECKING:
@@ -101,7 +101,8 @@ def resume(
     @contextmanager
     def opened(identified: Mapping[str, Identity]) -> Iterator[RunWriter]:
         check_same_instruments(run.stored.header, identified)
-        with RunWriter(run.folder) as writer:
+        at_once = syncs_measurements(run.planned)
+        with RunWriter(run.folder, sync_measurements=at_once) as writer:
             yield writer
 
     return carry_out(

@@ -131,6 +131,21 @@ def test_folder_that_is_gone_is_told(tmp_path):
             send_samples(emit, TWO[0], 100)
 
 
+@pytest.mark.parametrize("measured", [True, False], ids=["measurement", "other step"])
+@pytest.mark.parametrize("each", [True, False], ids=["each_measurement", "each_second"])
+def test_a_measurement_is_on_the_disk_at_once_if_the_station_says_so(
+    tmp_path, monkeypatch, measured, each
+):
+    synced = []
+    with RunWriter(tmp_path / "run", header_of(), sync_measurements=each) as writer:
+        monkeypatch.setattr("os.fsync", synced.append)
+        step = {"step": "main[0].measure", "index": 0, "action": "measure"}
+        for _ in range(3):
+            emitter_of(writer)(StepEnded, **step, ok=True, measurement="table" if measured else "")
+        monkeypatch.undo()
+    assert len(synced) == (3 if measured and each else 0)
+
+
 def test_samples_outside_of_their_step_are_refused(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)

@@ -1,0 +1,45 @@
+"""kill -9 in the middle of a sweep: no point is lost that was said to be done."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+
+import pytest
+
+import helpers_setpoints
+from rigrunner.runfile import read
+
+POINTS = 5_000
+KILLS = int(os.environ.get("RIGRUNNER_KILLS", "3"))
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
+
+
+@pytest.mark.parametrize("seed", range(KILLS))
+def test_every_point_that_was_reported_is_there(tmp_path, seed):
+    wanted = random.Random(seed).randrange(50, 2000)  # noqa: S311  (instants of kills)
+    reported = killed_after(wanted, tmp_path)
+    (folder,) = (tmp_path / "runs").iterdir()
+    run = read(folder)
+    found = [one.setpoints["press.load"] for one in run.measurements]
+    assert wanted <= len(reported) <= len(found) <= len(reported) + 1
+    assert found[: len(reported)] == reported
+    assert found == pytest.approx(helpers_setpoints.loads_n(POINTS)[: len(found)], rel=1e-5)
+    for one in run.measurements:
+        assert one.values == {"press.torque": 1e-3 * one.setpoints["press.load"]}
+    assert not run.info.sealed
+
+
+def killed_after(points: int, folder) -> list[float]:
+    """Kill a run once it has reported so many points; return all that it had reported."""
+    program = [sys.executable, helpers_setpoints.__file__, str(folder), str(POINTS)]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as running:
+        lines = [running.stdout.readline() for _ in range(points)]
+        running.kill()
+        lines += running.stdout.readlines()
+    assert running.returncode == -signal.SIGKILL
+    return [float(line) for line in lines]

@@ -1,0 +1,25 @@
+"""What a station says of durability reaches the journal."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_setpoints import lab_of
+from helpers_workflow import run
+from rigrunner.runfile import read
+from rigrunner.runfile.journal import JournalWriter
+
+POINTS = 7
+
+
+@pytest.mark.parametrize("sync", ["each_second", "each_measurement"])
+def test_each_value_is_on_the_disk_when_its_step_is_done(tmp_path, monkeypatch, sync):
+    synced = []
+    sync_all = JournalWriter.sync
+    monkeypatch.setattr(JournalWriter, "sync", lambda one: (synced.append(one), sync_all(one)))
+    procedure, station = lab_of(tmp_path, POINTS, sync=sync)
+    finished = run(procedure, tmp_path / "runs", station=station)
+    assert len(read(finished.folder).measurements) == POINTS
+    others = 6  # header, make safe of drive and device, end of the run and of its journals
+    assert (len(synced) >= POINTS) is (sync == "each_measurement")
+    assert len(synced) - (POINTS if sync == "each_measurement" else 0) < others
