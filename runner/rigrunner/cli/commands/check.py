@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import stations
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import procedure_argument
@@ -25,10 +26,11 @@ def command(procedure: str, station: str | None) -> None:
     Every problem is shown with its file, line and column.
     """
     path = find_procedure(procedure)
-    if station is None:
-        _check_alone(path)
-    else:
-        _check_on(path, station)
+    with brief_command():
+        if station is None:
+            _check_alone(path)
+        else:
+            _check_on(path, station)
 
 
 def _check_alone(path: Path) -> None:

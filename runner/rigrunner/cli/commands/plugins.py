@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import PluginError
+from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
@@ -33,6 +34,11 @@ def command(name: str | None, station: str | None, *, as_json: bool) -> None:
 
     With the NAME of a plugin, show its settings as they may stand in YAML.
     """
+    with brief_command():
+        _show(name, station, as_json=as_json)
+
+
+def _show(name: str | None, station: str | None, *, as_json: bool) -> None:
     registry = lab_registry(station)
     if as_json:
         registry = registry.with_all_settings()
