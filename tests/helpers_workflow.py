@@ -10,7 +10,8 @@ from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
 from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.locate import find_procedure, find_station, shipped_folder
-from rigrunner.workflow.prepare import no_load_for, plan_run
+from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)

@@ -194,6 +194,11 @@ class AnalysisSpec(Settings):
     """Whether the primary method's uncertainty is checked by Monte Carlo; it takes minutes."""
 
     @property
+    def asks_nothing(self) -> bool:
+        """Whether nothing is analysed: what is recorded is kept, and that is all."""
+        return self == AnalysisSpec()
+
+    @property
     def primary(self) -> str:
         """The label of the compensation that the headline and the verdict use; '' for none."""
         only = self.compensations[0].label if len(self.compensations) == 1 else ""

@@ -18,6 +18,7 @@ from rigrunner.tape.tape import CLOCK, Tape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, StopToken
@@ -36,6 +37,11 @@ class ReplayedTape(Tape):
         self._replay = Replay()
         self._files: dict[str, TapeFile] = {}
         self._wires: dict[str, ReplayWire] = {}
+
+    @property
+    def began_utc(self) -> datetime:
+        """When the run began that is replayed."""
+        return self.manifest.began_utc
 
     @property
     def provenance(self) -> Mapping[str, str]:

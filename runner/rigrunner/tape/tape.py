@@ -15,6 +15,7 @@ from rigrunner.tape.device import taped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, Device, DeviceContext, StopToken, Wire
@@ -53,6 +54,11 @@ class Tape(ABC):
     @abstractmethod
     def notes(self) -> Sequence[str]:
         """Return what is to be told at the end, in words."""
+
+    @property
+    def began_utc(self) -> datetime | None:
+        """When the run began that is replayed; None where none is."""
+        return None
 
     @property
     def provenance(self) -> Mapping[str, str]:

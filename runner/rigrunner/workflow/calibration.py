@@ -8,15 +8,14 @@ from math import asin, isinf
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.channels import INDEX
-from rigrunner.api.errors import Problem
+from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.quantity import readable, unit
 from rigrunner.plan.actions import Measure, Ramp, Record, SetDrive
-from rigrunner.workflow.stored import NO_ANALYSIS
 from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Container, Iterator, Mapping
     from datetime import date
 
     from rigrunner.api.instruments import Instrument
@@ -41,6 +40,18 @@ class Finding:
     names: tuple[str, ...]
     """By which it may be called: channel, the laboratory's number, serial number."""
     problem: Problem
+
+    @property
+    def key(self) -> str:
+        """The short name by which it is put on record, such as 'overdue tester.torque'."""
+        return f"{self.lack} {self.channel}"
+
+
+def require_calibrated(planned: Planned, but: Container[str] = ()) -> None:
+    """Raise InvalidFileError with all that `calibration_findings` finds but these, by their key."""
+    left = [each.problem for each in calibration_findings(planned) if each.key not in but]
+    if left:
+        raise InvalidFileError(left)
 
 
 def calibration_findings(planned: Planned) -> tuple[Finding, ...]:
@@ -199,7 +210,7 @@ def entering_channels(planned: Planned) -> tuple[str, ...]:
     analysis: what is recorded but for index pulses, of which only the time counts; of what is
     measured the torque; and the load that is read beside.
     """
-    analysed = planned.procedure.model.analysis != NO_ANALYSIS
+    analysed = not planned.procedure.model.analysis.asks_nothing
     found: dict[str, None] = {}
     for step in planned.plan.steps:
         action = step.action

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.prepare import no_load_for, plan_run
+from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from rigrunner.runfile.durable import writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.workflow.plot import sweep_plot
 from rigrunner.workflow.report import write_report
-from rigrunner.workflow.stored import NO_ANALYSIS, analyse_run
+from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -87,7 +87,7 @@ def finish(
     with kept(errors):
         writer.close()
     result = report = None
-    asked = planned.procedure.model.analysis != NO_ANALYSIS
+    asked = not planned.procedure.model.analysis.asks_nothing
     if asked and outcome is Outcome.COMPLETED:
         with kept(errors):
             result = analyse_run(folder, planned.registry, no_load, progress=progress)

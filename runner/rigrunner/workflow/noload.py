@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
+from rigrunner.plan.actions import Record
 from rigrunner.procedure.analysis_spec import LATEST
 from rigrunner.runfile import read, read_info
 from rigrunner.station import parse_station
 from rigrunner.workflow.locate import find_run, run_names
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
     from pathlib import Path
 
+    from rigrunner.api.devices import Device
     from rigrunner.procedure import NoLoadSpec
     from rigrunner.runfile import RunInfo
     from rigrunner.station import Station
+    from rigrunner.workflow.prepare import Planned
 
 FREQUENCY_TOLERANCE = 0.005
 """How far, relatively, a set frequency of the two runs may differ and still be the same one."""
@@ -37,6 +40,23 @@ class LoadedRun:
     frequencies_hz: Collection[float]
     replays: bool = False
     """Whether it is a replay itself: only then may its no-load run be one."""
+
+
+def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
+    """Return the no-load run that the planned run needs; None if it needs none; raise DataError."""
+    spec = planned.procedure.model.analysis.no_load
+    if spec is None or spec.is_this_run:
+        return None
+    drive = _cycle_drive(planned.devices)
+    records = [step.action for step in planned.plan.steps if isinstance(step.action, Record)]
+    loaded = LoadedRun(
+        station=planned.station.model,
+        started=planned.clock.utc(),
+        drive=drive,
+        frequencies_hz=sorted({record.setpoints[drive] for record in records}),
+        replays=planned.tape is not None and planned.tape.replays,
+    )
+    return find_no_load(spec, loaded, runs, named)
 
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
@@ -137,3 +157,13 @@ def _max_age(spec: NoLoadSpec) -> timedelta:
 
 def _days(age: timedelta) -> str:
     return f"{age / timedelta(days=1):.3g} d"
+
+
+def _cycle_drive(devices: Mapping[str, Device]) -> str:
+    """Return the drive that sets the cycle frequency; the plan has seen to it that there is one."""
+    return next(
+        f"{role}.{drive.name}"
+        for role, device in devices.items()
+        for drive in device.drives
+        if drive.sets_cycle_frequency
+    )

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError, UsageError
+from rigrunner.api.errors import UsageError
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Override
-from rigrunner.workflow.calibration import calibration_findings
+from rigrunner.workflow.calibration import calibration_findings, require_calibrated
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
     from datetime import datetime
 
     from rigrunner.workflow.calibration import Finding
@@ -34,7 +34,7 @@ def overrides_for(
         if not any(_means(word, finding) for finding in findings):
             raise UsageError(f"'--override {word}' fits nothing", hint=_open(findings))
     found = tuple(
-        Override(_key(finding), finding.problem.message, by, reason)
+        Override(finding.key, finding.problem.message, by, reason)
         for finding in findings
         if any(_means(word, finding) for word in wanted)
     )
@@ -44,19 +44,13 @@ def overrides_for(
 
 def require_overridden(planned: Planned, overrides: Iterable[Override]) -> None:
     """Raise InvalidFileError with all that keeps a run from starting and is not overridden."""
-    _refuse_all_but(planned, {each.what for each in overrides})
+    require_calibrated(planned, {each.what for each in overrides})
 
 
 def require_still_allowed(planned: Planned, started: datetime) -> None:
     """Raise InvalidFileError with what came to stand against a run since it was started."""
     at_start = replace(planned, clock=SimulatedClock(started))
-    _refuse_all_but(planned, {_key(finding) for finding in calibration_findings(at_start)})
-
-
-def _refuse_all_but(planned: Planned, known: Container[str]) -> None:
-    left = [each.problem for each in calibration_findings(planned) if _key(each) not in known]
-    if left:
-        raise InvalidFileError(left)
+    require_calibrated(planned, {finding.key for finding in calibration_findings(at_start)})
 
 
 def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
@@ -76,10 +70,6 @@ def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
 
 def _means(word: str, finding: Finding) -> bool:
     return word == finding.lack or word in finding.names
-
-
-def _key(finding: Finding) -> str:
-    return f"{finding.lack} {finding.channel}"
 
 
 def _open(findings: Iterable[Finding]) -> str:

@@ -11,7 +11,6 @@ from rigrunner.api.errors import PluginError
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
-from rigrunner.tape import ReplayedTape
 from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner.workflow.prepare import plan_run
 
@@ -35,8 +34,8 @@ def planned_run(
     registry, loaded = load_registry(), load_station(station)
     known = with_lab_plugins(registry, loaded, station.parent)
     clock = clock_for(loaded.model, known, realtime=realtime)
-    if isinstance(tape, ReplayedTape):
-        clock = SimulatedClock(tape.manifest.began_utc)
+    if tape is not None and tape.began_utc is not None:
+        clock = SimulatedClock(tape.began_utc)
     return plan_run(procedure, station, registry, clock, tape)
 
 

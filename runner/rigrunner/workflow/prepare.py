@@ -9,12 +9,10 @@ from rigrunner.api.calling import Patience
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.plan import check_limits, check_plugins, make_plan, predict
-from rigrunner.plan.actions import Record
 from rigrunner.procedure import InconsistentProcedureError, load_procedure
 from rigrunner.station import load_station
 from rigrunner.workflow.approval import approval_state
 from rigrunner.workflow.lab_plugins import with_lab_plugins
-from rigrunner.workflow.noload import LoadedRun, find_no_load
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -117,30 +115,3 @@ def _device(
         raise InvalidFileError(
             [Problem(error.message, where, ".".join(path), error.hint)]
         ) from error
-
-
-def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
-    """Return the no-load run that the planned run needs; None if it needs none; raise DataError."""
-    spec = planned.procedure.model.analysis.no_load
-    if spec is None or spec.is_this_run:
-        return None
-    drive = _cycle_drive(planned.devices)
-    records = [step.action for step in planned.plan.steps if isinstance(step.action, Record)]
-    loaded = LoadedRun(
-        station=planned.station.model,
-        started=planned.clock.utc(),
-        drive=drive,
-        frequencies_hz=sorted({record.setpoints[drive] for record in records}),
-        replays=planned.tape is not None and planned.tape.replays,
-    )
-    return find_no_load(spec, loaded, runs, named)
-
-
-def _cycle_drive(devices: Mapping[str, Device]) -> str:
-    """Return the drive that sets the cycle frequency; the plan has seen to it that there is one."""
-    return next(
-        f"{role}.{drive.name}"
-        for role, device in devices.items()
-        for drive in device.drives
-        if drive.sets_cycle_frequency
-    )

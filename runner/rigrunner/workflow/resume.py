@@ -16,8 +16,8 @@ from rigrunner.runfile import RunWriter
 from rigrunner.station import load_station
 from rigrunner.workflow.finish import finish, stoppable
 from rigrunner.workflow.interrupted import has_ended, used_no_load
+from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.overrides import require_still_allowed
-from rigrunner.workflow.prepare import no_load_for
 from rigrunner.workflow.record import carry_out, syncs_measurements
 from rigrunner.workflow.sameness import check_same, check_same_instruments
 

@@ -10,7 +10,7 @@ from rigrunner.analysis.progress import unseen
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
-from rigrunner.procedure import AnalysisSpec, parse_procedure
+from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
-
-NO_ANALYSIS = AnalysisSpec()
-"""What a procedure has that asks for no analysis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +68,7 @@ def analyse_stored(
 ) -> Result:
     """Analyse a run that was read already, as `analyse_run` does."""
     procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
-    if procedure.analysis == NO_ANALYSIS:
+    if procedure.analysis.asks_nothing:
         raise DataError(
             f"{stored.header.run_id} has no result",
             hint=f"its procedure {stored.header.procedure_id} asks for no analysis",

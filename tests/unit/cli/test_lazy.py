@@ -1,3 +1,5 @@
+"""What each command may import: the list is exact, so that nothing heavy comes in by the way."""
+
 from __future__ import annotations
 
 import subprocess
@@ -7,7 +9,34 @@ import pytest
 
 from rigrunner.cli.main import SUMMARIES, rigrunner
 
-MAY_BE_IMPORTED = {"click", "rigrunner"}
+PROCEDURE = "starting_torque_1000n"
+MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_extensions", "typing_inspection"}
+PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"}
+FLOORS = {"api", "cli", "workflow"}
+
+HELP = ({"click"}, FLOORS)
+"""Other packages than those of Python and ours, and the floors of ours."""
+LIST = (
+    {"click", "yaml"} | MODELS | PLUGINS,
+    FLOORS | {"interlock", "registry", "station", "yamlfile"},
+)
+CHECK = (LIST[0], FLOORS | {"clock", "interlock", "procedure", "registry", "yamlfile"})
+CHECK_ON_STATION = (
+    CHECK[0] | {"numpy"},  # the devices are made, to ask them what they can do
+    CHECK[1] | {"analysis", "plan", "signal", "station"},
+)
+COMMANDS = {
+    ("--help",): HELP,
+    ("-h",): HELP,
+    ("--version",): HELP,
+    ("check", "--help"): HELP,
+    ("run", "--help"): HELP,
+    ("check", PROCEDURE): CHECK,
+    ("check", PROCEDURE, "--station", "simulated"): CHECK_ON_STATION,
+    ("plugins",): LIST,
+}
+OF_COMPILERS = ("_cython", "cython_", "_sysconfigdata")
+"""How the modules begin that compiled code and Python bring along."""
 
 
 def modules_of(*arguments):
@@ -26,30 +55,27 @@ def modules_of(*arguments):
     return set(done.stdout.rpartition("IMPORTED")[2].split())
 
 
-def imported_by(*arguments):
-    """The top-level packages from outside the standard library that a call imports."""
-    names = {name.partition(".")[0] for name in modules_of(*arguments)}
-    return {name for name in names if name not in sys.stdlib_module_names and name != "__main__"}
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_a_command_imports_no_more_than_is_listed(arguments):
+    modules = modules_of(*arguments)
+    tops = {name.partition(".")[0] for name in modules} - set(sys.stdlib_module_names)
+    others = {name for name in tops if not name.startswith(OF_COMPILERS)} - {"__main__"}
+    floors = {name.split(".")[1] for name in modules if name.startswith("rigrunner.")}
+    packages, of_ours = COMMANDS[arguments]
+    assert others <= packages | {"rigrunner"}
+    assert floors == of_ours
 
 
-@pytest.mark.parametrize("option", ["--help", "--version", "-h"])
-def test_help_and_version_import_next_to_nothing(option):
-    assert imported_by(option) <= MAY_BE_IMPORTED
+def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():
+    def settings(modules):
+        return {
+            name for name in modules if name.startswith("rigrunner_plugins") and "settings" in name
+        }
 
-
-@pytest.mark.parametrize("options", [(), ("--station", "simulated")])
-def test_to_check_imports_nothing_that_only_results_need(options):
-    heavy = {
-        "GTC",
-        "cryptography",
-        "matplotlib",
-        "scipy.interpolate",
-        "scipy.optimize",
-        "scipy.signal",
-        "scipy.stats",
-        "weasyprint",
-    }
-    assert modules_of("check", "starting_torque_1000n", *options) & heavy == set()
+    assert settings(modules_of("check", PROCEDURE)) == set()
+    on_station = settings(modules_of("check", PROCEDURE, "--station", "simulated"))
+    assert "rigrunner_plugins.devices.swing_tester_sim.settings" in on_station
+    assert not any(name.startswith("rigrunner_plugins.devices.modbus") for name in on_station)
 
 
 @pytest.mark.parametrize("name", SUMMARIES)

@@ -47,11 +47,11 @@ def _check_alone(path: Path) -> None:
 
 
 def _check_on(path: Path, station: str) -> None:
-    from rigrunner.workflow.overrides import require_overridden
+    from rigrunner.workflow.calibration import require_calibrated
     from rigrunner.workflow.planning import planned_run
 
     planned = planned_run(path, find_station(station))
-    require_overridden(planned, ())
+    require_calibrated(planned)
     steps, seconds = planned.plan.steps, planned.plan.estimated_s
     result(f"{path}: can be run on {station}: {len(steps)} steps, {clock_text(seconds)}")
     result(planned.approval.sentence())

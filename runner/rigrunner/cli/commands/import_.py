@@ -53,8 +53,8 @@ def command(
     from rigrunner.workflow.importing.planning import plan_import
     from rigrunner.workflow.importing.run import import_run
     from rigrunner.workflow.locate import find_station
+    from rigrunner.workflow.noload import no_load_for
     from rigrunner.workflow.overrides import overrides_for
-    from rigrunner.workflow.prepare import no_load_for
 
     named = None if station is None else find_station(station)
     checked = plan_import(load_mapping(mapping), load_registry(), named)

@@ -77,9 +77,9 @@ def command(
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
     from rigrunner.workflow.inputs import answer_inputs, read_answers, with_operator
+    from rigrunner.workflow.noload import no_load_for
     from rigrunner.workflow.overrides import overrides_for
     from rigrunner.workflow.planning import planned_run
-    from rigrunner.workflow.prepare import no_load_for
     from rigrunner.workflow.record import execute
     from rigrunner.workflow.taping import inputs_on, overrides_on, tape_for
 

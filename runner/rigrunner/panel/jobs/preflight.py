@@ -10,8 +10,8 @@ from rigrunner.panel.jobs.preflight_paper import calibrations
 from rigrunner.panel.jobs.preflight_rig import rig_items
 from rigrunner.panel.process.messages import Checked, Ended
 from rigrunner.panel.view.sections import PreflightItem
+from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
-from rigrunner.workflow.prepare import no_load_for
 from rigrunner.workflow.rig_lock import rig_lock
 
 if TYPE_CHECKING:

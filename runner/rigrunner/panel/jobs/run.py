@@ -10,8 +10,8 @@ from rigrunner.panel.process.person import PanelAnswers, PanelPauses
 from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
 from rigrunner.workflow.inputs import answer_inputs, with_operator
+from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
-from rigrunner.workflow.prepare import no_load_for
 from rigrunner.workflow.record import execute
 
 if TYPE_CHECKING:

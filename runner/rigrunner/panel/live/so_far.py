@@ -10,7 +10,7 @@ from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read
-from rigrunner.workflow.stored import NO_ANALYSIS, run_data
+from rigrunner.workflow.stored import run_data
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,7 +51,7 @@ class LiveAnalysis:
 def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     """Return the analysis of a run that goes on; None where its procedure asks for none."""
     procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
-    if procedure.analysis == NO_ANALYSIS:
+    if procedure.analysis.asks_nothing:
         return None
     spec = procedure.analysis.model_copy(update={"validate_": None})
     return LiveAnalysis(spec, procedure.measurand, registry)

@@ -25,8 +25,8 @@ from rigrunner.panel.web.answers import (
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.workflow.calibration import calibration_findings
+from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
-from rigrunner.workflow.prepare import no_load_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

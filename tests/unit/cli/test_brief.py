@@ -1,0 +1,36 @@
+"""A brief command leaves the collector as it was, whatever happens."""
+
+import gc
+
+import pytest
+
+from rigrunner.cli.brief import brief_command
+
+
+@pytest.fixture(autouse=True)
+def unfrozen():
+    yield
+    gc.unfreeze()
+    gc.enable()
+
+
+def test_nothing_is_searched_during_a_brief_command_and_what_it_made_not_after():
+    before = gc.get_freeze_count()
+    with brief_command():
+        assert not gc.isenabled()
+        kept = [[] for _ in range(1000)]
+    assert gc.isenabled()
+    assert gc.get_freeze_count() >= before + len(kept)
+
+
+def test_the_collector_is_back_after_an_error():
+    with pytest.raises(KeyError), brief_command():
+        raise KeyError
+    assert gc.isenabled()
+
+
+def test_a_collector_that_was_off_stays_off():
+    gc.disable()
+    with brief_command():
+        pass
+    assert not gc.isenabled()
