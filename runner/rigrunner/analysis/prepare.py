@@ -7,7 +7,6 @@ its own gross errors: a peak that disagrees, or a cycle whose whole shape does.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +18,7 @@ from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.cycles import resample
+from rigrunner.signal.extremes import extremes
 from rigrunner.signal.spikes import hampel
 
 if TYPE_CHECKING:
@@ -95,8 +95,7 @@ def _clean_torque(
 
 def _peaks(torque: Array, starts: Array) -> Array:
     """Return the greatest sample of each cycle, shape (cycles,)."""
-    first = np.ceil(starts).astype(int)
-    return np.array([torque[a:b].max() for a, b in pairwise(first)])
+    return extremes(torque, np.ceil(starts).astype(np.intp))[1]
 
 
 def _disagreement(waveforms: Array) -> Array:

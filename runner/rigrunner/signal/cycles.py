@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from rigrunner.api.errors import DataError
+from rigrunner.signal.crossings import beyond, rises
 from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
 
 if TYPE_CHECKING:
@@ -104,12 +105,9 @@ def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Arr
 def _rough_starts(angle: Array, least_rad: float) -> Array:
     """Return about where the angle rises through the middle of its range, if it swings."""
     low, high = np.percentile(angle, [2, 98])
-    centred = angle - (low + high) / 2
     limit = HYSTERESIS * max((high - low) / 2, least_rad)
-    outside = np.flatnonzero(np.abs(centred) > limit)
-    side = np.sign(centred[outside])
-    rising = np.flatnonzero(np.diff(side) > 0)
-    return (outside[rising] + outside[rising + 1]) / 2
+    before, after = rises(angle, *beyond((low + high) / 2, limit))
+    return np.asarray((before + after) / 2)
 
 
 def _refuse_short(starts: Array, rate_hz: float) -> None:

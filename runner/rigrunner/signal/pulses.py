@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.signal.crossings import rises
 from rigrunner.signal.cycles import resample
 
 if TYPE_CHECKING:
@@ -30,12 +31,12 @@ def pulse_edges(signal: Array) -> Array:
     DataError for fewer than two pulses, and where one was lost or came twice.
     """
     low, high = float(signal.min()), float(signal.max())
-    above = signal >= low + HIGH * (high - low)
-    outside = np.flatnonzero(above | (signal <= low + LOW * (high - low)))
-    rising = outside[1:][above[outside[1:]] & ~above[outside[:-1]]].astype(float)
-    if high == low or len(rising) < 2:  # noqa: PLR2004  (a cycle has two ends)
+    rising = np.empty(0)
+    if high > low:
+        rising = rises(signal, low + LOW * (high - low), low + HIGH * (high - low))[1].astype(float)
+    if len(rising) < 2:  # noqa: PLR2004  (a cycle has two ends)
         raise DataError(
-            f"{0 if high == low else len(rising)} pulses, but a cycle is from one to the next",
+            f"{len(rising)} pulses, but a cycle is from one to the next",
             hint="is the index sensor connected, and does it see the mark?",
         )
     _refuse_uneven(rising)

@@ -1,7 +1,12 @@
+import itertools
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from rigrunner.signal.averaging import leave_one_out_means, robust_mean, trusted
+from rigrunner.signal import averaging
+from rigrunner.signal.averaging import leave_one_out_means, mean_turn, robust_mean, trusted
 
 ALL = np.ones(30, bool)
 
@@ -54,3 +59,44 @@ def test_identical_cycles_have_no_scatter():
 def test_one_cycle_has_no_standard_error():
     with pytest.raises(ValueError, match="two cycles"):
         robust_mean(np.ones((3, 8)), np.array([True, False, False]))
+
+
+def plain_mean_turn(values, starts, parts):
+    """Return the mean of the parts, one by one."""
+    means = []
+    for begin, end in itertools.pairwise(starts):
+        period = end - begin
+        edges = [round(begin + period * (k / parts)) for k in range(parts)] + [round(end)]
+        means.append([values[a:b].mean() for a, b in itertools.pairwise(edges)])
+    return np.mean(means, axis=0)
+
+
+@given(
+    first=st.floats(0, 50),
+    periods=st.lists(st.floats(64, 300), min_size=1, max_size=40),
+    parts=st.integers(1, 64),
+)
+def test_a_mean_turn_is_that_of_its_parts_one_by_one(first, periods, parts):
+    starts = first + np.concatenate([[0.0], np.cumsum(periods)])
+    values = np.random.default_rng(3).standard_normal(int(starts[-1]) + 2)
+    found = mean_turn(values, starts, parts)
+    assert found == pytest.approx(plain_mean_turn(values, starts, parts), abs=1e-12)
+
+
+def test_a_mean_turn_of_very_many_cycles_is_the_same(monkeypatch):
+    values, starts = np.random.default_rng(3).standard_normal(9000), np.arange(0, 9000, 100.5)
+    whole = mean_turn(values, starts, 16)
+    monkeypatch.setattr(averaging, "AT_ONCE", 64)
+    assert mean_turn(values, starts, 16) == pytest.approx(whole, rel=1e-12)
+
+
+def test_a_mean_turn_of_a_harmonic_is_smaller_by_what_is_said():
+    phase = 2 * np.pi * np.arange(64_000) / 6400
+    found = mean_turn(np.sin(5 * phase), np.arange(0, 64_001, 6400.0), 64)
+    amplitude = np.abs(np.fft.rfft(found)[5]) / 32
+    assert amplitude == pytest.approx(np.sinc(5 / 64), rel=1e-4)
+
+
+def test_a_part_without_a_sample_is_refused():
+    with pytest.raises(ValueError, match="needs cycles of 64 samples"):
+        mean_turn(np.ones(200), np.array([0.0, 63.5, 130.0]), 64)

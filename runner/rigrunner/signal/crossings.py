@@ -1,0 +1,173 @@
+"""Where a signal crosses from one side to the other, whatever noise does between the two.
+
+Hysteresis: at `low` and below a sample is low, at `high` and above it is high, and between it says
+nothing. A rise is a low sample and the next high one, with no low one between the two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ulp
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from rigrunner.signal.extremes import extremes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from rigrunner.api.data import Array, Mask
+
+    IntArray = NDArray[np.intp]
+
+STRIDES = (256, 64)
+"""Of the first look, which finds about where the crossings are."""
+LOOKS = 32
+"""In a cycle, at least; with fewer a half may be missed."""
+HALF = 2
+SHARES = (4, HALF)
+"""Of the time from low to high: what noise may take of it at each end, first as is usual."""
+
+
+def rises(values: Array, low: float, high: float) -> tuple[IntArray, IntArray]:
+    """Return the last sample <= low before each rise, and the first >= high after it.
+
+    Indices into values of shape (n,), each of shape (rises,); low < high.
+    """
+    # Few samples lie near a crossing. A look at some shows where; that no other says otherwise is
+    # then seen by extremes, which cost a tenth of comparing and listing them all.
+    look = _look(values, low, high)
+    if look is None:
+        return _turns(values <= low, values >= high)
+    first, last = look.first, look.last
+    parts = [
+        _turns(values[: first + 1] <= low, values[: first + 1] >= high),
+        _between(look),
+        np.add(last, _turns(values[last:] <= low, values[last:] >= high)),
+    ]
+    before, after = np.concatenate(parts, axis=1)
+    return before, after
+
+
+def beyond(middle: float, limit: float) -> tuple[float, float]:
+    """Return the greatest number that is below `middle` by more than a limit, and the least above.
+
+    Exactly those for which x - middle < -limit, and x - middle > limit, in floating point.
+    """
+    low = -_least(lambda x: -x - middle < -limit, limit - middle, limit)
+    return low, _least(lambda x: x - middle > limit, middle + limit, limit)
+
+
+def _least(holds: Callable[[float], bool], near: float, limit: float) -> float:
+    """Return the least number for which something holds, by bisection about where it begins to."""
+    margin = 4 * ulp(abs(near) + limit)
+    below, above = near - margin, near + margin
+    while below < (middle := (below + above) / 2) < above:
+        below, above = (below, middle) if holds(middle) else (middle, above)
+    return above
+
+
+def _between(look: _Look) -> tuple[IntArray, IntArray]:
+    """Return the rises from the first sample that the look shows outside to the last one."""
+    for share in SHARES:
+        near = _Near.of(look, share)
+        if near is not None and near.holds():
+            return near.rises()
+    part = look.values[look.first : look.last + 1]
+    before, after = _turns(part <= look.low, part >= look.high)
+    return before + look.first, after + look.first
+
+
+def _turns(is_low: Mask, is_high: Mask) -> tuple[IntArray, IntArray]:
+    """Return the same of flags, each of shape (n,)."""
+    outside = np.flatnonzero(is_low | is_high)
+    side = is_high[outside]
+    rising = np.flatnonzero(side[1:] > side[:-1])
+    return outside[rising], outside[rising + 1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """The crossings that every so manyth sample shows: indices of both sides of each."""
+
+    values: Array
+    low: float
+    high: float
+    stride: int
+    first: int
+    """The first of its samples that is high or low, and the last one."""
+    last: int
+    up: tuple[IntArray, IntArray]
+    down: tuple[IntArray, IntArray]
+
+
+def _look(values: Array, low: float, high: float) -> _Look | None:
+    """Return None where the looks are too few to a cycle."""
+    for stride in STRIDES:
+        seen = values[::stride].copy()
+        is_low, is_high = seen <= low, seen >= high
+        up, down = _turns(is_low, is_high), _turns(is_high, is_low)
+        if 0 < LOOKS * len(up[0]) <= len(seen):
+            ups, downs = ((stride * before, stride * after) for before, after in (up, down))
+            outside = is_low | is_high
+            first = stride * int(np.argmax(outside))
+            last = stride * (len(seen) - 1 - int(np.argmax(outside[::-1])))
+            return _Look(values, low, high, stride, first, last, ups, downs)
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """Where to look for crossings: each lies about its `begin` and its `end`.
+
+    A rise's last low sample is one of `wide` before its begin, its first high one of `wide` from
+    its end on; so are a fall's, the other way. Begin and end may be the same sample.
+    """
+
+    look: _Look
+    wide: int
+    up: tuple[IntArray, IntArray]
+    down: tuple[IntArray, IntArray]
+    one_cut: bool
+
+    @classmethod
+    def of(cls, look: _Look, share: int) -> _Near | None:
+        """Return None where nothing can be won by it."""
+        gaps = np.concatenate([after - before for before, after in (look.up, look.down)])
+        one_cut = share == HALF
+        if one_cut:
+            wide = int(gaps.max()) // 2 + 1
+            up, down = (((before + after) // 2,) * 2 for before, after in (look.up, look.down))
+        else:
+            wide = int(gaps.min()) // share
+            up, down = ((b + wide, a - wide) for b, a in (look.up, look.down))
+        pays = (one_cut or wide > 2 * look.stride) and wide * len(gaps) < len(look.values) // 2
+        return cls(look, wide, up, down, one_cut) if pays else None
+
+    def holds(self) -> bool:
+        """Return whether all samples between the crossings are on the side that the look says."""
+        look, (begin, end) = self.look, self.up
+        ends = [begin, self.down[0]] if self.one_cut else [begin, end, *self.down]
+        cuts = np.sort(np.concatenate(ends))
+        edges = np.concatenate([[look.first], cuts, [look.last + 1]])
+        least, greatest = extremes(look.values, edges)
+        # Stretches follow each other: low, between, high, between; or low, high, with one cut.
+        turn = len(ends)
+        low_first = 0 if begin[0] == cuts[0] else turn // 2
+        stretch = (np.arange(len(least)) + low_first) % turn
+        no_high, no_low = greatest < look.high, least > look.low
+        return bool((no_high | (stretch == turn // 2)).all() and (no_low | (stretch == 0)).all())
+
+    def rises(self) -> tuple[IntArray, IntArray]:
+        """Return the last low sample before each rise, and the first high one after it."""
+        (begin, end), width = self.up, self.wide + 1
+        windows = sliding_window_view(self.look.values, width)
+        last = np.maximum(begin - width, 0)
+        first = np.minimum(end, len(self.look.values) - width)
+        low, high = windows[last] <= self.look.low, windows[first] >= self.look.high
+        back = np.argmax(low[:, ::-1], axis=1)
+        return last + self.wide - back, first + np.argmax(high, axis=1)

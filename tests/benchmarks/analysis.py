@@ -1,0 +1,136 @@
+"""The kernels of the analysis: cycles, their extremes and mean turns, against `np.max`.
+
+A rate is in samples of one channel in a second. The floor is `np.max` over one channel of the same
+recording: 6 M samples at 100 kS/s, a swing of the tester with 0.2 % noise (2 % at 1 Hz in a row of
+its own). Ours reads two channels: it finds the cycles in the angle by hysteresis and takes from the
+torque the least and the greatest sample of each. Both are timed in turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmarks.frame import Figure, Work, allocated_peak, at_least, calls, paired
+from rigrunner.signal.averaging import mean_turn
+from rigrunner.signal.crossings import beyond, rises
+from rigrunner.signal.cycles import HYSTERESIS, find_cycles, resample
+from rigrunner.signal.extremes import extremes
+from rigrunner.signal.kinematics import angular_velocity, swing_angle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from benchmarks.frame import Scale, Target
+    from rigrunner.api.data import Array
+
+RATE_HZ = 100e3
+RATIO = 2 / 45
+SAMPLES = 6_000_000
+PARTS = 128
+MANY = (
+    "many short cycles: numpy takes 0.2 us more for each, and near a crossing samples go one by one"
+)
+
+
+def recording(samples: int, frequency_hz: float, noise: float) -> tuple[Array, Array]:
+    """Return angle in rad and torque in N·m: friction that turns with the swing, and inertia."""
+    rng = np.random.default_rng(1)
+    phase = 2 * np.pi * frequency_hz / RATE_HZ * np.arange(samples) + 0.3
+    angle = swing_angle(phase, RATIO) + noise * RATIO * rng.standard_normal(samples)
+    torque = 0.5 * np.tanh(20 * angular_velocity(phase, 1 / (2 * np.pi), RATIO) / RATIO)
+    return angle, torque - 0.2 * np.sin(phase) + 0.01 * rng.standard_normal(samples)
+
+
+def cycles(angle: Array) -> Array:
+    before, after = rises(angle, *beyond(0.0, HYSTERESIS * RATIO))
+    return np.asarray((before + after) / 2)
+
+
+def with_extremes(angle: Array, torque: Array) -> tuple[Array, Array]:
+    return extremes(torque, np.ceil(cycles(angle)).astype(np.intp))
+
+
+def with_means(angle: Array, torque: Array) -> Array:
+    starts = cycles(angle)
+    extremes(torque, np.ceil(starts).astype(np.intp))
+    return mean_turn(torque, starts, PARTS)
+
+
+def straight(angle: Array, torque: Array) -> tuple[Array, Array]:
+    """Return the extremes by numpy as it comes to mind: masks, their indices, reduceat."""
+    limit = HYSTERESIS * RATIO
+    outside = np.flatnonzero(np.abs(angle) > limit)
+    rising = np.flatnonzero(np.diff(np.sign(angle[outside])) > 0)
+    starts = (outside[rising] + outside[rising + 1] + 1) // 2
+    whole = torque[: starts[-1]]
+    return np.minimum.reduceat(whole, starts[:-1]), np.maximum.reduceat(whole, starts[:-1])
+
+
+def whole_way(angle: Array, torque: Array) -> Array:
+    """Do what `analyse` does to these channels: starts refined, and every cycle by a spline."""
+    return resample(torque, find_cycles(angle, RATE_HZ, RATIO).starts)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One kernel on one recording."""
+
+    what: str
+    kernel: Callable[[Array, Array], object]
+    target: Target | None = None
+    limit: str = ""
+    role: str = "ours"
+
+    def figure(self, channels: tuple[Array, Array], where: str, times: int) -> Figure:
+        found = paired(partial(self.kernel, *channels), partial(np.max, channels[0]), times)
+        rate = found.ours.rate(len(channels[0]) / 1e6)
+        what = f"{self.what}, {where}"
+        return Figure(what, rate, "MS/s", self.role, found.speed, self.target, self.limit)
+
+
+EXTREMES = Row("cycles and extremes", with_extremes)
+MEANS = Row(f"cycles, extremes and a mean turn of {PARTS} parts", with_means)
+STRAIGHT = Row("the extremes by straight numpy", straight, role="floor")
+WHOLE = Row(
+    "cycles as a certificate has them",
+    whole_way,
+    limit="least squares of the kinematics, and splines of degree 5: a phase good to 1e-5",
+)
+
+
+def measure(scale: Scale) -> list[Figure]:
+    samples, times = scale.of(SAMPLES, 600_000), scale.of(15, 3)
+    figures = []
+    for frequency_hz, noise in ((1, 0.002), (1, 0.02), (10, 0.002), (35, 0.002)):
+        where = f"{frequency_hz} Hz, noise {noise:.1%}"
+        channels = recording(samples, frequency_hz, noise)
+        asked = frequency_hz == 1
+        rows = [
+            replace(
+                EXTREMES, target=at_least(0.25) if asked else None, limit="" if asked else MANY
+            ),
+            replace(MEANS, target=at_least(0.12) if asked else None, limit="" if asked else MANY),
+        ]
+        figures += [row.figure(channels, where, times) for row in rows]
+    angle, torque = recording(samples, 1, 0.002)
+    few = recording(samples // 4, 10, 0.002)
+    figures.append(WHOLE.figure(few, "10 Hz, noise 0.2%", scale.of(3, 1)))
+    figures.append(STRAIGHT.figure((angle, torque), "1 Hz, noise 0.2%", scale.of(5, 1)))
+    floor = paired(partial(np.max, angle), partial(np.max, torque), times).ours
+    rate = floor.rate(samples / 1e6)
+    return [*figures, Figure("np.max over one channel", rate, "MS/s", "floor")]
+
+
+def work() -> list[Work]:
+    samples = 1_000_000
+    channels = recording(samples, 10, 0.002)
+    kernel = partial(with_means, *channels)
+    kernel()
+    return [
+        Work("bytes for a sample, at most at once", allocated_peak(kernel) / samples, 4.0),
+        Work("calls for a million samples", calls(kernel), 600),
+    ]
