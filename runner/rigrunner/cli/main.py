@@ -27,6 +27,7 @@ SUMMARIES = {
     "check": "Check a procedure, and how it fits a station, without a rig.",
     "plan": "Show each action of a run, its torque, time and disk.",
     "analyse": "Analyse a stored run again.",
+    "reanalyse": "Analyse many stored runs again, on all cores or a cluster.",
     "decide": "Decide a stored run again, by another rule or other limits.",
     "report": "Write the report of a stored run again.",
     "certify": "Issue a certificate on a stored run.",

@@ -111,7 +111,7 @@ def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, st
 
 
 def _append(file: BinaryIO, line: Any) -> None:
-    file.write(json.dumps(line, ensure_ascii=False).encode() + b"\n")
+    file.write(json.dumps(line).encode() + b"\n")
 
 
 @contextmanager

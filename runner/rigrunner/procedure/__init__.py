@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile, Limit, LimitMeasurand
+from rigrunner.procedure.analysis_file import AnalysisFile
 from rigrunner.procedure.analysis_spec import (
     AnalysisSpec,
     Despike,
@@ -11,6 +12,7 @@ from rigrunner.procedure.analysis_spec import (
     PluginRef,
 )
 from rigrunner.procedure.calls import load_procedure
+from rigrunner.procedure.consistency import analysis_contradictions
 from rigrunner.procedure.limits import MeasurandLookup, check_measurands
 from rigrunner.procedure.loading import (
     InconsistentProcedureError,
@@ -24,6 +26,7 @@ from rigrunner.procedure.texts import texts_digest
 __all__ = [
     "Acceptance",
     "AcceptanceFile",
+    "AnalysisFile",
     "AnalysisSpec",
     "Despike",
     "InconsistentProcedureError",
@@ -37,6 +40,7 @@ __all__ = [
     "NoLoadSpec",
     "PluginRef",
     "Procedure",
+    "analysis_contradictions",
     "check_measurands",
     "load_procedure",
     "parse_procedure",

@@ -35,6 +35,15 @@ def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
     ]
 
 
+def analysis_contradictions(procedure: Procedure) -> list[Problem]:
+    """Return the contradictions of an analysis that was put together otherwise than from a file."""
+    return [
+        Problem(message, None, dotted(path), hint)
+        for check in (_compensation, _validation, _repeated_plugins)
+        for path, message, hint in check(procedure)
+    ]
+
+
 Complaint = tuple["Path", str, str]
 
 

@@ -64,6 +64,11 @@ class RunFolder:
         return self.path / "run.h5"
 
     @property
+    def is_run(self) -> bool:
+        """Whether a run is there, sealed or not."""
+        return self.sealed_file.exists() or self.events.exists()
+
+    @property
     def lock(self) -> Path:
         """The file that is locked while a process writes to the run."""
         return self.path / "run.lock"

@@ -25,6 +25,15 @@ def lab_registry(station: str | None) -> Registry:
     return with_lab_plugins(registry, load_station(path), path.parent)
 
 
+def plugin_folders(station: str | None) -> list[Path]:
+    """Return the folder of a lab's own plugins, if a station is named and names one."""
+    if station is None:
+        return []
+    path = find_station(station)
+    named = load_station(path).model.plugins
+    return [] if named is None else [path.parent / named]
+
+
 def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
     """Return the registry with the lab's own plugins, if the station in that folder names any.
 

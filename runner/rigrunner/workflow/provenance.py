@@ -36,13 +36,15 @@ def software(registry: Registry) -> dict[str, str]:
     }
 
 
-def code_digest() -> str:
+def code_digest(*own: Path) -> str:
     """Return what names the installed code of program and plugins, beyond its versions.
+
+    `own` are folders of a lab's own plugins.
 
     Of paths, sizes and times of its files: the same code elsewhere may have another digest.
     """
     found = hashlib.sha256()
-    for folder in sorted(_code_folders()):
+    for folder in sorted({*_code_folders(), *own}):
         for file in sorted(folder.rglob("*.py")):
             facts = file.stat()
             found.update(f"{file} {facts.st_size} {facts.st_mtime_ns}\n".encode())

@@ -15,12 +15,12 @@ from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.results import Result
-    from rigrunner.procedure import Acceptance
+    from rigrunner.procedure import Acceptance, Procedure
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
 
@@ -58,16 +58,23 @@ def analyse_run(
     return analyse_stored(stored, registry, other, acceptance=acceptance, progress=progress)
 
 
+def as_it_is(procedure: Procedure) -> Procedure:
+    """Return the procedure: no change."""
+    return procedure
+
+
 def analyse_stored(
     stored: StoredRun,
     registry: Registry,
     no_load: StoredRun | None,
     *,
     acceptance: Acceptance | None = None,
+    changes: Callable[[Procedure], Procedure] = as_it_is,
     progress: Progress = unseen,
 ) -> Result:
-    """Analyse a run that was read already, as `analyse_run` does."""
-    procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+    """Analyse a run that was read already, as `analyse_run` does; by a procedure with changes."""
+    text, name = stored.header.procedure_text, stored.header.procedure_id
+    procedure = changes(parse_procedure(text, name).model)
     if procedure.analysis.asks_nothing:
         raise DataError(
             f"{stored.header.run_id} has no result",

@@ -4,38 +4,21 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from contextlib import contextmanager
 
 import pytest
 
+from helpers_cluster import two_workers
 from helpers_jobs import Squares
 from rigrunner.api.errors import DataError, MissingPackageError, UsageError
 from rigrunner.jobs import Cluster
 
-dask = pytest.importorskip("dask")
-distributed = pytest.importorskip("distributed")
+pytest.importorskip("distributed")
 NEVER = threading.Event()
-
-
-@contextmanager
-def cluster(workers):
-    """Give a scheduler with so many worker processes; the dead are not asked for long."""
-    patience = {"distributed.comm.timeouts.connect": "2s"}
-    with (
-        dask.config.set(patience),
-        distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            host="127.0.0.1",
-        ) as found,
-    ):
-        yield found
 
 
 @pytest.fixture(scope="module")
 def two():
-    with cluster(2) as found:
+    with two_workers() as found:
         yield found
 
 
@@ -85,7 +68,7 @@ def test_an_address_that_is_none(address):
 
 
 def test_a_cluster_without_workers():
-    with cluster(0) as none, pytest.raises(UsageError, match="has no worker"):
+    with two_workers(0) as none, pytest.raises(UsageError, match="has no worker"):
         list(Cluster(none.scheduler_address).outcomes(abs, [1], NEVER))
 
 
@@ -96,7 +79,7 @@ def test_without_the_package(monkeypatch):
 
 
 def test_a_scheduler_that_is_lost(tmp_path):
-    with cluster(1) as found:
+    with two_workers(1) as found:
         outcomes = Cluster(found.scheduler_address).outcomes(Squares(tmp_path), range(500), NEVER)
         next(outcomes)
         found.close()

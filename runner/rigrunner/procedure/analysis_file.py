@@ -1,0 +1,16 @@
+"""A file with an analysis alone, to analyse stored runs in another way."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from rigrunner.api.settings import Settings
+from rigrunner.procedure.analysis_spec import AnalysisSpec
+
+
+class AnalysisFile(Settings):
+    """What it names stands in place of what the procedure of a run has; the rest stays."""
+
+    rigrunner: Literal["analysis/1"]
+    """What this file is, and its version of the language."""
+    analysis: AnalysisSpec

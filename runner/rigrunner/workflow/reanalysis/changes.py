@@ -1,0 +1,41 @@
+"""In what way stored runs are analysed again: as their procedures say, but for what is changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.procedure import AnalysisSpec, analysis_contradictions
+
+if TYPE_CHECKING:
+    from rigrunner.procedure import Procedure
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What stands in place of the procedure's own analysis."""
+
+    analysis: AnalysisSpec | None = None
+    """Of it only what was written counts."""
+    primary: str = ""
+    """The label of the method that the headline and the verdict use; '' leaves it."""
+
+    def __call__(self, procedure: Procedure) -> Procedure:
+        """Return the changed procedure; raise DataError where its parts contradict each other."""
+        given = self.analysis
+        named = {} if given is None else {n: getattr(given, n) for n in given.model_fields_set}
+        if self.primary:
+            named["primary_"] = self.primary
+        if not named:
+            return procedure
+        spec = procedure.analysis.model_copy(update=named)
+        changed = procedure.model_copy(update={"analysis": spec})
+        for problem in analysis_contradictions(changed):
+            raise DataError(f"{problem.field}: {problem.message}", hint=problem.hint)
+        return changed
+
+    def describe(self) -> str:
+        """Return the changes as a text that is the same for the same changes."""
+        given = "" if self.analysis is None else self.analysis.model_dump_json(exclude_unset=True)
+        return f"{given} {self.primary}".strip() or "none"

@@ -1,0 +1,68 @@
+"""Which runs are analysed again, and where the result of each goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.scan import run_folders
+from rigrunner.workflow.locate import RUN_FILE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A run, and its name among the results: its path from the folder that was named."""
+
+    name: str
+    path: Path
+    """The run's folder, or a file that stands alone; absolute, as other machines see it."""
+
+    @property
+    def stamp(self) -> str:
+        """What changes when the recorded data do; a run that is not sealed has none."""
+        file = self.path / RUN_FILE if self.path.is_dir() else self.path
+        try:
+            facts = file.stat()
+        except OSError:
+            return ""
+        return f"{facts.st_size} {facts.st_mtime_ns}"
+
+
+def choose(paths: Iterable[Path]) -> list[Chosen]:
+    """Return the runs at and below these paths, each once, by their names.
+
+    Raises UsageError for a path that is not there, a folder without runs, and two runs of one name.
+    """
+    found: dict[str, Chosen] = {}
+    for path in paths:
+        for each in _at(path):
+            known = found.setdefault(each.name, each)
+            if known.path != each.path:
+                raise UsageError(
+                    f"{known.path} and {each.path} would have one result, '{each.name}'",
+                    hint="name a folder above both, or analyse them into two folders",
+                )
+    return [found[name] for name in sorted(found)]
+
+
+def _at(path: Path) -> Iterator[Chosen]:
+    whole = path.resolve()
+    if whole.name == RUN_FILE:
+        whole = whole.parent
+    if whole.is_file():
+        yield Chosen(whole.stem, whole)
+    elif RunFolder(whole).is_run:
+        yield Chosen(whole.name, whole)
+    elif whole.is_dir():
+        runs = [each.folder for each in run_folders(whole)]
+        if not runs:
+            raise UsageError(f"there is no run in {path}, nor in any folder below")
+        yield from (Chosen(run.relative_to(whole).as_posix(), run) for run in runs)
+    else:
+        raise UsageError(f"there is no {path}")

@@ -1,0 +1,156 @@
+"""The analysis of one stored run, wherever it is done."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.analysis.document import document
+from rigrunner.api.errors import DataError
+from rigrunner.procedure import parse_procedure
+from rigrunner.runfile import read, read_info
+from rigrunner.workflow.lab_plugins import lab_registry
+from rigrunner.workflow.provenance import software
+from rigrunner.workflow.stored import analyse_stored
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from rigrunner.registry import Registry
+    from rigrunner.runfile import RunInfo
+    from rigrunner.workflow.reanalysis.changes import Changes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A line of the summary: what became of one run; torque in N·m."""
+
+    run: str = ""
+    """Its name among the results."""
+    run_id: str = ""
+    procedure: str = ""
+    revision: str = ""
+    station: str = ""
+    specimen: str = ""
+    started_utc: str = ""
+    method: str = ""
+    torque_nm: float | None = None
+    u_nm: float | None = None
+    expanded_nm: float | None = None
+    verdict: str = ""
+    method_before: str = ""
+    torque_before_nm: float | None = None
+    """Of the first analysis, which is in the run's own file."""
+    verdict_before: str = ""
+    failed_checks: int = 0
+    skipped: str = ""
+    """Why there is nothing to analyse, where that is so."""
+    problem: str = ""
+    """Why there is no result although there should be one."""
+
+
+@dataclass(frozen=True)
+class Reanalysed:
+    """What one run gave: a line of the summary and the text of its result, if there is one."""
+
+    row: Mapping[str, Any]
+    result: str = ""
+
+
+@dataclass(frozen=True)
+class Reanalysis:
+    """Analyses a stored run: by these changes, and by this software and no other."""
+
+    changes: Changes
+    station: str | None = None
+    """A station whose folder has plugins of its own."""
+    software: Mapping[str, str] = field(default_factory=dict)
+    """That of whoever asks; others would find other numbers. Empty for any."""
+
+    def __call__(self, path: Path) -> Reanalysed:
+        """Return what a run gives; raise DataError where it cannot be read or analysed."""
+        registry = _registry(self.station)
+        self._refuse_other_software(registry)
+        info = read_info(path)
+        if not info.sealed or info.outcome != "completed":
+            return Reanalysed(asdict(_row(info, None, None, skipped=_unfinished(info))))
+        stored = read(path)
+        header = stored.header
+        asked = self.changes(parse_procedure(header.procedure_text, header.procedure_id).model)
+        if asked.analysis.asks_nothing:
+            reason = "its procedure asks for no analysis"
+            return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
+        found = analyse_stored(stored, registry, stored.no_load, changes=self.changes)
+        content = document(found)
+        text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+        return Reanalysed(asdict(_row(info, content, stored.result_document)), f"{text}\n")
+
+    def _refuse_other_software(self, registry: Registry) -> None:
+        here = software(registry)
+        for name, version in self.software.items():
+            if here.get(name) != version:
+                raise DataError(
+                    f"a worker of the cluster has {name} {here.get(name)}, not {version}",
+                    hint="other versions find other numbers: install the same on every machine",
+                )
+
+
+@lru_cache(maxsize=1)
+def _registry(station: str | None) -> Registry:
+    return lab_registry(station)
+
+
+def _unfinished(info: RunInfo) -> str:
+    return f"it ended as {info.outcome}" if info.sealed else "it is not sealed"
+
+
+def _row(
+    info: RunInfo,
+    now: Mapping[str, Any] | None,
+    before: Mapping[str, Any] | None,
+    *,
+    skipped: str = "",
+) -> Row:
+    header = info.header
+    torque, earlier = _torque(now), _torque(before)
+    return Row(
+        run_id=header.run_id,
+        procedure=header.procedure_id,
+        revision=header.procedure_revision,
+        station=header.station_id,
+        specimen=header.inputs.get("specimen", ""),
+        started_utc=header.started_utc,
+        method=_method(now),
+        torque_nm=torque.get("value"),
+        u_nm=torque.get("standard_uncertainty"),
+        expanded_nm=torque.get("expanded_uncertainty_95"),
+        verdict=_verdict(now),
+        method_before=_method(before),
+        torque_before_nm=earlier.get("value"),
+        verdict_before=_verdict(before),
+        failed_checks=_failed_checks(now),
+        skipped=skipped,
+    )
+
+
+def _torque(content: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    return (((content or {}).get("headline") or {}).get("compensated")) or {}
+
+
+def _method(content: Mapping[str, Any] | None) -> str:
+    return ((content or {}).get("headline") or {}).get("method") or ""
+
+
+def _verdict(content: Mapping[str, Any] | None) -> str:
+    return ((content or {}).get("decision") or {}).get("verdict") or ""
+
+
+def _failed_checks(content: Mapping[str, Any] | None) -> int:
+    if content is None:
+        return 0
+    methods = content["compensations"].values()
+    checks = [*content["checks"], *(each for found in methods for each in found["checks"])]
+    return sum(not each["ok"] for each in checks)

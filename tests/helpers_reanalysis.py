@@ -1,0 +1,39 @@
+"""Folders of stored runs, and what a batch of analyses makes of them."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from dataclasses import replace
+
+from rigrunner.jobs import InProcess
+from rigrunner.workflow.reanalysis.batch import Batch
+from rigrunner.workflow.reanalysis.changes import Changes
+from rigrunner.workflow.reanalysis.selection import choose
+
+
+def lab_of(folder, finished, copies=3):
+    """Make a folder with runs of two rigs: a no-load run and copies of a loaded one."""
+    _, no_load, loaded = finished
+    shutil.copytree(no_load.folder, folder / "rig-1" / "no-load")
+    for number in range(copies):
+        rig = folder / f"rig-{1 + number % 2}"
+        shutil.copytree(loaded.folder, rig / f"loaded-{number}")
+    return folder
+
+
+def batch(out, *, workers=None, told=None, stop=None, **changed):
+    """Return a batch that is done here, unless something else is said."""
+    progress = (lambda *_: None) if told is None else told
+    plain = Batch(out, Changes(), None, workers or InProcess(), stop or threading.Event(), progress)
+    return replace(plain, **changed)
+
+
+def reanalysed(lab, out, **changed):
+    return batch(out, **changed).run(choose([lab]))
+
+
+def results(out):
+    """Return the text of every result, by the name of its run."""
+    found = sorted(out.rglob("result.json"))
+    return {each.parent.relative_to(out).as_posix(): each.read_text() for each in found}

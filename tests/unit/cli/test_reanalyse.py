@@ -1,0 +1,118 @@
+"""`rigrunner reanalyse`: what it prints, how it ends, and how it goes on after Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from helpers_cli import call
+from helpers_reanalysis import lab_of, results
+from helpers_workflow import quick_procedure, run
+from rigrunner.clock import SimulatedClock
+
+ANALYSIS = "rigrunner: analysis/1\nanalysis:\n  primary: energy\n"
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    folder, clock = tmp_path_factory.mktemp("runs"), SimulatedClock()
+    no_load, loaded = (
+        run(quick_procedure(folder, name), folder / "runs", clock=clock)
+        for name in ("no_load_inertia_sweep", "starting_torque_1000n")
+    )
+    return lab_of(tmp_path_factory.mktemp("lab"), (folder, no_load, loaded), copies=2)
+
+
+def test_what_was_found_and_where_it_is(lab, tmp_path):
+    found = call("reanalyse", lab, "--out", tmp_path / "out", "--jobs", "1")
+    assert found.code == 0, found.err
+    assert found.out.splitlines()[:4] == [
+        "analysed        3",
+        "skipped         0",
+        "failed          0",
+        "other verdicts  0",
+    ]
+    assert "3 of 3 runs" in found.err
+    again = call("reanalyse", lab, "--out", tmp_path / "out", "--json")
+    assert "3 of 3 runs were done before" in again.err
+    assert json.loads(again.out)["analysed"] == 3
+
+
+def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
+    (tmp_path / "letter.h5").write_text("dear")
+    found = call(
+        "reanalyse", lab / "rig-2", tmp_path / "letter.h5", "--out", tmp_path / "out", "--jobs", "1"
+    )
+    assert found.code == 5
+    assert "failed: letter: " in found.err
+    assert "analysed        1" in found.out
+    assert json.loads((tmp_path / "out/summary.json").read_text())["failed"] == 1
+
+
+def test_another_analysis_from_a_file(lab, tmp_path):
+    (tmp_path / "energy.yaml").write_text(ANALYSIS)
+    out = tmp_path / "out"
+    found = call("reanalyse", lab / "rig-2", "--out", out, "--analysis", tmp_path / "energy.yaml")
+    assert found.code == 0, found.err
+    assert json.loads(results(out)["loaded-1"])["headline"]["method"] == "energy"
+
+
+@pytest.fixture
+def here(lab, tmp_path, monkeypatch):
+    """The present folder, with the runs of two rigs and a file with a typing mistake."""
+    for rig in ("rig-1", "rig-2"):
+        (tmp_path / rig).symlink_to(lab / rig)
+    (tmp_path / "bad.yaml").write_text(ANALYSIS.replace("primary: energy", "primry: energy"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["nowhere", "--out", "out"], 2, "there is no nowhere"),
+        ([".", "--out", "out"], 2, "there is no run in ."),
+        (["rig-1"], 2, "--out"),
+        (["rig-1", "--out", "rig-2"], 2, "rig-2 is not empty"),
+        (["rig-1", "--out", "out", "--analysis", "bad.yaml"], 3, "bad.yaml:3:"),
+        (["rig-1", "--out", "out", "--analysis", "none.yaml"], 3, "none.yaml"),
+        (["rig-1", "--out", "out", "--dask", "tcp://127.0.0.1:1", "--jobs", "2"], 2, "exclude"),
+        (["rig-1", "--out", "out", "--jobs", "0"], 2, "--jobs"),
+        (["rig-1", "--out", "out", "--station", "nowhere"], 2, "there is no station"),
+    ],
+)
+def test_what_is_said_wrongly(arguments, code, words, here):
+    for rig in ("rig-1", "rig-2"):
+        if rig not in arguments:
+            (here / rig).unlink()
+    found = call("reanalyse", *arguments)
+    assert (found.code, "Traceback" in found.err) == (code, False)
+    assert words in found.err
+    assert not (here / "out/summary.csv").exists()
+
+
+def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(lab, tmp_path):
+    for number in range(8):
+        shutil.copytree(lab / "rig-2/loaded-1", tmp_path / "many" / str(number))
+    command = [sys.executable, "-m", "rigrunner", "reanalyse", str(tmp_path / "many")]
+    command += ["--jobs", "1", "--out", str(tmp_path / "out")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as going:
+        first = next(line for line in going.stderr if " of 8 runs" in line)
+        assert first.startswith("1 of 8 runs, ")
+        os.kill(going.pid, signal.SIGINT)
+        rest = going.stderr.read()
+    assert going.returncode == 130
+    done = int(re.search(r"interrupted from the keyboard: (\d) of 8 runs are done", rest)[1])
+    assert 1 <= done < 8
+    assert "the same command goes on with the rest" in rest
+    assert len(results(tmp_path / "out")) == done
+    again = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert f"{done} of 8 runs were done before" in again.stderr
+    assert len(results(tmp_path / "out")) == 8
