@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from benchmarks import machine
 from benchmarks.frame import Scale
+from benchmarks.page import write
 from benchmarks.peer import Peers
 from benchmarks.tables import table
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).resolve().parent
 PEERS = ["bluesky", "openhtf", "ophyd", "orjson", "pymeasure", "qcodes", "robotframework"]
-BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 
 
 def names() -> list[str]:
@@ -39,15 +39,15 @@ def main(words: list[str] | None = None) -> int:
     asked = arguments(words)
     scale = Scale(short=asked.short, peers=Peers(asked.peers))
     head = f"{machine.versions()}\nPeers: {scale.peers.versions(PEERS)}."
-    parts, failed = [head + ("\nThe short form." if asked.short else "")], []
-    say(parts[0])
+    head += "\nThe short form." if asked.short else ""
+    say(head)
+    sections, failed = {}, False
     for name in asked.names or names():
-        part, error = section(name, scale)
-        failed += [name] if error else []
-        parts.append(part)
-        say(part)
-    if asked.markdown:
-        write(asked.markdown, "\n\n".join(parts) + "\n")
+        sections[name], error = section(name, scale)
+        failed |= error
+        say(f"## {name}\n\n{sections[name]}")
+        if asked.markdown:  # each time: what is measured is not lost if the rest is broken off
+            write(asked.markdown, head, sections, names())
     return 1 if failed else 0
 
 
@@ -59,7 +59,7 @@ def arguments(words: list[str] | None) -> argparse.Namespace:
         "--markdown",
         type=Path,
         metavar="FILE",
-        help="write the tables to a file too; in a page, between its two marks",
+        help="write the tables to a file too; in a page, those between its marks",
     )
     parser.add_argument(
         "--peers",
@@ -79,27 +79,19 @@ def arguments(words: list[str] | None) -> argparse.Namespace:
 
 
 def section(name: str, scale: Scale) -> tuple[str, bool]:
-    """Return a benchmark's heading, docstring and table; an error does not stop the others."""
+    """Return a benchmark's docstring and table; an error does not stop the others."""
     load, began = machine.load(), time.perf_counter()
     try:
         module = benchmark(name)
         rows, about = table(module.measure(scale)), getdoc(module) or ""
     except Exception as error:  # noqa: BLE001  (a figure that fails must not cost the others)
         traceback.print_exc()
-        return f"## {name}\n\nFailed: {type(error).__name__}: {error}", True
-    took = f"{time.perf_counter() - began:.0f} s, load {load} at its start."
-    return f"## {name}\n\n{about}\n\n{rows}\n\n{took}", False
+        return f"Failed: {type(error).__name__}: {error}", True
+    took = f"{time.perf_counter() - began:.0f} s, load {load} at its start"
+    took += f" ({machine.now()}, commit {machine.commit()})."
+    return f"{about}\n\n{rows}\n\n{took}", False
 
 
 def say(text: str) -> None:
     sys.stdout.write(f"{text}\n\n")
     sys.stdout.flush()
-
-
-def write(path: Path, tables: str) -> None:
-    """Write the tables; of a page with the two marks, only what stands between them."""
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    if BEGIN in text and END in text:
-        before, after = text.partition(BEGIN)[0], text.partition(END)[2]
-        tables = f"{before}{BEGIN}\n{tables}{END}{after}"
-    path.write_text(tables, encoding="utf-8")

@@ -17,11 +17,15 @@ ROOT = Path(__file__).resolve().parents[2]
 def versions() -> str:
     """Return the line that stands above the tables."""
     return (
-        f"Measured {datetime.now(UTC):%Y-%m-%d %H:%M} UTC: commit {commit()}, "
+        f"Measured {now()}: commit {commit()}, "
         f"Python {platform.python_version()}, numpy {version('numpy')}, "
         f"h5py {version('h5py')}, HDF5 {h5py.version.hdf5_version}, {platform.system()} "
         f"{platform.release()}, {cpu()}, {os.cpu_count()} cores, load {load()} at the start."
     )
+
+
+def now() -> str:
+    return f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
 
 
 def load() -> str:

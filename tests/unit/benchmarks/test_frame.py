@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks import command, peer
+from benchmarks import command, page, peer
 from benchmarks.frame import (
     Figure,
     Scale,
@@ -143,16 +143,33 @@ def test_a_benchmark_that_fails_does_not_cost_the_others(capsys):
     assert out.startswith("Measured ")
 
 
+def a_page(tmp_path, tables):
+    path = tmp_path / "page.md"
+    path.write_text(f"before\n{page.BEGIN}\n{tables}{page.END}\nafter\n", encoding="utf-8")
+    return path
+
+
 @pytest.mark.usefixtures("two")
 def test_a_page_changes_between_its_marks_alone(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text(f"before\n{command.BEGIN}\nold\n{command.END}\nafter\n", encoding="utf-8")
-    assert command.main(["good", "--markdown", str(page), "--short"]) == 0
-    text = page.read_text(encoding="utf-8")
-    assert text.startswith(f"before\n{command.BEGIN}\nMeasured ")
-    assert text.endswith(f"its start.\n{command.END}\nafter\n")
+    path = a_page(tmp_path, "old\n")
+    assert command.main(["good", "--markdown", str(path), "--short"]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith(f"before\n{page.BEGIN}\nMeasured ")
+    assert text.endswith(f").\n{page.END}\nafter\n")
     assert "The short form." in text
     assert "old" not in text
+
+
+@pytest.mark.usefixtures("two")
+def test_a_page_keeps_what_was_not_measured_now_and_forgets_what_is_gone(tmp_path):
+    path = a_page(tmp_path, "head\n\n## bad\n\nof old\n\n## gone\n\nx\n\n## good\n\nold\n")
+    command.main(["good", "--markdown", str(path)])
+    text = path.read_text(encoding="utf-8")
+    assert "\n\n## bad\n\nof old\n\n## good\n\nAbout it.\n\n|" in text
+    assert "gone" not in text
+    command.main(["good", "--markdown", str(path)])
+    again = path.read_text(encoding="utf-8")
+    assert again.count("## good") == again.count("## bad") == again.count("Measured") == 1
 
 
 @pytest.mark.usefixtures("two")

@@ -1,0 +1,31 @@
+"""The tables in a file: a new one, or a page that has two marks, between which they stand."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+HEADING = re.compile(r"^## (.+)\n\n", re.MULTILINE)
+
+
+def write(path: Path, head: str, sections: Mapping[str, str], order: Sequence[str]) -> None:
+    """Write the sections, by name in the order given; a page keeps those not measured now."""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    before, marked, rest = text.partition(f"{BEGIN}\n")
+    old, ended, after = rest.partition(END)
+    page = bool(marked and ended)
+    every = {**(stored(old) if page else {}), **sections}
+    parts = [head, *(f"## {name}\n\n{every[name]}" for name in order if name in every)]
+    tables = "\n\n".join(parts) + "\n"
+    path.write_text(f"{before}{BEGIN}\n{tables}{END}{after}" if page else tables, encoding="utf-8")
+
+
+def stored(tables: str) -> dict[str, str]:
+    """Return the sections of a page, by name."""
+    _, *rest = HEADING.split(tables)
+    return {name: section.strip() for name, section in zip(rest[::2], rest[1::2], strict=True)}
