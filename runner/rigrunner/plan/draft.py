@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.plan.actions import PlannedStep, Terms
@@ -28,16 +28,19 @@ class Place:
 
     def inside(self, *parts: str) -> Place:
         """Return the place of a part of the step."""
-        return replace(self, path=self.path + parts, label=".".join((self.label, *parts)))
+        return self._at((*self.path, *parts), ".".join((self.label, *parts)), self.points)
 
     def step(self, index: int) -> Place:
         """Return the place of a step in the list that stands here."""
-        return replace(self, path=(*self.path, index), label=f"{self.label}[{index}]")
+        return self._at((*self.path, index), f"{self.label}[{index}]", self.points)
 
     def time(self, index: int) -> Place:
         """Return the place of steps done for the so-manieth time; in the file it is the same."""
         label = f"{self.label}[{index}]"
-        return replace(self, label=label, points=(*self.points, label))
+        return self._at(self.path, label, (*self.points, label))
+
+    def _at(self, path: Path, label: str, points: tuple[str, ...]) -> Place:
+        return Place(self.phase, path, label, self.calls, points)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING
+
+from pydantic_core import to_json
 
 from rigrunner.plan.actions import Plan
 from rigrunner.plan.bench import Bench, check_roles
@@ -61,5 +61,5 @@ def check_station(station: LoadedStation, devices: Mapping[str, Device]) -> tupl
 
 def plan_text(plan: Plan) -> str:
     """Return the plan as JSON, for the run file: one object a step, SI units."""
-    steps = [{"do": type(step.action).__name__, **asdict(step)} for step in plan.steps]
-    return json.dumps(steps, ensure_ascii=False, indent=1)
+    steps = [{"do": type(step.action).__name__, **vars(step)} for step in plan.steps]
+    return to_json(steps, indent=1).decode()

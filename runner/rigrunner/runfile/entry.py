@@ -111,7 +111,7 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
             file.copy(part, group, place)
             group[place].attrs["part"] = part_of.get(name, 1)
     recordings = _in_order(finished)
-    entry.attrs["sha256"] = _digest(entry, recordings)
+    entry.attrs["sha256"] = _digest(recordings, events)
     for first in recordings[:1]:
         finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
 
@@ -131,6 +131,10 @@ def write_analysis(
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
     """Read what is known without the samples."""
+    return _read_info(entry, path, _read_events(entry))
+
+
+def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInfo:
     texts = {name: read_text(entry, name) for name in _HEADER_TEXTS}
     verbatim = {name: read_text(entry["texts"], name) for name in _VERBATIM}
     recordings = _in_order(entry["recordings"])
@@ -151,7 +155,7 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
         ),
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),
-        digest=_checked_digest(entry, recordings, path),
+        digest=_checked_digest(entry, recordings, events, path),
         manifest_sha256=manifest_sha256(entry),
     )
 
@@ -160,7 +164,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run whole, with the no-load run that is embedded in it."""
     events = _read_events(entry)
     return StoredRun(
-        info=read_entry_info(entry, path),
+        info=_read_info(entry, path, events),
         recordings=tuple(read_recording(group) for group in _in_order(entry["recordings"])),
         incomplete=tuple(read_recording(group) for group in _in_order(entry["incomplete"])),
         superseded=_former(entry),
@@ -242,8 +246,10 @@ def _in_order(group: h5py.Group) -> list[h5py.Group]:
     return sorted(group.values(), key=lambda one: int(one.attrs["number"]))
 
 
-def _checked_digest(entry: h5py.Group, recordings: list[h5py.Group], path: Path) -> str:
-    digest = _digest(entry, recordings)
+def _checked_digest(
+    entry: h5py.Group, recordings: list[h5py.Group], events: Sequence[Event], path: Path
+) -> str:
+    digest = _digest(recordings, events)
     if digest != entry.attrs["sha256"]:
         raise DataError(
             f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
@@ -251,7 +257,7 @@ def _checked_digest(entry: h5py.Group, recordings: list[h5py.Group], path: Path)
     return digest
 
 
-def _digest(entry: h5py.Group, recordings: list[h5py.Group]) -> str:
-    measurements = measurements_of(_read_events(entry))
+def _digest(recordings: list[h5py.Group], events: Iterable[Event]) -> str:
+    measurements = measurements_of(events)
     own = [str(group.attrs["sha256"]) for group in recordings]
     return run_digest([*own, *map(measurement_digest, measurements)])

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import h5py
 
     from rigrunner.api.events import Event
-    from rigrunner.runfile.loose import SampleJournal
+    from rigrunner.runfile.loose import Journal, SampleJournal
     from rigrunner.runfile.model import SweepPlot
 
 _NOT_EMBEDDED = ("verification", "no_load", "analysis")
@@ -52,7 +52,7 @@ def seal(
     with new_file(files.sealed_file, read_only=True) as file:
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: FORMAT})
         entry = new_group(file, ENTRY, "NXentry")
-        _write_loose(entry, files)
+        _write_loose(entry, files, journal)
         write_analysis(entry, result_document, plot)
         if no_load is not None:
             _embed(entry, no_load)
@@ -71,8 +71,7 @@ def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> N
         samples.path.unlink()
 
 
-def _write_loose(entry: h5py.Group, files: RunFolder) -> None:
-    journal = read_journal(files)
+def _write_loose(entry: h5py.Group, files: RunFolder, journal: Journal) -> None:
     write_entry(entry, journal)
     add_recordings(entry, files.finished_parts(), journal.events)
 
@@ -81,7 +80,8 @@ def _embed(entry: h5py.Group, no_load: Path) -> None:
     group = new_group(entry, "no_load", "NXsubentry")
     sealed = sealed_file_of(no_load)
     if sealed is None:
-        _write_loose(group, RunFolder(no_load))
+        loose = RunFolder(no_load)
+        _write_loose(group, loose, read_journal(loose))
         return
     with open_file(sealed) as file:
         source = file[ENTRY]
