@@ -26,6 +26,8 @@ RUN_ELSEWHERE = {
     "run by CI itself: it is the command that runs everything else",
     "run by the reader alone: the test puts this entry point on the path instead",
     "run by the test of the panel, in a browser",
+    "run by the reader alone: there is no such server where this page is tested",
+    "run by the reader alone: a part of a procedure",
     "run by the reader alone: the extras are there where this page is tested",
 }
 IN_AN_ENVIRONMENT_OF_ITS_OWN = {ROOT / "docs/tutorial/first-device-plugin.md"}

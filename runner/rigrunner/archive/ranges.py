@@ -11,6 +11,7 @@ from rigrunner.api.errors import UsageError
 from rigrunner.api.quantity import QuantityError, parse_quantity
 
 _BARE = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
+_EXAMPLES = "such as '0.5..0.8 N·m', '..0.8 N·m' or '0.5 N·m..'"
 _NOMINAL = 1e-6
 """How far, relatively, a value may be from a nominal one that is asked for."""
 _DAY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
@@ -89,16 +90,16 @@ def _nominal(text: str, written: str, dimension: str | None, *, nominal: bool) -
 
 def _with_units(low: str, high: str) -> tuple[str, str]:
     """Give each end the unit of the other where it has none."""
-    if _BARE.fullmatch(low) and high:
-        low += high[_number_ends(high) :]
-    elif _BARE.fullmatch(high) and low:
-        high += low[_number_ends(low) :]
+    if _BARE.fullmatch(low):
+        low += _unit_of(high)
+    elif _BARE.fullmatch(high):
+        high += _unit_of(low)
     return low, high
 
 
-def _number_ends(text: str) -> int:
+def _unit_of(text: str) -> str:
     found = _BARE.match(text)
-    return found.end() if found else 0
+    return text[found.end() :] if found else ""
 
 
 def _end(text: str, whole: str, dimension: str | None) -> tuple[float, str] | None:
@@ -107,11 +108,9 @@ def _end(text: str, whole: str, dimension: str | None) -> tuple[float, str] | No
     try:
         found = parse_quantity(text, dimension)
     except QuantityError as error:
-        raise UsageError(f"'{whole}': {error.message}", hint=error.hint) from error
+        raise UsageError(f"'{whole}': {error.message}", hint=error.hint or _EXAMPLES) from error
     return found.si, found.dimension
 
 
 def _no_range(text: str) -> UsageError:
-    return UsageError(
-        f"'{text}' is no range", hint="such as '0.5..0.8 N·m', '..0.8 N·m' or '0.5 N·m..'"
-    )
+    return UsageError(f"'{text}' is no range", hint=_EXAMPLES)

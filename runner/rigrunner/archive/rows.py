@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import MissingPackageError, UsageError
+from rigrunner.api.errors import UsageError
+from rigrunner.archive.extras import imported
 from rigrunner.archive.searching import CONTEXT
 from rigrunner.clock import utc_text
+from rigrunner.plots import history
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -19,9 +21,14 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from rigrunner.plots import Plot
+
 FOLDER = "folder"
 """The column that says where a run folder is, on the machine that put it into the archive."""
 _DTYPES: dict[type, Any] = {float: "float64", datetime: "datetime64[us, UTC]"}
+_UNITS = {"nm": "N·m", "hz": "Hz", "n": "N"}
+"""As the names of columns end."""
+_WITHOUT_UNKNOWN: dict[type, Any] = {int: "int64", bool: "bool"}
 """Of data frames; whole numbers and truths of which some are unknown stay objects there."""
 
 
@@ -54,11 +61,15 @@ class Rows:
 
     def to_pandas(self) -> pd.DataFrame:
         """Return a data frame; needs pandas."""
-        pandas = _imported("pandas")
-        frame: pd.DataFrame = pandas.DataFrame(list(self.values), columns=list(self.columns))
-        return frame.astype(
-            {name: _DTYPES.get(kind, object) for name, kind in self.columns.items()}
-        )
+        pandas = imported("pandas")
+        columns = {name: pandas.Series(self.column(name), dtype=object) for name in self.columns}
+        frame: pd.DataFrame = pandas.DataFrame(columns)
+        return frame.astype({name: self._dtype(name) for name in self.columns})
+
+    def _dtype(self, name: str) -> Any:
+        kind = self.columns[name]
+        known = {} if None in self.column(name) else _WITHOUT_UNKNOWN
+        return {**_DTYPES, **known}.get(kind, object)
 
     def to_xarray(self) -> xr.Dataset:
         """Return a dataset; needs xarray and pandas.
@@ -66,7 +77,7 @@ class Rows:
         Points get the dimensions `run` and `point`, with NaN where a run has fewer, and what is
         known of a run is along `run` alone; the rows of other tables are along `row`.
         """
-        _imported("xarray")
+        imported("xarray")
         frame = self.to_pandas()
         for name in frame.select_dtypes("datetimetz"):
             frame[name] = frame[name].dt.tz_localize(None)  # NumPy's times have no zone: UTC
@@ -82,6 +93,23 @@ class Rows:
         points: xr.Dataset = frame.drop(columns=of_runs).set_index(["run", "point"]).to_xarray()
         return points.assign_coords(runs.data_vars)
 
+    def plot(self, value: str = "torque_nm", by: str = "rig", bars: str = "expanded_nm") -> Plot:
+        """Return a column over the start of the runs, a series for each value of another column.
+
+        `bars` names the column of half-widths, where there is one. Raises UsageError for a column
+        that there is not.
+        """
+        series: dict[str, tuple[list[datetime], list[float], list[float]]] = {}
+        halves = self.column(bars) if bars in self.columns else [None] * len(self)
+        columns = (self.column("started_utc"), self.column(value), self.column(by), halves)
+        for started, found, name, half in zip(*columns, strict=True):
+            if started is not None and found is not None:
+                times, values, widths = series.setdefault(str(name), ([], [], []))
+                times.append(started)
+                values.append(found)
+                widths.append(half or 0.0)
+        return history(series, label=_label(value), title=f"{self.table}, by {by}")
+
     def to_csv(self, path: Path | None = None) -> str:
         """Return the rows as CSV, and write it to a file where one is named; times in UTC."""
         text = io.StringIO()
@@ -94,8 +122,8 @@ class Rows:
 
     def to_parquet(self, path: Path) -> None:
         """Write the rows to a Parquet file; needs pyarrow."""
-        pyarrow = _imported("pyarrow")
-        parquet = _imported("pyarrow.parquet")
+        pyarrow = imported("pyarrow")
+        parquet = imported("pyarrow.parquet")
         kinds = {
             bool: pyarrow.bool_(),
             int: pyarrow.int64(),
@@ -112,6 +140,12 @@ class Rows:
             raise UsageError(f"{path} cannot be written: {error.strerror}") from error
 
 
+def _label(column: str) -> str:
+    """Return the name of a column with its unit behind it, as the axis of a plot has it."""
+    name, _, unit = column.rpartition("_")
+    return f"{name} / {_UNITS[unit]}" if unit in _UNITS else column
+
+
 def _cell(value: Any) -> Any:
     if value is None:
         return ""
@@ -125,15 +159,3 @@ def _write(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}") from error
-
-
-def _imported(name: str) -> Any:
-    """Import a package of the extra 'export' where it is needed."""
-    from importlib import import_module  # noqa: PLC0415  (beside its one use)
-
-    try:
-        return import_module(name)
-    except ModuleNotFoundError as error:
-        raise MissingPackageError(
-            f"this needs {error.name}", hint="pip install 'rigrunner[export]'"
-        ) from error

@@ -1,0 +1,18 @@
+"""Packages that are there only where somebody wants data frames or Parquet."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from rigrunner.api.errors import MissingPackageError
+
+
+def imported(name: str) -> Any:
+    """Import a package of the extra 'export' where it is needed; raise MissingPackageError."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise MissingPackageError(
+            f"this needs {error.name}", hint="pip install 'rigrunner[export]'"
+        ) from error
