@@ -16,8 +16,8 @@ from rigrunner.archive import open_archive, query
 from rigrunner.archive.filters import filters_of
 from rigrunner.archive.querying import rows
 from rigrunner.archive.run_facts import RunFacts
-from rigrunner.archive.scan import FoundRun
 from rigrunner.archive.storing import root_of, store
+from rigrunner.runfile.scan import FoundRun
 
 START = datetime(2026, 3, 1, 12, tzinfo=UTC)
 NAMES = ["SN-1", "SN-2", "sn-1", "S%", "S_1", "S\\1", "[S]", "SN?1", "É", "SN-1 ", "'", "", None]
