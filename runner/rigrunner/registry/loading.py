@@ -13,7 +13,6 @@ import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,11 +20,13 @@ import pluggy
 
 from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.hooks import PROJECT, HookSpecs, PluginRecord
+from rigrunner.registry.installed import Installed, installed
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
 from rigrunner.registry.versions import check_api_version, version_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+    from importlib.metadata import EntryPoint
     from types import ModuleType
 
 HOOK_OF_KIND = {
@@ -45,11 +46,8 @@ def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
 
     `entries` are the entry points to load; left out, those of every installed distribution.
     """
-    found = entry_points(group=PROJECT) if entries is None else entries
-    ordered = sorted(found, key=lambda entry: entry.name)
-    return _loaded(
-        _Source(_provider(entry), entry.load, partial(_text_of, entry)) for entry in ordered
-    )
+    found = installed() if entries is None else [Installed.of(entry) for entry in entries]
+    return _loaded(_source(each) for each in sorted(found, key=lambda each: each.name))
 
 
 def with_drop_ins(registry: Registry, folder: Path) -> Registry:
@@ -129,9 +127,9 @@ def _checked(hook: str, records: Iterable[object]) -> Iterable[PluginRecord]:
         yield record
 
 
-def _provider(entry: EntryPoint) -> Provider:
-    distribution = entry.dist
-    return Provider(entry.name, distribution.version if distribution else "")
+def _source(found: Installed) -> _Source:
+    provider, entry = Provider(found.name, found.version), found.entry
+    return _Source(provider, entry.load, partial(_text_of, entry))
 
 
 def _text_of(entry: EntryPoint) -> str:
