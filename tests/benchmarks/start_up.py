@@ -1,0 +1,105 @@
+"""How long a person waits for a word: a fresh process, from its start to its end.
+
+The floor is a program of five commands in click that does nothing else. Both are started as the
+script is that pip installs, and from compiled code: where Python is told to write none
+(PYTHONDONTWRITEBYTECODE), every start compiles our sources anew, a fifth of the time of `check`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from functools import partial
+
+from benchmarks.frame import Figure, Scale, Work, at_most, paired, peer
+
+BARE = """
+import click
+
+@click.group()
+def program():
+    "A program."
+
+for name in ("one", "two", "three", "four", "five"):
+    program.command(name=name, help="Do it.")(lambda: None)
+
+program()
+"""
+OURS = "import re, sys; from rigrunner.cli.main import main; sys.exit(main())"
+HELP, CHECK = at_most(2.0), at_most(5.0)
+MODELS = "pydantic: a third of it to import, a tenth to build the models"
+COMMANDS = {
+    "--help": (HELP, "importing click"),
+    "--version": (HELP, "importing click"),
+    "run --help": (HELP, "importing click"),
+    "check starting_torque_1000n": (CHECK, MODELS),
+    "check paper_reproduction": (CHECK, MODELS),
+    "plugins": (None, MODELS),
+    "check starting_torque_1000n --station simulated": (None, f"{MODELS}; numpy, for the devices"),
+}
+MS = 1e-3
+COUNT = """
+import sys
+from rigrunner.cli.main import main
+calls = 0
+def heard(_frame, event, _what):
+    global calls
+    calls += event in ("call", "c_call")
+sys.setprofile(heard)
+main(sys.argv[1:])
+sys.setprofile(None)
+print(f"[{len(sys.modules)}, {calls}]")
+"""
+
+
+def measure(scale: Scale) -> list[Figure]:
+    times = scale.of(40, 3)
+    figures: list[Figure] = []
+    with tempfile.TemporaryDirectory() as folder:
+        floor = partial(start, folder, BARE, "--help")
+        for words, (target, limit) in COMMANDS.items():
+            pair = paired(partial(start, folder, OURS, *words.split()), floor, times)
+            if not figures:
+                bare = pair.floor
+                figures.append(Figure("click --help", bare.per(MS), "ms", "floor"))
+            ours = pair.ours.per(MS)
+            figures.append(
+                Figure(f"rigrunner {words}", ours, "ms", "ours", pair.ratio, target, limit)
+            )
+    for module in ("pytest", "robot"):
+        words = ("start_up", module, scale.of(20, 3))
+        figures.append(peer(scale, f"{module} --help", *words, unit="ms", floor=bare.per(MS)))
+    return figures
+
+
+def start(folder: str, code: str, *words: str) -> str:
+    """Run a program from compiled code, which is kept in that folder; return what it prints."""
+    environment = os.environ | {"PYTHONPYCACHEPREFIX": folder}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment,
+    )
+    return done.stdout
+
+
+def work() -> list[Work]:
+    with tempfile.TemporaryDirectory() as folder:
+        for words in (["--help"], ["check", "starting_torque_1000n"]):
+            start(folder, COUNT, *words)  # compiles, and remembers what is installed
+        of_help, of_check = (
+            json.loads(start(folder, COUNT, *words).splitlines()[-1])
+            for words in (["--help"], ["check", "starting_torque_1000n"])
+        )
+    return [
+        Work("modules of --help", of_help[0], 250),
+        Work("calls of functions for --help", of_help[1], 20_000),
+        Work("modules of check", of_check[0], 600),
+        Work("calls of functions for check", of_check[1], 1_000_000),
+    ]
