@@ -8,7 +8,7 @@ import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
-from rigrunner_reports.plots.extremes import extremes
+from rigrunner_reports.plots.thinning import places_of_extremes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,7 +65,7 @@ def _panel(axes: Axes, title: str, points: Sequence[PeakPoint]) -> None:
     kept = np.concatenate([point.peak_kept for point in points])
     whole = np.concatenate([_kept_swings(point) for point in points])
     for which, (label, (most, look)) in zip((kept, ~kept, ~whole), LOOKS.items(), strict=True):
-        shown = np.flatnonzero(which)[extremes(y[which], most=most)]
+        shown = np.flatnonzero(which)[places_of_extremes(y[which], most=most)]
         axes.plot(x[shown], y[shown], label=label, linestyle="", **look)
     axes.axhline(0, color=GREY, linewidth=0.6)
     axes.set(title=title, ylabel="peak - mean / mN·m".replace("-", "\N{MINUS SIGN}"))

@@ -10,7 +10,7 @@ import numpy as np
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_reports.numbers import fixed, with_sign
 from rigrunner_reports.plots.canvas import INK, OTHERS, PRIMARY, Plot, draw
-from rigrunner_reports.plots.extremes import MOST_POINTS, THINNED, extremes
+from rigrunner_reports.plots.thinning import MOST_POINTS, THINNED, places_of_extremes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
     from rigrunner.api.results import FittedTorque
     from rigrunner_reports.plots.canvas import Line
-    from rigrunner_reports.plots.extremes import Places
+    from rigrunner_reports.plots.thinning import Places
 
 SAMPLES = 120
 MILLI = 1e3
@@ -33,7 +33,9 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Plot:
     """Return the figure of the fits, all of the same points; at least one must have a curve."""
     curves = [(fit.name, fit.curve) for fit in fits if fit.curve is not None]
     points = fits[0].points
-    shown = extremes(points.y, *(curve.residuals for _, curve in curves), most=MOST_POINTS)
+    shown = places_of_extremes(
+        points.y, *(curve.residuals for _, curve in curves), most=MOST_POINTS
+    )
 
     def paint(figure: Figure) -> None:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1.25))

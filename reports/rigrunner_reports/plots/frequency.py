@@ -10,7 +10,7 @@ import numpy as np
 from rigrunner.signal.coverage import expanded
 from rigrunner_reports.numbers import fixed, stated
 from rigrunner_reports.plots.canvas import INK, PRIMARY, RAW, Line, Plot, draw, line_of
-from rigrunner_reports.plots.extremes import MOST_POINTS, THINNED, extremes
+from rigrunner_reports.plots.thinning import MOST_POINTS, THINNED, places_of_extremes
 from rigrunner_reports.view.points import by_frequency
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def _shown(result: Result, points: Sequence[SetPoint]) -> list[SetPoint]:
         for name, method in result.compensations.items()
         if method.points
     ]
-    return [points[place] for place in extremes(raw, *methods, most=MOST_POINTS)]
+    return [points[place] for place in places_of_extremes(raw, *methods, most=MOST_POINTS)]
 
 
 def _torque_nm(each: SetPoint, name: str) -> float:

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from helpers_report import loaded_result, long_result, report_input
 from rigrunner_reports.page import make_page
 from rigrunner_reports.plots import cycles
-from rigrunner_reports.plots.extremes import MOST_POINTS, THINNED, extremes
+from rigrunner_reports.plots.thinning import MOST_POINTS, THINNED, places_of_extremes
 from rigrunner_reports.render import html
 from rigrunner_reports.view.cycles import MOST_ROWS, rejections
 from rigrunner_reports.view.run import shown_events
@@ -29,7 +29,7 @@ some_values = arrays(
 
 @given(values=some_values, most=st.integers(2, 80))
 def test_no_extreme_is_lost(values, most):
-    shown = extremes(values, most=most)
+    shown = places_of_extremes(values, most=most)
     assert len(shown) <= most or len(shown) == len(values) <= most
     assert list(shown) == sorted(set(shown))
     assert values[shown].min() == values.min()
@@ -39,7 +39,7 @@ def test_no_extreme_is_lost(values, most):
 @given(values=some_values, most=st.integers(2, 80))
 def test_every_stretch_shows_its_own(values, most):
     """Told the plain way: whatever equal part of the run one looks at, its extremes are there."""
-    shown = set(extremes(values, most=most))
+    shown = set(places_of_extremes(values, most=most))
     parts = most // 2 if len(values) > most else len(values)
     for part in range(parts):
         start, end = (int(len(values) * (part + more) / parts) for more in (0, 1))
@@ -48,19 +48,19 @@ def test_every_stretch_shows_its_own(values, most):
 
 
 def test_few_values_are_all_shown():
-    assert list(extremes(np.zeros(7), most=7)) == list(range(7))
-    assert list(extremes(np.zeros(0), most=7)) == []
+    assert list(places_of_extremes(np.zeros(7), most=7)) == list(range(7))
+    assert list(places_of_extremes(np.zeros(0), most=7)) == []
 
 
 def test_what_is_no_number_is_no_extreme():
     values = np.array([np.nan, 3.0, np.nan, 1.0, 2.0, np.nan])
-    assert list(extremes(values, most=2)) == [1, 3]
+    assert list(places_of_extremes(values, most=2)) == [1, 3]
 
 
 def test_each_of_several_series_keeps_its_extremes():
     one, other = np.arange(100.0), np.zeros(100)
     other[[37, 61]] = 5.0, -5.0
-    shown = extremes(one, other, most=4)
+    shown = places_of_extremes(one, other, most=4)
     assert {0, 99, 37, 61} <= set(shown)
 
 

@@ -20,7 +20,7 @@ THINNED = (
 )
 
 
-def extremes(*series: Array, most: int) -> Places:
+def places_of_extremes(*series: Array, most: int) -> Places:
     """Return the places, in order, of at most `most` values that show what all of them show.
 
     `series` are of one length, shape (N,) each, and `most` is at least two for each. All places
