@@ -23,11 +23,24 @@ def trusted(cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD) -> 
     cycles at their phase; sigma is the median absolute deviation there, or over the whole swing if
     that is larger (of few cycles it is itself uncertain).
     """
-    deviation = np.abs(cycles - np.median(cycles[kept], axis=0))
-    mad = np.median(deviation[kept], axis=0)
+    deviation = np.abs(cycles - median_over_cycles(cycles[kept]))
+    mad = median_over_cycles(deviation[kept])
     sigma = MAD_TO_SIGMA * np.maximum(mad, np.sqrt(np.mean(mad**2)))
     mask: Mask = (deviation <= threshold * sigma) & kept[:, None]
     return mask
+
+
+def median_over_cycles(cycles: Array) -> Array:
+    """Return the median at each phase of cycles of shape (cycles, n), shape (n,).
+
+    The same bits as np.median(cycles, axis=0): sorting many short rows takes a tenth to half of the
+    time of partitioning them.
+    """
+    count = len(cycles)
+    ranked = np.sort(np.ascontiguousarray(cycles.T), axis=-1)
+    median: Array = ranked[:, (count - 1) // 2 : count // 2 + 1].mean(axis=-1)
+    median[np.isnan(ranked[:, -1:]).any(axis=-1)] = np.nan  # what is no number is sorted last
+    return median
 
 
 def robust_mean(

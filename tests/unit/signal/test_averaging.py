@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from rigrunner.signal import averaging
-from rigrunner.signal.averaging import leave_one_out_means, mean_turn, robust_mean, trusted
+from rigrunner.signal.averaging import (
+    leave_one_out_means,
+    mean_turn,
+    median_over_cycles,
+    robust_mean,
+    trusted,
+)
 
 ALL = np.ones(30, bool)
 
@@ -16,6 +23,18 @@ def test_equals_mean_and_standard_error_of_good_cycles():
     mean, error = robust_mean(cycles, ALL, threshold=50.0)
     np.testing.assert_allclose(mean, cycles.mean(axis=0))
     np.testing.assert_allclose(error, cycles.std(axis=0, ddof=1) / np.sqrt(30))
+
+
+@given(
+    arrays(
+        float,
+        st.tuples(st.integers(1, 40), st.integers(1, 20)),
+        elements=st.one_of(st.floats(-1e300, 1e300), st.sampled_from([0.0, np.nan, np.inf])),
+    )
+)
+def test_the_median_has_the_bits_of_numpys(cycles):
+    found, plain = median_over_cycles(cycles), np.median(cycles, axis=0)
+    np.testing.assert_array_equal(found, plain)
 
 
 def test_a_bad_sample_does_not_move_the_mean():
