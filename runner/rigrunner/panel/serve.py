@@ -53,12 +53,12 @@ def serve(
     )
     listening = _bound(settings.host, port)
     address = _address(settings, listening.getsockname()[1])
-    tell(f"Panel: {address}")
-    if open_browser:
-        webbrowser.open(address)
     ending = Ending(panel, tell)
     try:
-        with ending.signals():
+        with ending.signals():  # before the address is told: whoever reads it may end the panel
+            tell(f"Panel: {address}")
+            if open_browser:
+                webbrowser.open(address)
             asyncio.run(_served(_Server(config), listening, ending))
     finally:
         panel.desk.close()
