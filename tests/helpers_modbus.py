@@ -222,7 +222,8 @@ class Cable:
         self.port = self._listener.getsockname()[1]
         self._open = []
         self._swallows = False
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._accepting = threading.Thread(target=self._accept, daemon=True)
+        self._accepting.start()
 
     def swallow(self):
         """Let nothing through any more, and say nothing of it: as a pulled cable does."""
@@ -230,24 +231,26 @@ class Cable:
 
     def drop(self):
         """Close all connections, as a power cut does; new ones are let through."""
-        for end in self._open:
+        while self._open:
+            end = self._open.pop()
             with suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
             end.close()
-        self._open.clear()
 
     def close(self):
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
+        self._accepting.join()  # what it has just accepted is dropped too
         self.drop()
 
     def _accept(self):
         with suppress(OSError):
             while True:
                 near, _ = self._listener.accept()
+                self._open.append(near)
                 far = socket.create_connection(("127.0.0.1", self._far))
-                self._open += [near, far]
+                self._open.append(far)
                 for source, sink in ((near, far), (far, near)):
                     threading.Thread(target=self._forward, args=(source, sink), daemon=True).start()
 

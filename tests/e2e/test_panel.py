@@ -175,23 +175,22 @@ def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen,
     start(screen)
     screen.answer()
     host, port = server.address.removeprefix("http://").split(":")
-    deaf = socket.create_connection((host, int(port)))
-    deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    deaf.sendall(
-        f"GET /api/events?client=client-deaf-1 HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\n"
-        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
-    )
-    before = screen.until(lambda state: state["watchers"] == 2)["progress"]["done_s"]
-    screen.close()
-    time.sleep(1.5)
-    again = Screen(server, "client-ann-0001")
-    assert again.state["phase"] in ("running", "analysing", "finished")
-    assert again.state["progress"]["done_s"] > before
-    again.post("run/abort", reason="seen enough")
-    again.phase("finished")
-    again.close()
-    deaf.close()
+    with socket.create_connection((host, int(port))) as deaf:
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        deaf.sendall(
+            f"GET /api/events?client=client-deaf-1 HTTP/1.1\r\nHost: {host}\r\n"
+            "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+        )
+        before = screen.until(lambda state: state["watchers"] == 2)["progress"]["done_s"]
+        screen.close()
+        time.sleep(1.5)
+        again = Screen(server, "client-ann-0001")
+        assert again.state["phase"] in ("running", "analysing", "finished")
+        assert again.state["progress"]["done_s"] > before
+        again.post("run/abort", reason="seen enough")
+        again.phase("finished")
+        again.close()
 
 
 def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, server):
