@@ -30,7 +30,7 @@ def prepared(parameters, load_n, frequencies=FREQUENCIES, seed=0):
     return tuple(prepare_point(recording, run, SPEC, rule) for recording in run.recordings)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)  # the rigs of both studies, which two modules compensate
 def sweep(parameters, frequencies=FREQUENCIES, seed=0, instrument=INSTRUMENT):
     """Return loaded and no-load run of one rig."""
     loaded = prepared(parameters, 1000.0, frequencies, seed)

@@ -1,4 +1,4 @@
-"""The shipped procedures, unchanged, on instruments with real protocols and in real time.
+"""The shipped procedures, at fewer frequencies, on instruments with real protocols and in real time.
 
 A torque bridge over SCPI, an inverter and a press over Modbus and a load cell on a serial line run
 as a program of their own, fed by a model of the rig. It proves the plumbing: what each protocol's
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from helpers_workflow import quick_procedure
 from rigrunner.runfile import read
 from rigrunner_plugins.devices.swing_tester_sim.rig import steady_state
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
@@ -46,7 +47,7 @@ def station(tmp_path_factory):
     assert "torque bridge" in told
 
 
-def run(procedure: str, station: Path, runs: Path) -> Path:
+def run(procedure: Path, station: Path, runs: Path) -> Path:
     """Return the folder of a run, done as a technician does it."""
     done = subprocess.run(
         [
@@ -61,9 +62,13 @@ def run(procedure: str, station: Path, runs: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def folders(station, tmp_path_factory):
-    """The no-load and the loaded run."""
-    runs = tmp_path_factory.mktemp("runs")
-    return [run(name, station, runs) for name in ("no_load_inertia_sweep", "starting_torque_1000n")]
+    """The no-load and the loaded run, at the frequencies that take the least time."""
+    folder = tmp_path_factory.mktemp("quick")
+    procedures = [
+        quick_procedure(folder, "no_load_inertia_sweep"),
+        quick_procedure(folder, "starting_torque_1000n", ("cycles: 100}", "cycles: 5}")),
+    ]
+    return [run(procedure, station, folder / "runs") for procedure in procedures]
 
 
 def test_the_shipped_procedures_end_in_the_right_result(folders):
