@@ -165,7 +165,9 @@ def future_of(hanging: threading.Event) -> type[Future[Any]]:
                 try:
                     return super().result(0.01)
                 except TimeoutError:
-                    if self.done() or time.monotonic() > ends:
+                    if self.done():  # just now, or it raised this itself
+                        return super().result(0)
+                    if time.monotonic() > ends:
                         raise
                     if hanging.is_set():
                         hanging.clear()

@@ -7,9 +7,15 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from helpers_conformance import (
+    NOT_APPLICABLE,
+    applicable,
+    assert_it_conforms,
+    assert_not_applicable,
+)
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry
-from rigrunner.testing import checks, conform, subject
+from rigrunner.testing import checks, subject
 
 REGISTRY = load_registry()
 
@@ -22,11 +28,8 @@ def _can_be_tried(plugin):
     return True
 
 
-CASES = [
-    (plugin.kind, plugin.record.name, check)
-    for plugin in filter(_can_be_tried, REGISTRY.plugins)
-    for check in checks(plugin.kind)
-]
+TRIED = [(plugin.kind, plugin.record.name) for plugin in REGISTRY.plugins if _can_be_tried(plugin)]
+CASES = [(kind, name, check) for kind, name in TRIED for check in applicable(kind, name)]
 NOT_ALONE = [
     (plugin.kind, plugin.record.name) for plugin in REGISTRY.plugins if not _can_be_tried(plugin)
 ]
@@ -43,9 +46,19 @@ def tried(kind, name, folder):
     ("kind", "name", "check"), CASES, ids=[f"{kind}-{name}-{check}" for kind, name, check in CASES]
 )
 def test_it_conforms(kind, name, check, tmp_path):
-    why_not = conform(tried(kind, name, tmp_path if kind == "device" else None), check)
-    if why_not:
-        pytest.skip(why_not)
+    assert_it_conforms(tried(kind, name, tmp_path if kind == "device" else None), check)
+
+
+@pytest.mark.parametrize(("kind", "name"), [each for each in TRIED if each in NOT_APPLICABLE])
+def test_what_does_not_apply_says_why(kind, name, tmp_path):
+    assert_not_applicable(tried(kind, name, tmp_path if kind == "device" else None))
+
+
+def test_what_does_not_apply_is_known():
+    plugins = {(plugin.kind, plugin.record.name) for plugin in REGISTRY.plugins}
+    assert set(NOT_APPLICABLE) <= plugins
+    for (kind, name), listed in NOT_APPLICABLE.items():
+        assert listed <= {check.name for check in checks(kind)}, (kind, name)
 
 
 @pytest.mark.parametrize(("kind", "name"), NOT_ALONE)
@@ -60,10 +73,10 @@ def test_most_can_be_tried_alone():
 
 
 class TestReplay:
-    """With files as a test makes them, by the kit's plugin of pytest."""
+    """With files as a test makes them."""
 
     @pytest.fixture
-    def conformance_settings(self, tmp_path):
+    def replay(self, tmp_path):
         angle = np.sin(np.arange(40_000) / 50)
         rows = np.c_[angle, 2 * angle]
         np.savetxt(tmp_path / "swing.csv", rows, delimiter=",", header="a,t", comments="")
@@ -72,11 +85,15 @@ class TestReplay:
             "angle": {"column": "a", "unit": "deg"},
             "torque": {"column": "t", "unit": "N·m"},
         }
-        return {"folder": str(tmp_path), "rate": "10 kHz", "channels": columns}
+        settings = {"folder": str(tmp_path), "rate": "10 kHz", "channels": columns}
+        return subject("device", "replay", settings, registry=REGISTRY, folder=tmp_path)
 
-    @pytest.mark.conformance("device", "replay")
-    def test_it_conforms(self, conformance):
-        conformance()
+    @pytest.mark.parametrize("check", applicable("device", "replay"), ids=str)
+    def test_it_conforms(self, replay, check):
+        assert_it_conforms(replay, check)
+
+    def test_what_does_not_apply_says_why(self, replay):
+        assert_not_applicable(replay)
 
 
 MANIFEST = """\

@@ -1,4 +1,4 @@
-"""The shipped procedures, at fewer frequencies, on instruments with real protocols and in real time.
+"""The shipped procedures, at a few frequencies, on instruments with real protocols, in real time.
 
 A torque bridge over SCPI, an inverter and a press over Modbus and a load cell on a serial line run
 as a program of their own, fed by a model of the rig. It proves the plumbing: what each protocol's

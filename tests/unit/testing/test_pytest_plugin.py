@@ -2,25 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
+from rigrunner.testing import checks
 
 pytest_plugins = ["pytester"]
-
-
-@pytest.mark.conformance("outlier_rule", "mad", {"threshold": 4.0})
-def test_a_plugin_goes_through_every_check(conformance):
-    conformance()
-
-
-class TestWhereTheSettingsAreKnownInTheTestAlone:
-    @pytest.fixture
-    def conformance_settings(self):
-        return {"threshold": 5.0}
-
-    @pytest.mark.conformance("outlier_rule", "mad", {"threshold": "no number"})
-    def test_the_fixture_gives_them(self, conformance):
-        conformance()
-
 
 PLUGIN = ("-p", "rigrunner.testing.pytest_plugin", "-p", "no:cacheprovider", "--strict-markers")
 PACKAGE = """
@@ -32,6 +16,22 @@ import pytest
 def test_it_conforms(conformance):
     conformance()
 """
+GOOD = """
+import pytest
+
+@pytest.mark.conformance("outlier_rule", "mad", {"threshold": 4.0})
+def test_it_conforms(conformance):
+    conformance()
+
+class TestWhereTheSettingsAreKnownInTheTestAlone:
+    @pytest.fixture
+    def conformance_settings(self):
+        return {"threshold": 5.0}
+
+    @pytest.mark.conformance("outlier_rule", "mad", {"threshold": "no number"})
+    def test_it_conforms(self, conformance):
+        conformance()
+"""
 HOLLOW = """
 from rigrunner.api.hooks import DeviceRecord, hookimpl
 
@@ -41,6 +41,13 @@ api_version = 1
 def rigrunner_devices():
     return [DeviceRecord(name="hollow", help="", factory=lambda settings, context: None)]
 """
+
+
+def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(pytester):
+    pytester.makepyfile(test_good=GOOD)
+    done = pytester.runpytest_subprocess(*PLUGIN, "-rs")
+    done.assert_outcomes(passed=2 * (len(checks("outlier_rule")) - 2), skipped=2 * 2)
+    done.stdout.fnmatch_lines(["*it has no settings with units*", "*its record states no ex*"])
 
 
 def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):

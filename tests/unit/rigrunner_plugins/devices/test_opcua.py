@@ -11,6 +11,7 @@ import pytest
 from asyncua import ua
 from pydantic import ValidationError
 
+from helpers_conformance import applicable, assert_it_conforms, assert_not_applicable
 from helpers_devices import plan_of, run
 from helpers_modbus import Cable
 from helpers_opcua import APPLICATION, DRIVE, PASSWORD, Bench, device
@@ -25,7 +26,7 @@ from rigrunner.api.events import Outcome
 from rigrunner.clock import WallClock
 from rigrunner.plan.actions import SetDrive
 from rigrunner.registry import load_registry
-from rigrunner.testing import checks, conform, subject
+from rigrunner.testing import subject
 from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
 from rigrunner_plugins.devices.opcua.units import UNECE, symbol_of, unit_id
@@ -296,14 +297,19 @@ def test_a_pulled_cable_is_said_to_leave_an_unsafe_rig(bench, cable):
         assert plc.make_safe() == {"frequency": 0.0}
 
 
-@pytest.mark.parametrize("check", checks("device"), ids=str)
-def test_it_conforms(bench, check):
+@pytest.fixture
+def tried(bench):
     given = settings(bench, drives={"frequency": DRIVE}, identification={"serial": "ns=2;s=Label"})
-    why_not = conform(
-        subject("device", "opcua", given, registry=load_registry(), folder=bench.folder), check
-    )
-    if why_not:
-        pytest.skip(why_not)
+    return subject("device", "opcua", given, registry=load_registry(), folder=bench.folder)
+
+
+@pytest.mark.parametrize("check", applicable("device", "opcua"), ids=str)
+def test_it_conforms(tried, check):
+    assert_it_conforms(tried, check)
+
+
+def test_what_does_not_apply_says_why(tried):
+    assert_not_applicable(tried)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,121 @@
+"""Which checks of the conformance kit do not apply to which plugin that ships.
+
+A check that quietly stops to apply would prove nothing any more, and nobody would see it.
+"""
+
+from __future__ import annotations
+
+from rigrunner.testing import checks, conform
+
+_UNITS = {"wrong_unit_refused"}  # it has no settings with units
+_SETTINGS = {"wrong_type_refused", *_UNITS}  # it has none that are typed
+_STREAM = {
+    "safe_while_streaming",
+    "streams_are_gapless",
+    "blocks_are_whole",
+    "streams_take_their_time",
+    "stops_in_time",
+    "streams_may_be_left",
+    "continues_after_streams",
+}
+_DRIVES = {
+    "drives_go_where_they_are_set",
+    "drives_are_waited_for_by_asking",
+    "limits_hold",
+    "safe_is_confirmed",
+    "safe_while_streaming",
+    "safe_after_a_failed_call",
+    "safe_after_closing",
+    "pauses_and_goes_on",
+    "left_safe",
+}
+_NO_SIMULATOR = {"other_seed_other_samples", "only_a_simulator_knows_the_truth"}
+_INSTRUMENT = {*_NO_SIMULATOR, "non_blocking_is_true"}  # it may wait
+_READ_BY_VALUE = {*_STREAM, "pauses_and_goes_on", *_INSTRUMENT}
+_AT_ONCE = {"drives_are_waited_for_by_asking"}  # its drives are there when `set` returns
+_NO_WIRE = {"exchanges_go_over_the_wire", "only_device_errors_leave_it"}
+_OF_PARTS = {"exchanges_go_over_the_wire", "other_seed_other_samples"}  # the parts have them
+_REPLAY = {
+    "drives_are_waited_for_by_asking",
+    "pauses_and_goes_on",
+    "other_seed_other_samples",
+    "only_a_simulator_knows_the_truth",
+    "continues_after_streams",
+    *_NO_WIRE,
+    "gives_up_in_time",
+}
+_NOBODY = {"gives_up_in_time"}  # the record does not say with which settings nobody answers
+_FILES = {"examples_are_read", "missing_columns_are_named", "cut_files_refused"}
+_TRUTH = {"truth_is_within_its_interval", "truth_is_within_it_on_another_rig"}
+_FIT_EXAMPLES = {"published_examples_hold"}
+_RULE_EXAMPLES = {"published_rejections_hold"}
+
+NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
+    ("certificate_format", "html"): _SETTINGS,
+    ("certificate_format", "pdf"): {*_SETTINGS, "names_are_escaped"},
+    ("report_format", "html"): _SETTINGS,
+    ("compensation", "breakaway_peak"): {
+        "truth_is_within_it_on_another_rig",
+        "common_offset_falls_out",
+        "without_no_load_run_it_refuses",
+    },
+    ("compensation", "energy"): _TRUTH,
+    ("compensation", "paper_peak"): {*_TRUTH, *_UNITS},
+    ("compensation", "peak_same_frequency"): _TRUTH,
+    ("device", "composite"): {*_UNITS, *_OF_PARTS, *_NOBODY},
+    ("device", "fault"): {*_UNITS, *_OF_PARTS, *_AT_ONCE},
+    ("device", "modbus"): _READ_BY_VALUE,
+    ("device", "opcua"): _READ_BY_VALUE,
+    ("device", "pymeasure"): _READ_BY_VALUE,
+    ("device", "replay"): _REPLAY,
+    ("device", "rotation_tester_sim"): {*_AT_ONCE, *_NO_WIRE, "pauses_and_goes_on"},
+    ("device", "serial_ascii"): {*_DRIVES, *_INSTRUMENT, "continues_after_streams"},
+    ("device", "swing_tester_ode"): {*_AT_ONCE, *_NO_WIRE},
+    ("device", "swing_tester_sim"): {*_AT_ONCE, *_NO_WIRE},
+    ("device", "tabulated"): {
+        *_UNITS,
+        *_NOBODY,
+        *_AT_ONCE,
+        *_STREAM,
+        *_NO_SIMULATOR,
+        *_NO_WIRE,
+        "pauses_and_goes_on",
+    },
+    ("device", "visa"): _READ_BY_VALUE,
+    ("fit", "aicc"): {*_UNITS, *_FIT_EXAMPLES},
+    ("fit", "basis"): _UNITS,
+    ("fit", "inertia_physical"): _FIT_EXAMPLES,
+    ("fit", "pchip"): {*_SETTINGS, *_FIT_EXAMPLES},
+    ("fit", "polynomial"): _UNITS,
+    ("importer", "csv"): _UNITS,
+    ("importer", "hdf5"): {*_SETTINGS, *_FILES},
+    ("importer", "lvm"): {*_UNITS, *_FILES},
+    ("importer", "matlab"): {*_SETTINGS, *_FILES},
+    ("importer", "tdms"): {*_SETTINGS, *_FILES},
+    ("outlier_rule", "chauvenet"): _SETTINGS,
+    ("outlier_rule", "generalized_esd"): _UNITS,
+    ("outlier_rule", "grubbs"): _UNITS,
+    ("outlier_rule", "mad"): {*_UNITS, *_RULE_EXAMPLES},
+    ("outlier_rule", "none"): {*_SETTINGS, *_RULE_EXAMPLES, "finds_a_gross_error"},
+    ("outlier_rule", "pauta"): {*_SETTINGS, *_RULE_EXAMPLES},
+}
+
+
+def applicable(kind: str, name: str):
+    """Return the checks that apply to a plugin."""
+    without = NOT_APPLICABLE.get((kind, name), set())
+    return [check for check in checks(kind) if check.name not in without]
+
+
+def assert_it_conforms(subject, check) -> None:
+    """Do the check, which must apply."""
+    why_not = conform(subject, check)
+    assert not why_not, f"{why_not}: if that is right, it belongs into NOT_APPLICABLE"
+
+
+def assert_not_applicable(subject) -> None:
+    """Do what is said not to apply to a plugin; it must say why."""
+    without = NOT_APPLICABLE[subject.kind, subject.name]
+    for check in checks(subject.kind):
+        if check.name in without:
+            assert conform(subject, check), f"{check} applies"
