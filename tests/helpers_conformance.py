@@ -65,7 +65,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("device", "composite"): {*_UNITS, *_OF_PARTS, *_NOBODY},
     ("device", "fault"): {*_UNITS, *_OF_PARTS, *_AT_ONCE},
     ("device", "modbus"): _READ_BY_VALUE,
-    ("device", "opcua"): _READ_BY_VALUE,
+    ("device", "opcua"): {*_READ_BY_VALUE, "same_seed_same_samples"},
     ("device", "pymeasure"): _READ_BY_VALUE,
     ("device", "replay"): _REPLAY,
     ("device", "rotation_tester_sim"): {*_AT_ONCE, *_NO_WIRE, "pauses_and_goes_on"},
