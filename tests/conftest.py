@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gc
+import json
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 # The matrices are small: several threads of BLAS only spin, here and in what the tests start.
 # numpy reads it once it is imported.
@@ -54,10 +56,15 @@ class Demo:
 
 
 @pytest.fixture(scope="session")
-def demo(tmp_path_factory) -> Demo:
-    """Run `rigrunner demo`, once per session; treat its folder as read-only."""
-    folder = tmp_path_factory.mktemp("demo") / "runs"
-    called = call("demo", "--dir", folder)
-    assert called.code == 0, called.err
+def demo(tmp_path_factory, worker_id) -> Demo:
+    """Run `rigrunner demo`, once for all workers; treat its folder as read-only."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base if worker_id == "master" else base.parent
+    folder, told = shared / "demo" / "runs", shared / "demo.json"
+    with FileLock(shared / "demo.lock"):
+        if not told.exists():
+            called = call("demo", "--dir", folder)
+            assert called.code == 0, called.err
+            told.write_text(json.dumps(asdict(called)), encoding="utf-8")
     no_load, loaded = sorted(folder.iterdir())
-    return Demo(folder, no_load, loaded, called)
+    return Demo(folder, no_load, loaded, Called(**json.loads(told.read_text(encoding="utf-8"))))
