@@ -7,6 +7,7 @@ No friction law: a dry part that depends on the way since the reversal, as presl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,8 +55,15 @@ class SupportFriction:
         known, load = drive - share * self.reference_twist_rad, drive - share * twist_rad
         dry = at_same_distance(self.slow_nm, known, load)
         velocity = self.swing.velocity_per_hz * frequency_hz
-        velocity = velocity - share * _rate(twist_rad, frequency_hz)
-        return dry * (1 + self.growth_s * np.abs(velocity)) + self.viscous_nms * velocity
+        return self._at_speed(dry, velocity - share * _rate(twist_rad, frequency_hz))
+
+    def _at_speed(self, dry_nm: Array, velocity: Array) -> Array:
+        return dry_nm * (1 + self.growth_s * np.abs(velocity)) + self.viscous_nms * velocity
+
+    @cached_property
+    def _untwisted_nm(self) -> Array:
+        """The dry part where no twist takes part: needed for each change, and always the same."""
+        return at_same_distance(self.slow_nm, self.swing.angle_rad, self.swing.angle_rad)
 
     def seen(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque of the sweep itself at a frequency, shape (n,).
@@ -67,8 +75,8 @@ class SupportFriction:
 
     def change(self, frequency_hz: float, twist_rad: Array) -> Array:
         """Return how much the friction torque differs if all of it takes part, shape (n,)."""
-        full, none = (self.torque(frequency_hz, twist_rad, share) for share in (1.0, 0.0))
-        return full - none
+        none = self._at_speed(self._untwisted_nm, self.swing.velocity_per_hz * frequency_hz)
+        return self.torque(frequency_hz, twist_rad, 1.0) - none
 
 
 def make_friction(

@@ -45,6 +45,16 @@ def test_follows_the_load_as_far_as_it_takes_part():
         np.testing.assert_allclose(found, expected, atol=2e-3)
 
 
+@pytest.mark.parametrize("frequency_hz", [1.0, 20.0])
+def test_a_change_has_the_bits_of_the_plain_difference(frequency_hz):
+    """What no twist has a part in is worked out once: quicker, and the same."""
+    twist = 0.002 * np.sin(2 * np.pi * np.arange(SWING.size) / SWING.size + 0.4)
+    growth = 0.3 * SPEED * DRY + 0.2 * SWING.velocity_per_hz
+    friction = make_friction(SWING, twist / 7, DRY, growth, KNOWN_HZ)
+    full, none = (friction.torque(frequency_hz, twist, share) for share in (1.0, 0.0))
+    np.testing.assert_array_equal(friction.change(frequency_hz, twist), full - none)
+
+
 def test_twist_of_the_slow_swing_changes_nothing():
     twist = 1e-4 * np.sign(SWING.velocity_per_hz) * (1 - np.exp(-SPEED / 0.02))
     friction = make_friction(SWING, twist, DRY, np.zeros(SWING.size), KNOWN_HZ)
