@@ -12,7 +12,6 @@ import click
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.output import message
-from rigrunner.cli.progress import new_bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -60,6 +59,8 @@ def shown_count(noun: str) -> Iterator[Progress]:
     if not sys.stderr.isatty():
         yield CountedLines(noun)
         return
+    from rigrunner.cli.progress import new_bar  # noqa: PLC0415  (not for help)
+
     with new_bar() as bar:
         task = bar.add_task(noun, total=None, step="")
 

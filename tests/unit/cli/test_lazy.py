@@ -41,9 +41,13 @@ OF_COMPILERS = ("_cython", "cython_", "_sysconfigdata")
 
 def modules_of(*arguments):
     """The modules that a call imports."""
+    return modules_after(f"main({list(arguments)!r})")
+
+
+def modules_after(calls):
     code = (
-        "import sys; from rigrunner.cli.main import main\n"
-        f"main({list(arguments)!r})\n"
+        "import sys; from rigrunner.cli.main import main, rigrunner\n"
+        f"{calls}\n"
         "print('IMPORTED', *sys.modules)"
     )
     done = subprocess.run(
@@ -55,15 +59,31 @@ def modules_of(*arguments):
     return set(done.stdout.rpartition("IMPORTED")[2].split())
 
 
-@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
-def test_a_command_imports_no_more_than_is_listed(arguments):
-    modules = modules_of(*arguments)
+def packages_and_floors(modules):
     tops = {name.partition(".")[0] for name in modules} - set(sys.stdlib_module_names)
     others = {name for name in tops if not name.startswith(OF_COMPILERS)} - {"__main__"}
     floors = {name.split(".")[1] for name in modules if name.startswith("rigrunner.")}
-    packages, of_ours = COMMANDS[arguments]
-    assert others <= packages | {"rigrunner"}
+    return others - {"rigrunner"}, floors
+
+
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_a_command_imports_no_more_than_is_listed(arguments):
+    packages, floors = packages_and_floors(modules_of(*arguments))
+    may_be_packages, of_ours = COMMANDS[arguments]
+    assert packages <= may_be_packages
     assert floors == of_ours
+
+
+def test_the_help_of_no_command_imports_a_package_beside_click():
+    modules = modules_after(
+        f"for name in {list(SUMMARIES)!r}: rigrunner.get_command(None, name)\n"
+        "studies = rigrunner.get_command(None, 'study')\n"
+        "for name in studies.list_commands(None): studies.get_command(None, name)"
+    )
+    assert "rigrunner.cli.commands.study.coverage" in modules
+    packages, floors = packages_and_floors(modules)
+    assert packages == {"click"}
+    assert floors <= FLOORS | {"signal"}
 
 
 def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rigrunner.cli.commands.study import diagnostics as module
 from rigrunner.cli.main import main
 from rigrunner.jobs import Cluster, Processes, usable_cores
+from rigrunner.workflow.study import diagnostics as module
 from rigrunner.workflow.study.case import Case
 from rigrunner.workflow.study.diagnostics import tally
 from rigrunner.workflow.study.diagnostics_case import Finding

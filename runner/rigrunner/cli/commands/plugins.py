@@ -14,12 +14,11 @@ from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs
-from rigrunner.registry import HOOK_OF_KIND, Plugin, Registry
-from rigrunner.workflow.lab_plugins import lab_registry
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigrunner.registry import Plugin, Registry
     from rigrunner.workflow.fields import Field
 
 WIDTH = 80
@@ -39,6 +38,8 @@ def command(name: str | None, station: str | None, *, as_json: bool) -> None:
 
 
 def _show(name: str | None, station: str | None, *, as_json: bool) -> None:
+    from rigrunner.workflow.lab_plugins import lab_registry
+
     registry = lab_registry(station)
     if as_json:
         registry = registry.with_all_settings()
@@ -62,6 +63,8 @@ def _unknown(registry: Registry, name: str) -> PluginError:
 
 def _listing(registry: Registry) -> Iterator[str]:
     """Yield the plugins of each kind and provider, in the order in which a procedure uses kinds."""
+    from rigrunner.registry import HOOK_OF_KIND
+
     order = list(HOOK_OF_KIND)
     plugins = sorted(registry.plugins, key=lambda each: (order.index(each.kind), _provider(each)))
     for (kind, provider), group in groupby(plugins, lambda each: (each.kind, _provider(each))):

@@ -11,7 +11,6 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.cli.stopping import batch_stop_on_signals
 from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
@@ -55,12 +54,13 @@ def command(
     dask: str | None,
     as_json: bool,
 ) -> ExitCode:
-    """Analyse many stored runs again: files, run folders, or folders of runs at any depth.
+    """Analyse many stored runs again, on all cores or a cluster.
 
-    The runs' own files stay as they are. Each run's result goes into a file of its own, and a
-    summary says what changed against the first analysis. A run that fails is listed, and ends
-    nothing.
+    PATH: files, run folders, or folders of runs at any depth. They stay as they are. Each run's
+    result goes into a file of its own, and a summary says what changed against the first analysis.
+    A run that fails is listed, and ends nothing.
     """
+    from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner.workflow.reanalysis.batch import Batch
     from rigrunner.workflow.reanalysis.selection import choose
 

@@ -10,9 +10,6 @@ import click
 from rigrunner.cli.commands.study.options import going, study_options
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import table
-from rigrunner.workflow.study.coverage import run_coverage
-from rigrunner.workflow.study.coverage_plots import draw_figures
-from rigrunner.workflow.study.coverage_table import markdown, study_document, summary, tables
 
 if TYPE_CHECKING:
     from rigrunner.workflow.study.coverage import Study
@@ -49,6 +46,10 @@ def command(
     Random simulated rigs with errors from the distributions that the budget states. The same seed
     gives the same rigs and the same tables.
     """
+    from rigrunner.workflow.study.coverage import run_coverage
+    from rigrunner.workflow.study.coverage_plots import draw_figures
+    from rigrunner.workflow.study.coverage_table import markdown, study_document
+
     with going("coverage", jobs, dask, keep) as cases:
         study = run_coverage(rigs=rigs, seed=seed, going=cases)
     if figures is not None:
@@ -61,5 +62,7 @@ def command(
 
 
 def _text(study: Study) -> str:
+    from rigrunner.workflow.study.coverage_table import summary, tables
+
     found = (f"{each.title}\n{table(each.header, each.rows, each.sides)}" for each in tables(study))
     return "\n\n".join([summary(study), *found])

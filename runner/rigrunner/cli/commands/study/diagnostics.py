@@ -9,16 +9,6 @@ import click
 from rigrunner.cli.commands.study.options import going, study_options
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.table import table
-from rigrunner.workflow.study.diagnostics import run_diagnostics
-from rigrunner.workflow.study.diagnostics_table import (
-    ALARM_HEADER,
-    BREAK_HEADER,
-    alarm_rows,
-    break_rows,
-    error_text,
-    markdown,
-    study_document,
-)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,6 +43,9 @@ def command(
 
     The same seed gives the same rigs and the same table.
     """
+    from rigrunner.workflow.study.diagnostics import run_diagnostics
+    from rigrunner.workflow.study.diagnostics_table import markdown, study_document
+
     with going("diagnostics", jobs, dask, keep) as cases:
         study = run_diagnostics(
             healthy_rigs=rigs, broken_rigs=broken or rigs, seed=seed, going=cases
@@ -64,6 +57,14 @@ def command(
 
 
 def _tables(study: Study) -> str:
+    from rigrunner.workflow.study.diagnostics_table import (
+        ALARM_HEADER,
+        BREAK_HEADER,
+        alarm_rows,
+        break_rows,
+        error_text,
+    )
+
     alarms = table(list(ALARM_HEADER), alarm_rows(study), "lrr")
     breaks = table(list(BREAK_HEADER), break_rows(study), "lllrlr")
     errors = "\n".join(f"{name}: {error_text(each)}" for name, each in study.error.items())

@@ -9,22 +9,6 @@ import click
 from rigrunner.cli.commands.study.options import going, study_options
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.table import table
-from rigrunner.workflow.study.fault_table import (
-    HEADER,
-    SIDES,
-    SILENT_HEADER,
-    SILENT_SIDES,
-    UNSEEN_HEADER,
-    UNSEEN_SIDES,
-    fault_rows,
-    listing,
-    markdown,
-    silent_rows,
-    study_document,
-    summary,
-    unseen_rows,
-)
-from rigrunner.workflow.study.faults import run_faults
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -56,6 +40,9 @@ def command(
     Faults are put into the recordings of random simulated rigs, which the engine and the analysis
     then take as any others. The same seed gives the same cases and the same tables.
     """
+    from rigrunner.workflow.study.fault_table import markdown, study_document
+    from rigrunner.workflow.study.faults import run_faults
+
     with going("faults", jobs, dask, keep) as recordings:
         study = run_faults(cases_wanted=cases, seed=seed, going=recordings)
     if as_json:
@@ -65,6 +52,20 @@ def command(
 
 
 def _text(study: Study) -> str:
+    from rigrunner.workflow.study.fault_table import (
+        HEADER,
+        SIDES,
+        SILENT_HEADER,
+        SILENT_SIDES,
+        UNSEEN_HEADER,
+        UNSEEN_SIDES,
+        fault_rows,
+        listing,
+        silent_rows,
+        summary,
+        unseen_rows,
+    )
+
     return "\n\n".join(
         [
             table(list(HEADER), fault_rows(study), SIDES),

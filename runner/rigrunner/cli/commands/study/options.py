@@ -10,7 +10,6 @@ import click
 
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option
-from rigrunner.cli.stopping import batch_stop_on_signals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -39,6 +38,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @contextmanager
 def going(study: str, jobs: int | None, dask: str | None, keep: Path | None) -> Iterator[Going]:
     """Give what goes through a study's cases; what it kept is removed once the tables are there."""
+    from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner.jobs import discard
     from rigrunner.workflow.study.going import Going
 
