@@ -6,6 +6,7 @@ Univariate ones draw arrays of shape (n,), multivariate ones of shape (n, k).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, isinf, sqrt
 from typing import TYPE_CHECKING, Protocol
 
@@ -114,7 +115,11 @@ class MultivariateNormal:
 
     def draw(self, rng: Generator, n: int) -> Array:
         """Return rows of shape (n, k)."""
-        return self.mean + _correlated(rng, n, self.covariance)
+        return self.mean + _correlated(rng, n, self._factor)
+
+    @cached_property
+    def _factor(self) -> Array:
+        return _factor_of(self.covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,19 +136,30 @@ class MultivariateT:
     def draw(self, rng: Generator, n: int) -> Array:
         """Return rows of shape (n, k): all parameters share the unknown residual deviation."""
         wider = np.sqrt(self.dof / rng.chisquare(self.dof, n))
-        return np.asarray(self.mean + wider[:, None] * _correlated(rng, n, self.scale))
+        return np.asarray(self.mean + wider[:, None] * _correlated(rng, n, self._factor))
+
+    @cached_property
+    def _factor(self) -> Array:
+        return _factor_of(self.scale)
 
 
-def _correlated(rng: Generator, n: int, covariance: Array) -> Array:
-    """Return rows of mean 0; by eigenvalues, as full correlation leaves no Cholesky factor."""
+def _correlated(rng: Generator, n: int, factor: Array) -> Array:
+    """Return rows of shape (n, k), of mean 0; each column in one piece, for what comes after."""
+    return np.asarray((factor @ rng.standard_normal((n, len(factor))).T).T)
+
+
+def _factor_of(covariance: Array) -> Array:
+    """Return a factor F, F F' = covariance, (k, k).
+
+    By eigenvalues, as full correlation leaves no Cholesky factor.
+    """
     values, vectors = np.linalg.eigh(covariance)
     if values.min() < -1e-9 * max(values.max(), 0.0):
         raise DataError(
             "the correlations between the inputs contradict each other",
             hint="a correlation matrix has no negative eigenvalue",
         )
-    factor = vectors * np.sqrt(np.clip(values, 0.0, None))
-    return np.asarray(rng.standard_normal((n, len(covariance))) @ factor.T)
+    return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
 
 
 def _gaussian(value: float, u: float, dof: float) -> Distribution:

@@ -1,0 +1,209 @@
+"""Monte Carlo: trials of a measurement equation, and draws of the recorded data.
+
+A million trials by the adaptive procedure (JCGM 101), in blocks, with mean, standard uncertainty
+and both coverage intervals at the end. The floor draws the same random numbers in the same blocks,
+and does nothing with them. The first equation has four correlated Gaussian inputs; the other is
+that of the demonstration's result, the mean of twelve set-points. A draw of the pipeline perturbs
+the demonstration's cycles and its rig, and compensates them anew; it is held against one analysis
+of both its runs, reading them not included.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from functools import partial
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmarks.frame import Figure, Work, allocated_peak, at_least, at_most, calls, paired
+from helpers_workflow import run
+from rigrunner.analysis.draws import draw_pipeline
+from rigrunner.analysis.load import with_known_load
+from rigrunner.api.analysis import Sweep
+from rigrunner.api.uncertainty import Input, MeasurementModel
+from rigrunner.clock import SimulatedClock
+from rigrunner.procedure import parse_procedure
+from rigrunner.registry import load_registry
+from rigrunner.signal.mean_model import mean_model
+from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
+from rigrunner.signal.monte_carlo.distributions import MultivariateT
+from rigrunner.signal.monte_carlo.model import _grouped, output_of
+from rigrunner.workflow.locate import find_procedure
+from rigrunner.workflow.stored import analyse_stored, read
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.random import Generator
+
+    from benchmarks.frame import Scale
+    from rigrunner.api.results import Result
+    from rigrunner.runfile import StoredRun
+    from rigrunner.signal.monte_carlo.distributions import Distribution
+
+TRIALS = 1_000_000
+MEGA = 1e6
+NAMES = "abcd"
+CORRELATION = np.array(
+    [[1.0, 0.5, 0.2, 0.0], [0.5, 1.0, 0.3, 0.1], [0.2, 0.3, 1.0, 0.4], [0.0, 0.1, 0.4, 1.0]]
+)
+HALF = at_least(0.5)
+LIMIT = "the equation and its correlations, then sorting for the intervals"
+
+
+def four_correlated() -> MeasurementModel:
+    inputs = tuple(Input(name, 1.0 + i, 0.01) for i, name in enumerate(NAMES))
+    return MeasurementModel(inputs, lambda x: x["a"] * x["b"] / x["c"] + x["d"], CORRELATION)
+
+
+def trials(model: MeasurementModel, count: int) -> None:
+    propagate(output_of(model), Adaptive(least_trials=count, most_trials=count))
+
+
+def numbers(draws: list[Callable[[Generator], object]], count: int) -> None:
+    """Draw what the trials need, in their blocks, and forget it."""
+    for block in range(count // BLOCK):
+        rng = np.random.default_rng(np.random.SeedSequence(1, spawn_key=(block,)))
+        for draw in draws:
+            draw(rng)
+
+
+def needed(model: MeasurementModel) -> list[Callable[[Generator], object]]:
+    """Return the bare calls of numpy's generator that the inputs of a model need."""
+    alone, together = _grouped(model)
+    return [*map(_alone, alone), *(_joint(each, len(group)) for group, each in together)]
+
+
+def _alone(each: Input) -> Callable[[Generator], object]:
+    if each.distribution == "rectangular":
+        return lambda rng: rng.uniform(-1, 1, BLOCK)
+    if each.dof == inf:
+        return lambda rng: rng.standard_normal(BLOCK)
+    return lambda rng: rng.standard_t(each.dof, BLOCK)
+
+
+def _joint(each: Distribution, size: int) -> Callable[[Generator], object]:
+    if isinstance(each, MultivariateT):
+        return lambda rng: (rng.chisquare(each.dof, BLOCK), rng.standard_normal((BLOCK, size)))
+    return lambda rng: rng.standard_normal((BLOCK, size))
+
+
+def straight(count: int) -> None:
+    """Do what a short script does: all trials at once, Cholesky, quantiles."""
+    rng = np.random.default_rng(1)
+    factor = np.linalg.cholesky(CORRELATION * 0.01**2)
+    a, b, c, d = ([1.0, 2.0, 3.0, 4.0] + rng.standard_normal((count, 4)) @ factor.T).T
+    y = a * b / c + d
+    y.mean(), y.std(ddof=1), np.quantile(y, [0.025, 0.975])
+
+
+@dataclass(frozen=True)
+class Demo:
+    """The demonstration's loaded run, read, and what the analysis made of it."""
+
+    stored: StoredRun
+    result: Result
+
+    @property
+    def model(self) -> MeasurementModel:
+        return mean_model(self.result.compensations[self.result.primary].points)
+
+    def analyse(self) -> None:
+        analyse_stored(self.stored, load_registry(), self.stored.no_load)
+
+    def draw(self, draws: int) -> None:
+        registry, found = load_registry(), self.result
+        text, name = self.stored.header.procedure_text, self.stored.header.procedure_id
+        (instrument,) = found.run.instruments.values()
+        loads = [point.load_n for point in found.loaded]
+        rig = with_known_load(found.run, instrument.channel, loads)
+        method = parse_procedure(text, name).model.analysis.primary_plugin
+        draw_pipeline(
+            registry.make("compensation", method.name, method.settings),
+            Sweep(found.loaded, found.no_load, rig, instrument, lambda _: None),
+            found.compensations[found.primary].points,
+            zeroed=True,
+            draws=draws,
+            seed=1,
+            progress=lambda *_: None,
+        )
+
+
+def demo() -> Demo:
+    with tempfile.TemporaryDirectory() as name:
+        folder, clock = Path(name), SimulatedClock()
+        for each in ("no_load_inertia_sweep", "starting_torque_1000n"):
+            done = run(find_procedure(each), folder / "runs", clock=clock)
+        return Demo(read(done.folder), done.result)
+
+
+def measure(scale: Scale) -> list[Figure]:
+    count, times = scale.of(TRIALS, 2 * BLOCK), scale.of(15, 1)
+    found = [*rates("4 correlated inputs", four_correlated(), count, times), plain(count, times)]
+    return found if scale.short else [*found, *of_the_demonstration(demo(), count)]
+
+
+def of_the_demonstration(found: Demo, count: int, times: int = 7) -> list[Figure]:
+    equation = rates("the demonstration's equation", found.model, count, times)
+    return [*equation, *pipeline(found, times)]
+
+
+def rates(what: str, model: MeasurementModel, count: int, times: int) -> list[Figure]:
+    found = paired(partial(trials, model, count), partial(numbers, needed(model), count), times)
+    label, unit = f"{what} ({len(model.inputs)})", "M trials/s"
+    return [
+        Figure(f"random numbers of {label}", found.floor.rate(count / MEGA), unit, "floor"),
+        Figure(
+            f"trials of {label}",
+            found.ours.rate(count / MEGA),
+            unit,
+            ratio=found.speed,
+            target=HALF,
+            note=LIMIT,
+        ),
+    ]
+
+
+def plain(count: int, times: int) -> Figure:
+    model = four_correlated()
+    found = paired(partial(trials, model, count), partial(straight, count), times)
+    note = "ratio: ours against it; one interval, no blocks, no check that it settled"
+    rate = found.floor.rate(count / MEGA)
+    return Figure("plain numpy, all at once", rate, "M trials/s", "peer", found.speed, note=note)
+
+
+def pipeline(found: Demo, times: int) -> list[Figure]:
+    pair = paired(partial(found.draw, 1), found.analyse, times)
+    return [
+        Figure("one analysis of the demonstration", pair.floor, "s", "floor"),
+        Figure(
+            "one draw of its pipeline",
+            pair.ours,
+            "s",
+            ratio=pair.ratio,
+            target=at_most(3.0),
+            note="the method itself, twelve set-points in two runs",
+        ),
+    ]
+
+
+def work() -> list[Work]:
+    model, few, many = four_correlated(), 10 * BLOCK, 20 * BLOCK
+    once, twice = (calls(partial(trials, model, count)) for count in (few, many))
+    normals: list[int] = []
+
+    def counting(rng: Generator, n: int) -> np.ndarray:
+        normals.append(n)
+        return rng.standard_normal(n)
+
+    propagate(counting, Adaptive(least_trials=few, most_trials=few))
+    peak = allocated_peak(partial(trials, model, many))
+    return [
+        Work("calls of functions for each block", (twice - once) / 10, 200),
+        Work("trials drawn for each one that counts", sum(normals) / few, 1),
+        Work("bytes held for each trial", peak / many, 40),
+    ]
