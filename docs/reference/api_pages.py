@@ -67,25 +67,36 @@ class Module:
 
     @property
     def names(self) -> list[Name]:
-        """The public names that it defines, in its own order."""
-        return list(defined(self.tree.body))
+        """The public names that it defines, in its own order, or that it exports as a package."""
+        if not self.exported:
+            return list(defined(self.tree.body))
+        inside = sorted(self.path.parent.rglob("*.py"))
+        everywhere = [name for path in inside for name in defined(Module(path).tree.body)]
+        by_name = {each.name: each for each in reversed(everywhere)}
+        return [by_name[name] for name in self.exported]
 
 
 def public_modules() -> list[Module]:
-    """Return the modules of `rigrunner.api` and `rigrunner.signal` that have names."""
+    """Return the modules of the two packages that have names.
+
+    A package in them that has `__all__` stands for its modules.
+    """
     folders = (SOURCE / "rigrunner/api", SOURCE / "rigrunner/signal")
-    paths = [path for folder in folders for path in sorted(folder.rglob("*.py"))]
-    public = [Module(path) for path in paths if not path.name.startswith("_")]
+    modules = [Module(path) for folder in folders for path in sorted(folder.rglob("*.py"))]
+    packages = {module.path.parent for module in modules if module.exported}
+    public = [
+        module
+        for module in modules
+        if module.exported
+        or not (module.path.name.startswith("_") or module.path.parent in packages)
+    ]
     return [module for module in public if module.names]
 
 
 def kit() -> tuple[Module, list[Name]]:
     """Return `rigrunner.testing`, and what it exports from wherever it is defined."""
-    folder = SOURCE / "rigrunner/testing"
-    package = Module(folder / "__init__.py")
-    everywhere = [name for path in sorted(folder.rglob("*.py")) for name in Module(path).names]
-    by_name = {each.name: each for each in reversed(everywhere)}
-    return package, [by_name[name] for name in package.exported]
+    package = Module(SOURCE / "rigrunner/testing/__init__.py")
+    return package, package.names
 
 
 def defined(body: list[ast.stmt]) -> Iterator[Name]:

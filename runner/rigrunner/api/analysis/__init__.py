@@ -1,0 +1,51 @@
+"""The contracts of the analysis: outlier rules, fits and compensations."""
+
+from rigrunner.api.analysis.compensation import (
+    Check,
+    CompensatedPoint,
+    Compensation,
+    CompensationMethod,
+    Component,
+    Sweep,
+    SwingSweep,
+    Trace,
+)
+from rigrunner.api.analysis.curves import (
+    Candidate,
+    Chosen,
+    Curve,
+    Fit,
+    Spreading,
+)
+from rigrunner.api.analysis.points import (
+    MotionSource,
+    PeakPoint,
+    StartPoint,
+    SwingPoint,
+)
+from rigrunner.api.analysis.rules import (
+    OutlierRule,
+    Rejection,
+)
+
+__all__ = [
+    "Candidate",
+    "Check",
+    "Chosen",
+    "CompensatedPoint",
+    "Compensation",
+    "CompensationMethod",
+    "Component",
+    "Curve",
+    "Fit",
+    "MotionSource",
+    "OutlierRule",
+    "PeakPoint",
+    "Rejection",
+    "Spreading",
+    "StartPoint",
+    "Sweep",
+    "SwingPoint",
+    "SwingSweep",
+    "Trace",
+]

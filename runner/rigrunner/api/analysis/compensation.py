@@ -1,0 +1,130 @@
+"""Compensations: what a plugin of that kind is, what it takes and what it gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import nan
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.analysis.curves import Curve, Fit
+    from rigrunner.api.analysis.points import PeakPoint, SwingPoint
+    from rigrunner.api.data import Array, Estimate
+    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.uncertainty import MeasurementModel
+
+
+@dataclass(frozen=True)
+class Component:
+    """One line of an uncertainty budget (GUM 8): an input, and what it contributes in N·m."""
+
+    name: str
+    u: float
+    """Its contribution to the standard uncertainty of the torque, in N·m: |sensitivity| input_u."""
+    dof: float
+    distribution: str
+    common: bool
+    """True if the error is the same in all points of the run (it does not average out)."""
+    value: float = nan
+    """The input's estimate; nan where a line of several inputs has none."""
+    unit: str = "N·m"
+    """Of the input, `value` and `input_u`."""
+    input_u: float = nan
+    """The input's standard uncertainty."""
+    sensitivity: float = nan
+    """The torque's change in N·m over the input's; 1 for a line of several inputs."""
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedPoint:
+    """What one method says of one set-point."""
+
+    set_frequency_hz: float
+    frequency_hz: float
+    raw_nm: float
+    """What the sensor shows by this method's own reading of it."""
+    rig_nm: float
+    """The part of the rig in it: raw - torque."""
+    torque: Estimate
+    components: tuple[Component, ...]
+    """The budget; of a point with a model, what the model's propagation gives."""
+    trace: Trace | None = None
+    model: MeasurementModel | None = None
+    """The measurement equation with its inputs, from which torque and budget follow."""
+    cycles_used: int | None = None
+    """How many cycles are in the torque; None: those whose peaks were kept (peak methods)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Torque over one swing, for the eye: arrays of shape (N,) over the crank phase."""
+
+    angle_rad: Array
+    raw_nm: Array
+    no_load_nm: Array
+    compensated_nm: Array
+
+
+@dataclass(frozen=True)
+class Check:
+    """A named diagnostic: what was found, against what, and what to do."""
+
+    name: str
+    ok: bool
+    text: str
+    advice: str = ""
+    value: float | None = None
+    """What was found, or the worst of it; None where it is not a number."""
+    threshold: float | None = None
+    """What it may be at most or at least."""
+    unit: str = ""
+    """Of both: '1' for a bare number."""
+    decisive: bool = False
+    """Whether nothing can be decided on the run where it failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """What a compensation takes: the prepared points of both runs and what is known of the rig."""
+
+    loaded: tuple[PeakPoint, ...]
+    """Of a waveform method they must be SwingPoints: `rigrunner.signal.swings.with_swings`."""
+    no_load: tuple[PeakPoint, ...]
+    rig: RigDescription
+    instrument: TorqueInstrument
+    fit: Fit
+    """The fit named by the procedure for torque over frequency (`fit:`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SwingSweep(Sweep):
+    """A sweep of which every point has its whole swings."""
+
+    loaded: tuple[SwingPoint, ...]
+    no_load: tuple[SwingPoint, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Compensation:
+    """The outcome of one method over the whole sweep."""
+
+    measurand: str
+    """What the number is, in words: 'load-induced starting torque', 'running torque', ..."""
+    points: tuple[CompensatedPoint, ...]
+    not_applicable: str = ""
+    """Why the method cannot be used on this run; then there are no points."""
+    curve: Curve | None = None
+    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+    """What the method learned of the rig, such as J, fn and damping."""
+    checks: tuple[Check, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class CompensationMethod(Protocol):
+    """Takes the rig's part out of the measured torque."""
+
+    def __call__(self, sweep: Sweep) -> Compensation:
+        """Return torque per set-point of the loaded run; raise DataError if data forbid it."""
+        ...

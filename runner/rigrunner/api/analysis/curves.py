@@ -1,0 +1,124 @@
+"""Fits: what a plugin of that kind is, and the curves that it gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.data import Array, Points
+
+
+class Curve(Protocol):
+    """A fitted curve."""
+
+    @property
+    def formula(self) -> str:
+        """The curve as a person writes it, with its parameters' names."""
+        ...
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The names of the coefficients."""
+        ...
+
+    @property
+    def units(self) -> Sequence[str]:
+        """The unit of each coefficient."""
+        ...
+
+    @property
+    def coefficients(self) -> Array:
+        """The estimates, shape (p,)."""
+        ...
+
+    @property
+    def covariance(self) -> Array:
+        """Their covariance, shape (p, p)."""
+        ...
+
+    @property
+    def dof(self) -> float:
+        """Degrees of freedom of the residual."""
+        ...
+
+    @property
+    def residuals(self) -> Array:
+        """Observed minus fitted, shape (n,)."""
+        ...
+
+    @property
+    def residual_s(self) -> float:
+        """The residual standard deviation, in the unit of y."""
+        ...
+
+    @property
+    def r_squared(self) -> float:
+        """The coefficient of determination."""
+        ...
+
+    @property
+    def valid_x(self) -> tuple[float, float]:
+        """The range of x within which the curve may be used."""
+        ...
+
+    def predict(self, x: Array) -> tuple[Array, Array]:
+        """Return the curve at x and its standard uncertainty (of the curve, not of one more point).
+
+        Raises DataError outside `valid_x`.
+        """
+        ...
+
+
+@runtime_checkable
+class Spreading(Protocol):
+    """What a Curve can have besides: its uncertainty in independent directions."""
+
+    def spread(self, x: Array) -> Array:
+        """Return the curve's gradient times a square root of the covariance at x (m,).
+
+        Shape (m, p). The norm of a row is the standard uncertainty there, the product of two rows
+        the covariance of the curve at two places. Raises DataError outside `valid_x`.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One of the curves that a fit chose from."""
+
+    formula: str
+    parameters: int
+    """How many coefficients it has."""
+    score: float
+    """By the criterion, less is better; nan where the curve could not be fitted."""
+    residual_s: float
+    """The residual standard deviation, in the unit of y; nan where there is none."""
+    chosen: bool = False
+    problem: str = ""
+    """Why the curve could not be fitted."""
+
+
+@runtime_checkable
+class Chosen(Protocol):
+    """What a Curve can have besides: the candidates that it was chosen from."""
+
+    @property
+    def criterion(self) -> str:
+        """What the candidates were compared by, such as 'AICc'."""
+        ...
+
+    @property
+    def candidates(self) -> Sequence[Candidate]:
+        """All that were tried, in the order of the procedure, the chosen one among them."""
+        ...
+
+
+class Fit(Protocol):
+    """Fits a curve to points."""
+
+    def __call__(self, points: Points) -> Curve:
+        """Return the fitted curve; raise DataError where the points do not allow it."""
+        ...

@@ -1,0 +1,90 @@
+"""The content of a test certificate (ISO/IEC 17025:2017, 7.8): one model for JSON, HTML and PDF.
+
+A number that is printed stands here twice: as the float it comes from, and as the text that was
+printed, with its decimals, so that a reader can recompute the one and compare it with the other.
+Texts of a document in a natural language are the formats' business: here are codes and facts.
+"""
+
+from rigrunner.api.certificate.conformity import (
+    Conformity,
+    DecisionRecord,
+    LimitStatement,
+)
+from rigrunner.api.certificate.document import (
+    Certificate,
+    certificate_json,
+    parse_certificate,
+)
+from rigrunner.api.certificate.evidence import (
+    Amendment,
+    Appearance,
+    Change,
+    Evidence,
+    RunEvidence,
+)
+from rigrunner.api.certificate.method import (
+    Approval,
+    Condition,
+    InstrumentEntry,
+    Method,
+    Performance,
+)
+from rigrunner.api.certificate.part import (
+    Part,
+    Sha256,
+    Text,
+)
+from rigrunner.api.certificate.parties import (
+    Authorisation,
+    Customer,
+    Item,
+    Laboratory,
+)
+from rigrunner.api.certificate.remarks import (
+    Deviation,
+    DeviationKind,
+    ExternalResult,
+    Opinion,
+    Restriction,
+)
+from rigrunner.api.certificate.results import (
+    PointResult,
+    RejectedCycle,
+    Results,
+    StatedResult,
+)
+
+__all__ = [
+    "Amendment",
+    "Appearance",
+    "Approval",
+    "Authorisation",
+    "Certificate",
+    "Change",
+    "Condition",
+    "Conformity",
+    "Customer",
+    "DecisionRecord",
+    "Deviation",
+    "DeviationKind",
+    "Evidence",
+    "ExternalResult",
+    "InstrumentEntry",
+    "Item",
+    "Laboratory",
+    "LimitStatement",
+    "Method",
+    "Opinion",
+    "Part",
+    "Performance",
+    "PointResult",
+    "RejectedCycle",
+    "Restriction",
+    "Results",
+    "RunEvidence",
+    "Sha256",
+    "StatedResult",
+    "Text",
+    "certificate_json",
+    "parse_certificate",
+]

@@ -1,0 +1,83 @@
+"""The whole certificate, and the JSON that it is written as."""
+
+from __future__ import annotations
+
+import json
+from typing import Literal
+
+from pydantic import ValidationError
+
+from rigrunner.api.certificate.conformity import Conformity
+from rigrunner.api.certificate.evidence import Amendment, Appearance, Evidence
+from rigrunner.api.certificate.method import Condition, InstrumentEntry, Method, Performance
+from rigrunner.api.certificate.part import Part, Text
+from rigrunner.api.certificate.parties import Authorisation, Customer, Item, Laboratory
+from rigrunner.api.certificate.remarks import Deviation, ExternalResult, Opinion, Restriction
+from rigrunner.api.certificate.results import RejectedCycle, Results
+from rigrunner.api.errors import DataError
+
+_IN_SCRIPT = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
+"""JSON escapes that let a text stand inside an HTML element as it is."""
+
+
+class Certificate(Part):
+    """A test certificate."""
+
+    rigrunner: Literal["certificate/1"] = "certificate/1"
+    number: Text
+    """Unique in the laboratory; on every page."""
+    issued_utc: Text
+    restrictions: tuple[Restriction, ...] = ()
+    """If there is any, the document is 'not for certification' and says so on every page."""
+    amends: Amendment | None = None
+    laboratory: Laboratory
+    customer: Customer
+    item: Item
+    method: Method
+    performance: Performance
+    conditions: tuple[Condition, ...]
+    conditions_stated: str = ""
+    """What a person says of the conditions."""
+    results: Results
+    conformity: Conformity | None
+    """None where the procedure has no limits."""
+    opinions: tuple[Opinion, ...] = ()
+    external: tuple[ExternalResult, ...] = ()
+    deviations: tuple[Deviation, ...]
+    rejected: tuple[RejectedCycle, ...]
+    instruments: tuple[InstrumentEntry, ...]
+    statements: tuple[Text, ...] = ()
+    """What the laboratory says on each certificate besides."""
+    authorisation: Authorisation
+    evidence: Evidence
+    appearance: Appearance
+    seal: str | None = None
+    """Of a file: SHA-256 of its bytes before this member, and digests of its blocks."""
+
+
+def certificate_json(certificate: Certificate) -> str:
+    """Return the certificate as JSON: the same content gives the same bytes (UTF-8).
+
+    `<`, `>` and `&` are escaped, so that the same text stands in the file and inside a page.
+    """
+    content = certificate.model_dump(mode="json", exclude={"seal"})
+    text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
+    return text.translate(_IN_SCRIPT) + "\n"
+
+
+def parse_certificate(text: str | bytes, name: str) -> Certificate:
+    """Return the certificate in a JSON text; `name` stands for the file in messages.
+
+    Raises DataError that names the first field that is wrong.
+    """
+    try:
+        return Certificate.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(step) for step in first["loc"])
+        count = error.error_count()
+        more = f" (and {count - 1} more)" if count > 1 else ""
+        raise DataError(
+            f"{name} is no certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
+            hint="needed is the JSON file that 'rigrunner certify' wrote",
+        ) from error

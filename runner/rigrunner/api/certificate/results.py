@@ -1,0 +1,69 @@
+"""What was found."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rigrunner.api.certificate.part import Part, Text
+
+
+class StatedResult(Part):
+    """An estimate with its expanded uncertainty, as printed (7.8.2.1 m, 7.8.3.1 c; GUM 7.2)."""
+
+    value: float
+    standard_uncertainty: float
+    degrees_of_freedom: float | None
+    """None where they are infinite."""
+    coverage_factor: float
+    coverage_probability: float = 0.95
+    expanded_uncertainty: float
+    unit: Text
+    decimals: int
+    """Of both printed texts: U has two significant digits (GUM 7.2.6)."""
+    printed: Text
+    printed_uncertainty: Text
+    printed_factor: Text
+
+
+class PointResult(Part):
+    """The result of one set-point."""
+
+    recording: Text
+    set_frequency_hz: float
+    frequency_hz: float
+    load_n: float
+    cycles: int
+    cycles_rejected: int
+    """Not in the torque, as the rule for gross errors found them."""
+    raw_nm: float
+    """What the sensor shows, uncompensated: the mean of the peaks that were kept."""
+    printed_raw: Text
+    torque: StatedResult
+
+
+class Results(Part):
+    """What was found (7.8.2.1 m)."""
+
+    headline: StatedResult
+    """The mean over the set-points."""
+    motion: Literal["swing", "start"]
+    """Whether set-points are swings at a frequency or starts from rest at a speed."""
+    points: Annotated[tuple[PointResult, ...], Field(min_length=1)]
+
+
+class RejectedCycle(Part):
+    """A cycle that the rule for gross errors left out; the raw data stay."""
+
+    run_id: Text
+    recording: Text
+    cycle: int
+    """From 1."""
+    what: Literal["peak", "waveform"]
+    rule: Text
+    value_nm: float | None
+    statistic: float | None
+    critical: float | None
+    printed_statistic: Text
+    printed_critical: Text
