@@ -17,7 +17,7 @@ from rigrunner.registry import load_registry
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
 
-HIGHEST_N = 2000.0
+HIGHEST_N, LIMIT_NM = 2000.0, 3.0
 
 _PLUGIN = '''
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity

@@ -106,8 +106,7 @@ class Guard:
         except Exception as error:  # noqa: BLE001  (what cannot be read is not known to be good)
             watch.miss(self._rig.clock.monotonic_s(), str(error))
             return
-        now_s = self._rig.clock.monotonic_s()
-        watch.take(np.array([now_s]), np.array([value]), now_s)
+        watch.take_one(value, self._rig.clock.monotonic_s())
 
     def _tell(self, watch: Watch) -> None:
         for change in _changes(watch):

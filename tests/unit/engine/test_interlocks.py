@@ -8,6 +8,8 @@ from math import inf
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from helpers_devices import FakeTester, Listener, plan_of, record, run
 from rigrunner.api.errors import DeviceLostError
@@ -252,3 +254,33 @@ def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
     steps = [float(call.split()[-1]) for call in device.calls if call.startswith("set load")]
     assert max(np.diff(steps)) <= 10.0 + 1e-6
     assert steps[-1] == 500.0
+
+
+RULES = st.builds(
+    replace,
+    st.just(HOT),
+    minimum=st.sampled_from([-inf, 0.0]),
+    maximum=st.sampled_from([inf, 5.0]),
+    rate_per_s=st.sampled_from([None, 2.0]),
+    debounce_s=st.sampled_from([0.0, 0.25]),
+    hysteresis=st.sampled_from([0.0, 1.0]),
+    latched=st.booleans(),
+)
+SEEN = st.lists(
+    st.tuples(
+        st.sampled_from([0.05, 0.1, 0.25, 1.0]),
+        st.sampled_from([-1.0, 0.0, 0.5, 4.5, 5.0, 5.5, float("nan")]),
+    ),
+    max_size=12,
+)
+
+
+@given(RULES, SEEN)
+def test_a_value_that_is_read_is_judged_as_an_array_of_one(rule, seen):
+    arrays, numbers = Watch(rule, 0.0), Watch(rule, 0.0)
+    now_s = 0.0
+    for passed_s, value in seen:
+        now_s += passed_s
+        arrays.take(np.array([now_s]), np.array([value]), now_s)
+        numbers.take_one(value, now_s)
+        assert repr(vars(numbers)) == repr(vars(arrays))

@@ -1,0 +1,274 @@
+"""What a set-point costs beside what its devices take: set, read, check a limit, keep.
+
+Microseconds for each of 2,000 points of a sweep on a press that does nothing but remember: a
+procedure in YAML, planned, through engine, rig, bus and journal, with `run.log` as in every run;
+from the start of the first point to the end of the last. Each step of a point (the set, the
+measurement) is on record before it begins and after it has ended. The floor does the same to the
+same press and writes a line of csv, flushed: it survives kill -9, as ours does.
+
+Synced: each value is on the disk before the next point (`durability: {sync: each_measurement}`);
+the floor of that writes a line of JSON and waits for the disk. Through a thread: the press declares
+that it may block, so each call of it goes to a worker and has a time limit. Plan and seal: what
+comes before and after. Of the peers only QCoDeS, where each point is flushed, keeps all that was
+said to be done from kill -9; PyMeasure writes in a thread, and may lose what waits for it.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from benchmarks.frame import (
+    Figure,
+    Scale,
+    Spread,
+    Work,
+    allocated_peak,
+    at_most,
+    pair_of,
+    peer,
+    seconds,
+)
+from helpers_setpoints import LIMIT_NM, lab_of, loads_n
+from rigrunner.api.events import StepStarted
+from rigrunner.bus import Bus
+from rigrunner.clock import WallClock
+from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.registry import load_registry
+from rigrunner.runfile import RunWriter
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.loose import read_journal
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.record import header_of, open_log, rig_of, syncs_measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from benchmarks.frame import Pair, Target
+    from rigrunner.workflow.prepare import Planned
+
+MICRO = 1e6
+AS_LONG = 20
+"""Times the lines of csv, so that a turn of the floor takes as long as one of ours: what else the
+machine does then meets both alike."""
+LIMIT = "four events a point, each made, encoded, checked and written by itself: 9 us of 36 are C"
+PEERS = {
+    "pymeasure": "PyMeasure: worker, csv",
+    "openhtf_dimensioned": "OpenHTF: a dimensioned measurement",
+    "openhtf_phases": "OpenHTF: a phase a point",
+    "qcodes": "QCoDeS: data set",
+    "qcodes_flushed": "QCoDeS: data set, each point flushed",
+    "robot": "Robot Framework: three keywords a point",
+    "bluesky": "Bluesky: run engine, documents as lines",
+}
+
+
+def measure(scale: Scale) -> list[Figure]:
+    points, times = scale.of(2000, 200), scale.of(15, 3)
+    few = max(points // 10, 20)
+    with Bench(points) as inline, Bench(few, sync="each_measurement") as synced:
+        kept = turns(inline, csv_lines, AS_LONG, times)
+        durable = turns(synced, json_lines_synced, 1, times)
+    with Bench(points, blocking=True) as threaded:
+        worked = turns(threaded, csv_lines, AS_LONG, times)
+    bare, disk = kept.floor.per(1 / MICRO), durable.floor.per(1 / MICRO)
+    each = durable.ratio.median
+    disk_note = f"the disk: {each:.2f} x a synced line of JSON"
+    thread_note = f"{worked.ratio.median / kept.ratio.median:.1f} x inline: two changes of threads"
+    return [
+        Figure("csv, a line flushed", bare, "us", "floor"),
+        ours("kept from kill -9", kept, at_most(7), LIMIT),
+        Figure("JSON, a line synced", disk, "us", "floor", disk.per(bare.median)),
+        Figure(
+            "kept from a power cut",
+            durable.ours.per(1 / MICRO),
+            "us",
+            ratio=durable.ours.per(kept.floor.median),
+            target=at_most(35),
+            note=disk_note,
+        ),
+        ours("through a thread, kept from kill -9", worked, None, thread_note),
+        *around(points, times),
+        *(peer_figure(scale, way, what, points, bare) for way, what in PEERS.items()),
+    ]
+
+
+def ours(what: str, pair: Pair, target: Target | None, note: str) -> Figure:
+    value = pair.ours.per(1 / MICRO)
+    return Figure(what, value, "us", ratio=pair.ratio, target=target, note=note)
+
+
+def around(points: int, times: int) -> list[Figure]:
+    """Measure what a run of so many points costs before its first and after its last."""
+    planned, sealed = [], []
+    for _ in range(times):
+        with Bench(points) as bench:
+            planned.append(bench.planned_s)
+            bench.run()
+            sealed.append(seconds(bench.writer.seal))
+    by_point = points / MICRO
+    return [
+        Figure("plan, before the run", Spread.of(planned).per(by_point), "us"),
+        Figure("seal, after the run", Spread.of(sealed).per(by_point), "us"),
+    ]
+
+
+def peer_figure(scale: Scale, way: str, what: str, points: int, floor: Spread) -> Figure:
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = (way, points, scale.of(9, 2), folder)
+        return peer(scale, what, "setpoints", *arguments, unit="us", floor=floor)
+
+
+def turns(bench: Bench, floor: Callable[[int], float], longer: int, times: int) -> Pair:
+    """Measure seconds a point, in turn; the floor does so many times the points in a turn."""
+    points, lines = bench.points, longer * bench.points
+    bench.run(), floor(lines)
+    return pair_of((bench.run() / points, floor(lines) / lines) for _ in range(times))
+
+
+class Bench:
+    """A sweep that is planned once and run into a new folder each time."""
+
+    def __init__(self, points: int, **station: object) -> None:
+        self._place = tempfile.TemporaryDirectory()
+        self._folder = Path(self._place.name)
+        self._runs = 0
+        self.points = points
+        procedure, station_file = lab_of(self._folder / "lab", points, **station)
+        registry = load_registry()
+        begun = time.perf_counter()
+        self._planned: Planned = plan_run(procedure, station_file, registry, WallClock())
+        self._header = header_of(self._planned, "run", {})
+        self.planned_s = time.perf_counter() - begun
+        self.writer: RunWriter | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._place.cleanup()
+
+    def run(self) -> float:
+        """Return the seconds from the start of the first point to the end of the last."""
+        self._runs += 1
+        planned, at_once = self._planned, syncs_measurements(self._planned)
+        self.folder = folder = self._folder / f"run{self._runs}"
+        with (
+            rig_of(planned) as rig,
+            RunWriter(folder, self._header, sync_measurements=at_once) as self.writer,
+            open_log(folder) as log,
+        ):
+            bus = Bus(critical=[self.writer], guarded=log)
+            unattended = UnattendedAnswers(), threading.Event(), folder.name
+            summary = run_plan(planned.plan, rig, bus, planned.clock, *unattended)
+        assert summary.outcome == "completed", summary.reason
+        events = read_journal(RunFolder(folder)).events
+        first = next(one for one in events if isinstance(one, StepStarted))
+        last = next(one for one in reversed(events) if getattr(one, "measurement", ""))
+        return last.monotonic_s - first.monotonic_s
+
+
+class Press:
+    """The press of the floors, as the bench's is."""
+
+    def __init__(self) -> None:
+        self._load_n = 0.0
+
+    def set(self, load_n: float) -> None:
+        self._load_n = load_n
+
+    def read(self) -> float:
+        return 1e-3 * self._load_n
+
+
+def csv_lines(points: int) -> float:
+    with lines() as file:
+        press, keep = Press(), csv.writer(file).writerow
+        begun = time.perf_counter()
+        for each in loads_n(points):
+            press.set(each)
+            torque_nm = press.read()
+            keep((each, torque_nm, torque_nm <= LIMIT_NM))
+            file.flush()
+        return time.perf_counter() - begun
+
+
+def json_lines_synced(points: int) -> float:
+    with lines() as file:
+        press = Press()
+        begun = time.perf_counter()
+        for each in loads_n(points):
+            press.set(each)
+            torque_nm = press.read()
+            row = {"load": each, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        return time.perf_counter() - begun
+
+
+@contextmanager
+def lines() -> Iterator[object]:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        (Path(folder) / "lines").open("w", encoding="utf-8", newline="") as file,
+    ):
+        yield file
+
+
+def work() -> list[Work]:
+    """Count the work of one more point: of a sweep, less what a shorter one takes."""
+    inline, threaded = each_point(), each_point(blocking=True)
+    synced = each_point(sync="each_measurement")
+    return [
+        Work("calls of functions for a point", inline["calls"], 750),
+        Work("calls for a point, through a thread", threaded["calls"], 870),
+        Work("writes for a point", inline["write"], 12),
+        Work("bytes of journal for a point", inline["bytes"], 5400),
+        Work("syncs of the disk for a point", inline["fsync"], 0.1),
+        Work("syncs for a point, each value at once", synced["fsync"], 1.1),
+        Work("bytes of memory to plan a point", memory_to_plan(1000) / 1000, 5200),
+    ]
+
+
+def each_point(**station: object) -> dict[str, float]:
+    few, many = counted(100, **station), counted(300, **station)
+    return {what: (many[what] - few[what]) / 200 for what in many}
+
+
+def counted(points: int, **station: object) -> Counter[str]:
+    """Count calls of functions, writes past all buffers, and syncs, in the thread of the run."""
+    found: Counter[str] = Counter()
+
+    def heard(_frame: object, event: str, what: object) -> None:
+        if event in ("call", "c_call"):
+            found["calls"] += 1
+        if event == "c_call" and (what is os.fsync or isinstance(what.__self__, io.FileIO)):
+            found[what.__name__] += 1
+
+    with Bench(points, **station) as bench:
+        bench.run()
+        before = sys.getprofile()
+        sys.setprofile(heard)
+        try:
+            bench.run()
+        finally:
+            sys.setprofile(before)
+        found["bytes"] = (bench.folder / "journal" / "events.journal").stat().st_size
+    return found
+
+
+def memory_to_plan(points: int) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        files = lab_of(Path(folder) / "lab", points)
+        return allocated_peak(lambda: plan_run(*files, load_registry(), WallClock()))
