@@ -58,6 +58,7 @@ def measure(scale: Scale) -> list[Figure]:
     times = scale.of(15, 1)
     cold = paired(partial(python, "-c", COLD), partial(python, "-c", FLOOR), times)
     given = report_input()
+    page = html(given)
     warm = repeated(lambda: html(given), times)
     limit = "matplotlib: text, ticks and layout of 14 panels; a fifth is imports"
     return [
@@ -65,8 +66,8 @@ def measure(scale: Scale) -> list[Figure]:
         Figure("report, cold", cold.ours, "s", ratio=cold.ratio, target=COLD_S, note=limit),
         Figure("report, warm", warm, "s", target=WARM_S, note=limit),
         *([] if scale.short else [command(times)]),
-        size("size, demonstration", html(given)),
-        size("size, long run", html(report_input(hours(scale.of(30_000, 1000))))),
+        size("size, demonstration", page),
+        size("size, long run", html(report_input(hours(scale.of(30_000, 500))))),
     ]
 
 
@@ -97,8 +98,7 @@ def command(times: int) -> Figure:
 def work() -> list[Work]:
     given = report_input()
     page = html(given)
-    once = html(report_input(hours(1000)))
-    twice = html(report_input(hours(2000)))
+    once, twice = (html(report_input(hours(swings))) for swings in (1000, 2000))
     return [
         Work("calls of functions for a report", calls(lambda: html(given)), 5_000_000),
         Work("pictures", page.count(b"data:image/svg+xml;base64,"), 6),

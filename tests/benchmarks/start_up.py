@@ -56,7 +56,7 @@ print(f"[{len(sys.modules)}, {calls}]")
 
 
 def measure(scale: Scale) -> list[Figure]:
-    times = scale.of(40, 3)
+    times = scale.of(40, 1)
     figures: list[Figure] = []
     with tempfile.TemporaryDirectory() as folder:
         floor = partial(start, folder, BARE, "--help")
