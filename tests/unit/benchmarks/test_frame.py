@@ -128,7 +128,7 @@ def test_peers_tell_their_versions():
 @pytest.fixture
 def two(monkeypatch):
     """Put two benchmarks in the place of ours: one that measures, and one that fails."""
-    good = SimpleNamespace(__doc__="About it.", measure=lambda _: [figure(None)])
+    good = SimpleNamespace(__doc__="About it.", measure=lambda _: [figure(at_least(9.0))])
     bad = SimpleNamespace(__doc__="", measure=lambda _: json.loads("{"))
     monkeypatch.setattr(command, "names", lambda: ["bad", "good"])
     monkeypatch.setattr(command, "benchmark", {"bad": bad, "good": good}.get)
@@ -156,7 +156,7 @@ def test_a_page_changes_between_its_marks_alone(tmp_path):
     text = path.read_text(encoding="utf-8")
     assert text.startswith(f"before\n{page.BEGIN}\nMeasured ")
     assert text.endswith(f").\n{page.END}\nafter\n")
-    assert "The short form." in text
+    assert "The short form" in text
     assert "old" not in text
 
 
@@ -170,6 +170,13 @@ def test_a_page_keeps_what_was_not_measured_now_and_forgets_what_is_gone(tmp_pat
     command.main(["good", "--markdown", str(path)])
     again = path.read_text(encoding="utf-8")
     assert again.count("## good") == again.count("## bad") == again.count("Measured") == 1
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize(("words", "judged"), [([], True), (["--short"], False)])
+def test_the_short_form_judges_nothing(words, judged, capsys):
+    command.main(["good", *words])
+    assert ("**no**" in capsys.readouterr().out) is judged
 
 
 @pytest.mark.usefixtures("two")
