@@ -27,7 +27,10 @@ _YES_NO = {"yes": True, "no": False}
 
 
 class Settings(BaseModel):
-    """Frozen, strict, no unknown keys: the base of every model that is read from YAML."""
+    """Frozen, strict, no unknown keys: the base of every model that is read from YAML.
+
+    A model is built when it is first used: most commands use few of those that they import.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 

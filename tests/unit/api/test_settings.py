@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from datetime import date
 
 import pytest
@@ -9,7 +12,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.instruments import RigDescription, TorqueInstrument
 from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.settings import AnyQuantity, Force, IsoDate, ListOf, Settings, YesNo
+from rigrunner.api.settings import AnyQuantity, Force, Frequency, IsoDate, ListOf, Settings, YesNo
 
 RIG = {
     "mandrel": "M-01",
@@ -96,3 +99,35 @@ def test_an_impossible_rig_is_refused(key, value):
 def test_an_impossible_instrument_is_refused(key, value):
     with pytest.raises(ValidationError):
         TorqueInstrument.model_validate(INSTRUMENT | {key: value})
+
+
+@pytest.fixture
+def hurried():
+    """Threads that take turns as often as can be."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+@pytest.mark.usefixtures("hurried")
+@pytest.mark.parametrize("_", range(20))
+def test_a_model_that_threads_use_first_at_the_same_time_is_that_model_for_each(_):
+    """It is built on its first use; with pydantic 2.11 another thread meets its base instead."""
+
+    class Inner(Settings):
+        at: ListOf[Frequency]
+
+    class Outer(Settings):
+        inner: Inner
+        force: Force
+
+    together = threading.Barrier(8)
+
+    def first_use(_: int) -> Outer:
+        together.wait(10)
+        return Outer.model_validate({"inner": {"at": ["1 kHz"]}, "force": "2 kN"})
+
+    with ThreadPoolExecutor(8) as threads:
+        found = list(threads.map(first_use, range(8)))
+    assert all(each.force == 2000.0 and each.inner.at == (1000.0,) for each in found)

@@ -98,6 +98,15 @@ def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():
     assert not any(name.startswith("rigrunner_plugins.devices.modbus") for name in on_station)
 
 
+def test_the_settings_of_all_plugins_load_and_build_without_numpy():
+    modules = modules_after(
+        "from rigrunner.registry import load_registry\n"
+        "for plugin in load_registry().plugins: plugin.record.settings_model.model_rebuild()"
+    )
+    assert "rigrunner_plugins.devices.daq.settings" in modules
+    assert packages_and_floors(modules)[0] <= LIST[0]
+
+
 @pytest.mark.parametrize("name", SUMMARIES)
 def test_every_command_says_first_what_the_list_of_commands_says(name):
     command = rigrunner.get_command(None, name)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
+from rigrunner.cli.brief import brief_command
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import result_json
 
@@ -27,7 +28,8 @@ def command(language: str, station: str | None) -> None:
     from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.schema import certificate_schema, language_schema
 
-    if language == "certificate":
-        result_json(certificate_schema())
-        return
-    result_json(language_schema(cast("Language", language), lab_registry(station)))
+    with brief_command():
+        if language == "certificate":
+            result_json(certificate_schema())
+        else:
+            result_json(language_schema(cast("Language", language), lab_registry(station)))
