@@ -24,27 +24,18 @@ from scipy.optimize import least_squares
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
 from rigrunner_plugins.compensations.drive_line import DriveLine
+from rigrunner_plugins.compensations.harmonics import observe, spectrum_of, waveform_of
 from rigrunner_plugins.compensations.support_friction import SupportFriction, make_friction
 from rigrunner_plugins.compensations.swing import interpolated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from rigrunner.api.analysis import SwingPoint
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import LowPass
+    from rigrunner_plugins.compensations.harmonics import Complex, Observed
     from rigrunner_plugins.compensations.swing import Swing
-
-    Complex = NDArray[np.complex128]
-
-HARMONICS = 72
-"""Of each swing, if they lie below a quarter of the sampling rate."""
-
-MODEL_ERROR = 1e-4
-"""Of the torque's rms, in every harmonic: what the steps of an encoder and the non-linearity of a
-good transducer leave."""
 
 LEAST_FREQUENCIES = 4
 ROUNDS = 6
@@ -77,25 +68,6 @@ class Identified:
     misfit: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Observed:
-    """Harmonics 1..K of the no-load torque, one row per frequency."""
-
-    frequency_hz: Array
-    """Shape (F, 1)."""
-    harmonics: Complex
-    """Shape (F, K)."""
-    weight: Array
-    """1 over the standard uncertainty of a harmonic; 0 where it is not used. Shape (F, K)."""
-    acceleration: Complex
-    """Of the kinematics at 1 Hz, shape (K,)."""
-
-    @property
-    def harmonic_hz(self) -> Array:
-        """The frequency of each harmonic, shape (F, K)."""
-        return self.frequency_hz * np.arange(1, self.harmonics.shape[1] + 1)
-
-
 @lru_cache(maxsize=4)
 def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: LowPass) -> Identified:
     """Return drive line and support friction; raise DataError for too few frequencies.
@@ -110,7 +82,7 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: LowPass) ->
             "to learn the rig's resonance",
             hint="record the no-load sweep over the whole range of frequencies",
         )
-    observed = _observe(points, swing)
+    observed = observe(points, swing)
     waveforms = [interpolated(robust_mean(p.torque_nm, p.kept)[0], swing.size) for p in points]
     start = _start(observed, low_pass)
     found = _search(observed, waveforms, swing, start, UNKNOWNS)
@@ -121,7 +93,7 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: LowPass) ->
 
 
 def _search(
-    observed: _Observed,
+    observed: Observed,
     waveforms: Sequence[Array],
     swing: Swing,
     line: DriveLine,
@@ -136,38 +108,7 @@ def _search(
     return _identified(observed, line, friction, jacobian, residual)
 
 
-def _observe(points: Sequence[SwingPoint], swing: Swing) -> _Observed:
-    frequency = np.array([[p.frequency_hz.value] for p in points])
-    rate = np.array([[p.sample_rate_hz] for p in points])
-    means, u = zip(*(_harmonics(p) for p in points), strict=True)
-    used = frequency * np.arange(1, HARMONICS + 1) < rate / 4
-    acceleration = _spectrum(swing.acceleration_per_hz2)
-    return _Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)
-
-
-def _harmonics(point: SwingPoint) -> tuple[Complex, float]:
-    """Return the mean's harmonics and the standard uncertainty of one.
-
-    From the scatter of the kept cycles, but no less than what any model errs by.
-    """
-    mean, _ = robust_mean(point.torque_nm, point.kept)
-    scatter = _spectrum(point.torque_nm[point.kept])
-    variance = scatter.var(axis=0, ddof=1) / len(scatter)
-    return _spectrum(mean), float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
-
-
-def _spectrum(waveform: Array) -> Complex:
-    spectrum: Complex = np.fft.rfft(waveform, axis=-1)[..., 1 : HARMONICS + 1]
-    return np.asarray(spectrum / waveform.shape[-1])
-
-
-def _waveform(spectrum: Complex, size: int) -> Array:
-    padded = np.zeros(size // 2 + 1, complex)
-    padded[1 : HARMONICS + 1] = spectrum
-    return np.fft.irfft(padded, size) * size
-
-
-def _start(observed: _Observed, low_pass: LowPass) -> DriveLine:
+def _start(observed: Observed, low_pass: LowPass) -> DriveLine:
     """Return the best of a coarse search; J from the highest frequency's first harmonic."""
     top = int(np.argmax(observed.frequency_hz))
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
@@ -181,7 +122,7 @@ def _start(observed: _Observed, low_pass: LowPass) -> DriveLine:
     return min(lines, key=lambda line: float(np.sum(_residual(observed, line, nothing) ** 2)))
 
 
-def _linear(observed: _Observed, line: DriveLine, change: Complex) -> tuple[Complex, Complex]:
+def _linear(observed: Observed, line: DriveLine, change: Complex) -> tuple[Complex, Complex]:
     """Return the weighted basis of A_k and B_k, shape (K, F, 2), and what it shall fit, (K, F)."""
     response = line.sensor(observed.harmonic_hz) * observed.weight
     known = line.inertia_kgm2 * observed.acceleration * observed.frequency_hz**2
@@ -190,7 +131,7 @@ def _linear(observed: _Observed, line: DriveLine, change: Complex) -> tuple[Comp
     return basis.transpose(1, 0, 2), wanted.T
 
 
-def _residual(observed: _Observed, line: DriveLine, change: Complex) -> Array:
+def _residual(observed: Observed, line: DriveLine, change: Complex) -> Array:
     basis, wanted = _linear(observed, line, change)
     q, _ = np.linalg.qr(basis)
     explained = q @ (q.conj().transpose(0, 2, 1) @ wanted[..., None])
@@ -211,7 +152,7 @@ def with_vector(line: DriveLine, values: Array, unknowns: Sequence[str] = UNKNOW
 
 
 def _solve(
-    observed: _Observed, line: DriveLine, change: Complex, unknowns: Sequence[str]
+    observed: Observed, line: DriveLine, change: Complex, unknowns: Sequence[str]
 ) -> tuple[DriveLine, Array, Array]:
     """Return the drive line of least squares, with Jacobian and residual there."""
 
@@ -230,11 +171,11 @@ def _solve(
 
 
 def _friction(
-    observed: _Observed, line: DriveLine, change: Complex, swing: Swing, twists: Sequence[Array]
+    observed: Observed, line: DriveLine, change: Complex, swing: Swing, twists: Sequence[Array]
 ) -> SupportFriction:
     basis, wanted = _linear(observed, line, change)
     coefficients = (np.linalg.pinv(basis) @ wanted[..., None])[..., 0]
-    dry, growth = (_waveform(coefficients[:, i], swing.size) for i in (0, 1))
+    dry, growth = (waveform_of(coefficients[:, i], swing.size) for i in (0, 1))
     slowest = twists[int(np.argmin(observed.frequency_hz))]
     return make_friction(swing, slowest, dry, growth, _best_known_hz(basis))
 
@@ -254,44 +195,35 @@ def frictions_without_each(
     The drive line is kept: its own uncertainty is in `Identified.covariance`.
     """
     swing = rig.friction.swing
-    observed = _observe(points, swing)
+    observed = observe(points, swing)
     waveforms = [interpolated(robust_mean(p.torque_nm, p.kept)[0], swing.size) for p in points]
     twists = _twists(observed, rig.line, waveforms)
     change = _twist_change(observed, rig.friction, twists)
     return tuple(
         _friction(
-            _without(observed, left_out), rig.line, np.delete(change, left_out, 0), swing, twists
+            observed.without(left_out), rig.line, np.delete(change, left_out, 0), swing, twists
         )
         for left_out in range(len(points))
     )
 
 
-def _without(observed: _Observed, row: int) -> _Observed:
-    return replace(
-        observed,
-        frequency_hz=np.delete(observed.frequency_hz, row, 0),
-        harmonics=np.delete(observed.harmonics, row, 0),
-        weight=np.delete(observed.weight, row, 0),
-    )
-
-
-def _twists(observed: _Observed, line: DriveLine, waveforms: Sequence[Array]) -> tuple[Array, ...]:
+def _twists(observed: Observed, line: DriveLine, waveforms: Sequence[Array]) -> tuple[Array, ...]:
     frequencies = observed.frequency_hz[:, 0]
     return tuple(line.twist(w, f) for f, w in zip(frequencies, waveforms, strict=True))
 
 
 def _twist_change(
-    observed: _Observed, friction: SupportFriction, twists: Sequence[Array]
+    observed: Observed, friction: SupportFriction, twists: Sequence[Array]
 ) -> Complex:
     """Return the harmonics of what the full twist changes in the friction, shape (F, K)."""
     frequencies = observed.frequency_hz[:, 0]
     return np.array(
-        [_spectrum(friction.change(f, t)) for f, t in zip(frequencies, twists, strict=True)]
+        [spectrum_of(friction.change(f, t)) for f, t in zip(frequencies, twists, strict=True)]
     )
 
 
 def _identified(
-    observed: _Observed, line: DriveLine, friction: SupportFriction, jacobian: Array, fun: Array
+    observed: Observed, line: DriveLine, friction: SupportFriction, jacobian: Array, fun: Array
 ) -> Identified:
     rows = np.count_nonzero(observed.weight, axis=0)
     dof = float(np.sum(2 * np.maximum(rows - 2, 0)) - jacobian.shape[1])

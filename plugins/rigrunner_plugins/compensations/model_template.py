@@ -14,7 +14,8 @@ import numpy as np
 from rigrunner.api.errors import DataError
 from rigrunner.signal import response
 from rigrunner_plugins.compensations.bearing import MeanSwing, mean_swing
-from rigrunner_plugins.compensations.identification import HARMONICS, frictions_without_each
+from rigrunner_plugins.compensations.harmonics import HARMONICS
+from rigrunner_plugins.compensations.identification import frictions_without_each
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.asked import settings_as_asked
 from rigrunner.analysis.channels import torque_channel
-from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
 from rigrunner.analysis.decision import decide
+from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.evidence import (
     Evidence,
     Judged,
@@ -16,6 +16,7 @@ from rigrunner.analysis.evidence import (
     failed_decisive,
     without_scatter,
 )
+from rigrunner.analysis.fitting import first_fit, fitted
 from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_peak_mean
 from rigrunner.analysis.load import with_known_load
 from rigrunner.analysis.phase import compensated
@@ -26,24 +27,20 @@ from rigrunner.analysis.starts import prepare_starts
 from rigrunner.analysis.validation import validate
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
-from rigrunner.api.results import FittedTorque, Result
-from rigrunner.signal.peaks import peak_points
+from rigrunner.api.results import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.analysis import (
-        Check,
         Component,
-        Curve,
-        Fit,
         OutlierRule,
         PeakPoint,
         Rejection,
     )
-    from rigrunner.api.data import Array, Estimate, Points, Recording, RunData
+    from rigrunner.api.data import Array, Estimate, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
@@ -107,7 +104,13 @@ class _Analysis:
         compensations = self._compensations(loaded, no_load)
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
-        checks = tuple(self._checks(loaded, no_load, compensations))
+        checks = tuple(
+            diagnose(
+                Diagnosed(self.run, self.no_load_run, loaded, no_load),
+                compensations.get(self.spec.primary),
+                own_no_load=self._has_own_no_load,
+            )
+        )
         decision = None
         if self.acceptance is not None:
             primary = compensations[self.spec.primary]
@@ -123,7 +126,7 @@ class _Analysis:
             symbol=self.measurand.symbol,
             loaded=loaded,
             no_load=no_load,
-            fits=self._fits(no_load if self.spec.compensations else loaded),
+            fits=fitted(self.spec, self.lookup, no_load if self.spec.compensations else loaded),
             compensations=compensations,
             primary=self.spec.primary,
             headline=headline,
@@ -169,10 +172,6 @@ class _Analysis:
     def _make(self, kind: str, reference: PluginRef) -> Any:
         return self.lookup.make(kind, reference.name, reference.settings)
 
-    def _fits(self, points: tuple[PeakPoint, ...]) -> tuple[FittedTorque, ...]:
-        peaks = peak_points(points)
-        return tuple(_fitted(each.label, self._make("fit", each), peaks) for each in self.spec.fits)
-
     def _compensations(
         self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
     ) -> dict[str, Compensation]:
@@ -196,7 +195,7 @@ class _Analysis:
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()
         rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
-        return Sweep(loaded, no_load, rig, instrument, self._first_fit())
+        return Sweep(loaded, no_load, rig, instrument, first_fit(self.spec, self.lookup))
 
     def _validation(
         self,
@@ -219,11 +218,6 @@ class _Analysis:
             zeroed=self._instrument().channel in self.run.zeros,
             progress=self.progress,
         )
-
-    def _first_fit(self) -> Fit:
-        if not self.spec.fits:
-            return _no_fit
-        return self._make("fit", self.spec.fits[0])  # type: ignore[no-any-return]  # a fit
 
     def _instrument(self) -> TorqueInstrument:
         channel = torque_channel(sources(self.run)[0], self.run.instruments)
@@ -279,38 +273,6 @@ class _Analysis:
             ),
         )
 
-    def _checks(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        compensations: Mapping[str, Compensation],
-    ) -> Iterator[Check]:
-        if not loaded:
-            return
-        yield from run_checks(self.run, (*loaded, *no_load) if self._has_own_no_load else loaded)
-        if self.no_load_run is not None:
-            yield from run_checks(self.no_load_run, no_load, "no-load run: ")
-            yield zero_drift_check(self.run, self.no_load_run)
-        primary = compensations.get(self.spec.primary)
-        if primary is None or not primary.points:
-            return
-        torques = {point.set_frequency_hz: point.torque.value for point in primary.points}
-        yield positive_check(torques)
-        radius = self.run.rig.swing_radius
-        if radius is not None:
-            yield friction_check(torques, loaded[0].load_n, radius)
-
-
-def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:
-    try:
-        return FittedTorque(name, points, fit(points))
-    except DataError as error:
-        return FittedTorque(name, points, None, problem=str(error))
-
 
 def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)
     return []
-
-
-def _no_fit(points: Points) -> Curve:  # noqa: ARG001  (a fit takes points)
-    raise DataError("the procedure names no fit", hint="add one under analysis: fits:")
