@@ -18,7 +18,7 @@ from rigrunner.signal.inputs import limited, model_of, scattered
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import jackknife_error
 from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
-from rigrunner.signal.swings import with_swings
+from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.limits import load, stated
 from rigrunner_plugins.compensations.matching import pairs
@@ -69,7 +69,7 @@ class Energy:
             frequency_hz=loaded.frequency_hz.value,
             raw_nm=raw,
             trace=Trace(loaded.angle_rad, means[0], means[1], means[0] - means[1]),
-            cycles_used=int(loaded.kept.sum()),
+            cycles_used=int(kept_cycles(loaded).sum()),
         )
 
     def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Effect, ...]:

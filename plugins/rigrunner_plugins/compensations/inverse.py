@@ -19,7 +19,7 @@ from rigrunner.api.analysis import Compensation, Trace
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.signal.propagation import compensated_point
-from rigrunner.signal.swings import with_swings
+from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.bearing import Pair, mean_swing
@@ -133,7 +133,7 @@ class Inverse(ABC):
             frequency_hz=found.pair.loaded.frequency_hz,
             raw_nm=float(np.ptp(found.pair.loaded.torque_nm) / 2),
             trace=_trace(loaded, found),
-            cycles_used=int(loaded.kept.sum()),
+            cycles_used=int(kept_cycles(loaded).sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
         return point, _Diagnosis(asymmetry, float(running_torque(swing, found.bearing_nm)))

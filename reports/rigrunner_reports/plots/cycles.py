@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal.swings import kept_cycles
 from rigrunner_reports.plots.canvas import BLUE, GREY, INK, VERMILION, Plot, draw
 from rigrunner_reports.plots.thinning import places_of_extremes
 
@@ -82,7 +83,7 @@ def _series(place: int, point: PeakPoint) -> tuple[Array, Array]:
 
 def _kept_swings(point: PeakPoint) -> Mask:
     """Return which swings take part, shape (cycles,): all of them where no shape was judged."""
-    return point.kept if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
+    return kept_cycles(point) if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
 
 
 def _cycles(points: Sequence[PeakPoint]) -> int:

@@ -9,6 +9,7 @@ from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.api.data import Estimate
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
+from rigrunner.signal.swings import kept_cycles
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 from rigrunner_reports.view.points import error
 
@@ -98,7 +99,7 @@ def _row(result: Result, methods: Sequence[str], each: SetPoint, digits: int) ->
         cells=tuple(_cell(result, name, each) for name in methods),
         truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
         peaks=_kept(int(point.peak_kept.sum()), point.cycles),
-        swings=_kept(int(each.swing.kept.sum()), point.cycles) if each.swing else MISSING,
+        swings=_kept(int(kept_cycles(each.swing).sum()), point.cycles) if each.swing else MISSING,
     )
 
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError
+from rigrunner.signal.blocks import blocks
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from rigrunner.api.data import Array, Recording
+    from rigrunner.api.data import Recording, Samples
 
 INDEX = "index"
 """The name of a channel of pulses; of all others the unit says what they are."""
@@ -60,10 +61,10 @@ def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
     return MotionSource.ENTERED, ""
 
 
-def finite(recording: Recording, name: str) -> Array:
+def finite(recording: Recording, name: str) -> Samples:
     """Return the samples of a channel, shape (n,); raise DataError if one is no finite number."""
     values = recording.channels[name]
-    if not np.isfinite(values).all():
+    if not all(np.isfinite(part).all() for _, part in blocks(values)):
         raise DataError(f"recording {recording.name}, {name}: a sample is not a finite number")
     return values
 

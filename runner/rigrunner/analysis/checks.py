@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, degrees, sin, sqrt
+from math import asin, degrees, inf, sin, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +12,14 @@ from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.motion_checks import SEEN, motion_check, seen_frequency_hz
 from rigrunner.api.analysis import Check, MotionSource, SwingPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
+from rigrunner.signal.blocks import blocks, limits
+from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import Array, Recording, RunData
+    from rigrunner.api.data import Array, Recording, RunData, Samples
 
 EQUAL_AT_RAIL = 3
 ENTERED_FREQUENCY = Limit(
@@ -200,13 +202,21 @@ def _unsteady(point: SwingPoint) -> tuple[float, str]:
 
 def _clipped(recording: Recording, run: RunData) -> tuple[float, str]:
     torque = recording.channels[torque_channel(recording, run.instruments)]
-    equal = max(_longest_run(torque == extreme) for extreme in (torque.max(), torque.min()))
+    equal = max(_longest_run(torque, extreme) for extreme in limits(torque))
     return equal, f"{recording.name} has {equal} equal samples at its extreme"
 
 
-def _longest_run(flags: Array) -> int:
-    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
-    return int((np.flatnonzero(edges < 0) - np.flatnonzero(edges > 0)).max())
+def _longest_run(torque: Samples, extreme: float) -> int:
+    """Return how many samples in a row are equal to the extreme, at most."""
+    longest = going_on = 0
+    for _, part in blocks(torque):
+        other = np.flatnonzero(part != extreme)
+        if len(other) == 0:
+            going_on += len(part)
+            continue
+        longest = max(longest, going_on + int(other[0]), int(np.diff(other, prepend=-1).max()) - 1)
+        going_on = len(part) - 1 - int(other[-1])
+    return max(longest, going_on)
 
 
 def _used(recording: Recording, run: RunData) -> tuple[float, str]:
@@ -220,11 +230,15 @@ def _used(recording: Recording, run: RunData) -> tuple[float, str]:
     return percent, f"{recording.name} reaches {percent:.0f} % of {instrument.full_scale:g} N·m"
 
 
-def _peak_of_pairs(torque: Array) -> float:
-    if len(torque) < 2:  # noqa: PLR2004  (a pair)
-        return 0.0
-    upper, lower = np.minimum(torque[1:], torque[:-1]), np.maximum(torque[1:], torque[:-1])
-    return float(max(upper.max(), -lower.min()))
+def _peak_of_pairs(torque: Samples) -> float:
+    peak, last = -inf, np.empty(0)
+    for _, part in blocks(torque):
+        pairs = np.concatenate([last, part])
+        upper, lower = np.minimum(pairs[1:], pairs[:-1]), np.maximum(pairs[1:], pairs[:-1])
+        if len(pairs) > 1:
+            peak = max(peak, upper.max(), -lower.min())
+        last = part[-1:]
+    return float(peak) if peak > -inf else 0.0
 
 
 def _spiky(point: PeakPoint) -> tuple[float, str]:
@@ -233,7 +247,7 @@ def _spiky(point: PeakPoint) -> tuple[float, str]:
 
 
 def _cycles(point: PeakPoint) -> tuple[float, str]:
-    kept = point.kept if isinstance(point, SwingPoint) else point.peak_kept
+    kept = kept_cycles(point) if isinstance(point, SwingPoint) else point.peak_kept
     return int(kept.sum()), f"{point.recording} {kept.sum()} of {point.cycles} cycles"
 
 

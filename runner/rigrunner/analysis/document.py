@@ -21,6 +21,7 @@ from rigrunner.analysis.document_values import (
     quantity,
 )
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -138,7 +139,7 @@ def _deviation(values: Array) -> float:
 def _waveform(point: SwingPoint) -> Json:
     return {
         "sample_rate": quantity(point.sample_rate_hz, "Hz"),
-        "cycles_kept": int(point.kept.sum()),
+        "cycles_kept": int(kept_cycles(point).sum()),
         "rejected": _rejections(point.waveform_rejections),
     }
 

@@ -8,24 +8,27 @@ the entered frequency, and there is no phase.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from math import hypot, inf, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.analysis.channels import finite, motion_channel, set_point, torque_channel
+from rigrunner.analysis.waveforms import PHASES, mean_of
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
-from rigrunner.signal.cycles import find_cycles, integrated_swing, resample
+from rigrunner.signal.cycles import find_cycles, integrated_swing
 from rigrunner.signal.kinematics import swing_angle
 from rigrunner.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array, Recording, RunData
+    from collections.abc import Callable
+
+    from rigrunner.api.data import Array, Mask, Recording, RunData, Samples
     from rigrunner.api.instruments import RigDescription
 
-PHASES = 1024
 LEAST_CYCLES = 5
 """With fewer, neither a gross error nor a mean's scatter can be told."""
 
@@ -40,14 +43,15 @@ HALF_SAMPLE = 0.5 / sqrt(3)
 class Motion:
     """The whole cycles of a recording.
 
-    `starts` are fractional sample indices, shape (cycles + 1,). `angles_rad` is the swing angle on
-    PHASES crank phases, shape (cycles, PHASES); None where nothing shows the phase.
+    `starts` are fractional sample indices, shape (cycles + 1,). `mean_angle` gives the swing angle
+    in rad on PHASES crank phases, shape (PHASES,): the mean of the cycles that a mask (cycles,)
+    keeps. It is None where nothing shows the phase.
     """
 
     source: MotionSource
     starts: Array
     frequency_hz: Estimate
-    angles_rad: Array | None = None
+    mean_angle: Callable[[Mask], Array] | None = None
     phase_u_rad: float = 0.0
     """Of the crank phase, in this recording alone."""
     phase_common_u_rad: float = 0.0
@@ -56,7 +60,7 @@ class Motion:
     """Where it was found; empty where nothing shows it."""
 
 
-def find_motion(recording: Recording, run: RunData, torque_nm: Array) -> Motion:
+def find_motion(recording: Recording, run: RunData, torque_nm: Samples) -> Motion:
     """Return the motion by the best that was recorded; `torque_nm` (n,) is cut where nothing was.
 
     Raises DataError naming recording and channel.
@@ -70,7 +74,7 @@ def find_motion(recording: Recording, run: RunData, torque_nm: Array) -> Motion:
 
 
 def _motion(
-    source: MotionSource, name: str, recording: Recording, run: RunData, torque_nm: Array
+    source: MotionSource, name: str, recording: Recording, run: RunData, torque_nm: Samples
 ) -> Motion:
     rate_hz = recording.rate_hz
     if source is MotionSource.ENTERED:
@@ -82,36 +86,38 @@ def _motion(
     return _by_angle(source, values, rate_hz, run.rig)
 
 
-def _by_angle(source: MotionSource, values: Array, rate_hz: float, rig: RigDescription) -> Motion:
+def _by_angle(source: MotionSource, values: Samples, rate_hz: float, rig: RigDescription) -> Motion:
     """Return the motion that an angle, or the angular velocity, shows."""
     if source is MotionSource.TACHO:
-        values = integrated_swing(values, rate_hz, rig.eccentric_ratio)
+        values = integrated_swing(np.asarray(values), rate_hz, rig.eccentric_ratio)
     cycles = find_cycles(values, rate_hz, rig.eccentric_ratio)
     _refuse_few(cycles.starts)
     return Motion(
         source=source,
         starts=cycles.starts,
         frequency_hz=_frequency(cycles.starts, rate_hz),
-        angles_rad=resample(values, cycles.starts, PHASES) - cycles.offset_rad,
+        mean_angle=partial(mean_of, values, cycles.starts, cycles.offset_rad),
         phase_common_u_rad=_tolerance(rig) if source is MotionSource.TACHO else 0.0,
     )
 
 
-def _by_index(pulses: Array, rate_hz: float, rig: RigDescription) -> Motion:
+def _by_index(pulses: Samples, rate_hz: float, rig: RigDescription) -> Motion:
     edges = pulse_edges(pulses)
     starts = starts_from_edges(edges, rig.index_phase, len(pulses))
     _refuse_few(starts)
     frequency = _frequency(starts, rate_hz, edge_u=HALF_SAMPLE)
-    phase = 2 * np.pi * np.arange(PHASES) / PHASES
-    angle = swing_angle(phase, rig.eccentric_ratio)
     return Motion(
         source=MotionSource.INDEX,
         starts=starts,
         frequency_hz=frequency,
-        angles_rad=np.tile(angle, (len(starts) - 1, 1)),
+        mean_angle=partial(_kinematic_angle, rig.eccentric_ratio),
         phase_u_rad=2 * pi * frequency.value / rate_hz * _edge_u(edges),
         phase_common_u_rad=_tolerance(rig),
     )
+
+
+def _kinematic_angle(ratio: float, kept: Mask) -> Array:  # noqa: ARG001  (it is that of each)
+    return swing_angle(2 * np.pi * np.arange(PHASES) / PHASES, ratio)
 
 
 def _edge_u(edges: Array) -> float:
@@ -127,7 +133,7 @@ def _edge_u(edges: Array) -> float:
     return sqrt(max(HALF_SAMPLE**2 - seen, 0.0) + seen / len(edges))
 
 
-def _by_entry(torque_nm: Array, rate_hz: float, entered_hz: float) -> Motion:
+def _by_entry(torque_nm: Samples, rate_hz: float, entered_hz: float) -> Motion:
     starts = starts_by_frequency(torque_nm, rate_hz, entered_hz)
     _refuse_few(starts)
     return Motion(MotionSource.ENTERED, starts, entered_frequency(entered_hz))

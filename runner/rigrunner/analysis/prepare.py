@@ -7,23 +7,27 @@ its own gross errors: a peak that disagrees, or a cycle whose whole shape does.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.analysis.channels import finite, load_n, set_point, torque_channel
 from rigrunner.analysis.clocks import alignment_u_s
-from rigrunner.analysis.motion import LEAST_CYCLES, PHASES, entered_frequency, find_motion
+from rigrunner.analysis.motion import LEAST_CYCLES, entered_frequency, find_motion
+from rigrunner.analysis.waveforms import row_of, waveforms
 from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
-from rigrunner.signal.cycles import resample
+from rigrunner.signal.blocks import less
 from rigrunner.signal.extremes import extremes
-from rigrunner.signal.spikes import hampel
+from rigrunner.signal.spikes import despiked
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from rigrunner.api.analysis import OutlierRule, Rejection
-    from rigrunner.api.data import Array, Mask, Recording, RunData
+    from rigrunner.api.data import Array, Mask, Recording, RunData, Samples
     from rigrunner.procedure import AnalysisSpec
 
 
@@ -52,21 +56,27 @@ def prepare_point(
         spikes=spikes,
         motion=motion.source,
     )
-    if motion.angles_rad is None:
+    if motion.mean_angle is None:
         return point
-    waveforms = resample(torque, motion.starts, PHASES)
-    kept, rejections = _judged(recording, name, _disagreement(waveforms), rule)
+    torque_nm = waveforms(torque, motion.starts)
+    kept, rejections = _judged(recording, name, _disagreement(torque_nm), rule)
     return SwingPoint(
         **vars(point),
         sample_rate_hz=recording.rate_hz,
-        angle_rad=motion.angles_rad[kept].mean(axis=0),
-        torque_nm=waveforms,
+        angle_rad=motion.mean_angle(kept[row_of(point.cycles)]),
+        torque_nm=torque_nm,
         kept=kept,
-        waveform_rejections=rejections,
+        waveform_rejections=tuple(_in_cycles(rejections, len(kept), point.cycles)),
         phase_u_rad=motion.phase_u_rad,
         phase_common_u_rad=motion.phase_common_u_rad,
         alignment_u_s=alignment_u_s(recording, name, motion.channel),
     )
+
+
+def _in_cycles(rejections: Iterable[Rejection], rows: int, cycles: int) -> Iterator[Rejection]:
+    """Yield rejections of rows by the first cycle of each."""
+    for each in rejections:
+        yield replace(each, index=-(-each.index * cycles // rows))
 
 
 def _single_value(recording: Recording, run: RunData) -> PeakPoint:
@@ -78,7 +88,7 @@ def _single_value(recording: Recording, run: RunData) -> PeakPoint:
         set_frequency_hz=entered_hz,
         frequency_hz=entered_frequency(entered_hz),
         load_n=load_n(recording, name),
-        peak_nm=finite(recording, name) - run.zero(recording.name, name),
+        peak_nm=np.asarray(finite(recording, name)) - run.zero(recording.name, name),
         peak_kept=np.ones(1, bool),
         motion=MotionSource.ENTERED,
     )
@@ -86,22 +96,22 @@ def _single_value(recording: Recording, run: RunData) -> PeakPoint:
 
 def _clean_torque(
     recording: Recording, name: str, zero_nm: float, spec: AnalysisSpec
-) -> tuple[Array, int]:
-    torque = finite(recording, name) - zero_nm
+) -> tuple[Samples, int]:
+    torque = less(finite(recording, name), zero_nm)
     if spec.despike is None:
         return torque, 0
-    return hampel(torque, spec.despike.window, spec.despike.threshold)
+    return despiked(torque, spec.despike.window, spec.despike.threshold)
 
 
-def _peaks(torque: Array, starts: Array) -> Array:
+def _peaks(torque: Samples, starts: Array) -> Array:
     """Return the greatest sample of each cycle, shape (cycles,)."""
     return extremes(torque, np.ceil(starts).astype(np.intp))[1]
 
 
-def _disagreement(waveforms: Array) -> Array:
-    """Return each cycle's rms distance in N·m from the robust mean of all, shape (cycles,)."""
-    mean, _ = robust_mean(waveforms, np.ones(len(waveforms), bool))
-    return np.asarray(np.sqrt(np.mean((waveforms - mean) ** 2, axis=1)))
+def _disagreement(torque_nm: Array) -> Array:
+    """Return each row's rms distance in N·m from the robust mean of all, shape (rows,)."""
+    mean, _ = robust_mean(torque_nm, np.ones(len(torque_nm), bool))
+    return np.asarray(np.sqrt(np.mean((torque_nm - mean) ** 2, axis=1)))
 
 
 def _judged(

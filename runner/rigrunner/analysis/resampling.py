@@ -89,9 +89,10 @@ def _shown(point: PeakPoint, sensor: Sensor, drift: Drift) -> PeakPoint:
     peaks = sensor.reads(point.peak_nm) + drift.at(turns + 0.5, point.cycles)
     if not isinstance(point, SwingPoint):
         return replace(point, peak_nm=peaks)
-    cycles, phases = point.torque_nm.shape
-    within = turns[:, None] + np.linspace(0, 1, phases, endpoint=False)
-    torque = sensor.reads(point.torque_nm) + drift.at(within, cycles)
+    rows, phases = point.torque_nm.shape
+    first = np.linspace(0, point.cycles, rows, endpoint=False)  # a row may be a mean of several
+    within = first[:, None] + np.linspace(0, 1, phases, endpoint=False)
+    torque = sensor.reads(point.torque_nm) + drift.at(within, point.cycles)
     return replace(point, peak_nm=peaks, torque_nm=torque)
 
 

@@ -68,11 +68,11 @@ def _start(
             f"recording {recording.name} has no angle channel, and a start needs one",
             hint="record the angle of rotation, such as tester.angle",
         )
-    torque_nm = finite(recording, torque) - run.zero(recording.name, torque)
+    torque_nm = np.asarray(finite(recording, torque)) - run.zero(recording.name, torque)
     spikes = 0
     if spec.despike is not None:
         torque_nm, spikes = hampel(torque_nm, spec.despike.window, spec.despike.threshold)
-    rate_hz, angle_rad = recording.rate_hz, finite(recording, angle)
+    rate_hz, angle_rad = recording.rate_hz, np.asarray(finite(recording, angle))
     try:
         start = find_start(angle_rad, torque_nm, rate_hz, how.window, how.smoothing)
     except DataError as error:

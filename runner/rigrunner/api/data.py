@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,25 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+class Samples(Protocol):
+    """Samples of one channel, shape (n,): an Array, or what reads them from a file by slices.
+
+    A recording that is too long for memory has the second. `np.asarray` makes an Array of either.
+    """
+
+    def __len__(self) -> int:
+        """Return n."""
+        ...
+
+    def __getitem__(self, which: slice, /) -> Array:
+        """Return those from one index to another, in memory."""
+        ...
+
+    def __array__(self) -> NDArray[Any]:
+        """Return all of them, in memory."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +84,7 @@ class Recording:
     rate_hz: float
     started_utc: str
     setpoints: Mapping[str, float]
-    channels: Mapping[str, Array]
+    channels: Mapping[str, Samples]
     units: Mapping[str, str]
     conditions: Mapping[str, float] = field(default_factory=dict)
     """What the station could read while recording: 'tester.load', 'tester.temperature', ..."""
@@ -74,6 +93,10 @@ class Recording:
     def samples(self) -> int:
         """How many samples each channel has."""
         return next((len(values) for values in self.channels.values()), 0)
+
+    def arrays(self) -> dict[str, Array]:
+        """Return all samples of all channels in memory."""
+        return {name: np.asarray(values) for name, values in self.channels.items()}
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ def frame_of(recording: Recording) -> pd.DataFrame:
     """Return the samples over time; `attrs` has the units by channel."""
     pandas = imported("pandas")
     index = pandas.Index(_time_s(recording), name=TIME)
-    frame: pd.DataFrame = pandas.DataFrame(dict(recording.channels), index=index)
+    frame: pd.DataFrame = pandas.DataFrame(recording.arrays(), index=index)
     frame.attrs["units"] = {name: recording.units.get(name, "1") for name in recording.channels}
     return frame
 
@@ -34,7 +34,7 @@ def set_of(recording: Recording) -> xr.Dataset:
     xarray = imported("xarray")
     channels = {
         name: (TIME, values, {"units": recording.units.get(name, "1")})
-        for name, values in recording.channels.items()
+        for name, values in recording.arrays().items()
     }
     told = {**recording.conditions, **recording.setpoints}
     attributes = {"recording": recording.name, "rate_hz": recording.rate_hz, **told}

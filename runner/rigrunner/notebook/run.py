@@ -89,7 +89,7 @@ class Run:
             return plot_of(self.result, self.header.run_id)
         found = self.recording(recording)
         title = f"{self.header.run_id}, {recording}"
-        return samples(found.rate_hz, found.channels, found.units, title=title)
+        return samples(found.rate_hz, found.arrays(), found.units, title=title)
 
 
 def open_run(path: Path | str) -> Run:

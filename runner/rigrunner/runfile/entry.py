@@ -32,8 +32,9 @@ from rigrunner.runfile.measurements import (
     write_measurements,
 )
 from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
-from rigrunner.runfile.recordings import read_recording
+from rigrunner.runfile.recordings import read_recording, stored_bytes
 from rigrunner.runfile.seams import parts_of, zeros_in_force
+from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -163,11 +164,12 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run whole, with the no-load run that is embedded in it."""
     events = _read_events(entry)
+    small = _samples_fit(entry)
     return StoredRun(
         info=_read_info(entry, path, events),
-        recordings=tuple(read_recording(group) for group in _in_order(entry["recordings"])),
-        incomplete=tuple(read_recording(group) for group in _in_order(entry["incomplete"])),
-        superseded=_former(entry),
+        recordings=_read_all(entry, "recordings", in_memory=small),
+        incomplete=_read_all(entry, "incomplete", in_memory=small),
+        superseded=_read_all(entry, SUPERSEDED, in_memory=small),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events),
         measurements=measurements_of(events),
@@ -183,9 +185,19 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
 
 
-def _former(entry: h5py.Group) -> tuple[Recording, ...]:
-    groups = _in_order(entry[SUPERSEDED]) if SUPERSEDED in entry else []
-    return tuple(read_recording(group) for group in groups)
+def _samples_fit(entry: h5py.Group) -> bool:
+    """Return whether all samples of a run are to be read into memory."""
+    kinds = ("recordings", "incomplete", SUPERSEDED)
+    return sum(stored_bytes(_groups(entry, kind)) for kind in kinds) <= IN_MEMORY
+
+
+def _read_all(entry: h5py.Group, kind: str, *, in_memory: bool) -> tuple[Recording, ...]:
+    return tuple(read_recording(each, in_memory=in_memory) for each in _groups(entry, kind))
+
+
+def _groups(entry: h5py.Group, kind: str) -> list[h5py.Group]:
+    """Return the recordings of a kind in order; runs of earlier versions lack some kinds."""
+    return _in_order(entry[kind]) if kind in entry else []
 
 
 def _write_events(entry: h5py.Group, events: tuple[Event, ...]) -> None:

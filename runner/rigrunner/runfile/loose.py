@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
@@ -14,8 +15,16 @@ from rigrunner.runfile.hdf5 import open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.measurements import measurement_digest, measurements_of
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
-from rigrunner.runfile.recordings import Shape, assemble, facts_of, read_facts, read_recording
+from rigrunner.runfile.recordings import (
+    Shape,
+    assemble,
+    facts_of,
+    read_facts,
+    read_recording,
+    stored_bytes,
+)
 from rigrunner.runfile.seams import zeros_in_force
+from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -169,7 +178,8 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
         facts = samples.facts(journal.events)
         return facts, *assemble(facts, samples.blocks())
 
-    found = list(_each(files, _read_part, read_samples)) if samples else []
+    read_part = partial(_read_part, in_memory=_samples_fit(files))
+    found = list(_each(files, read_part, read_samples)) if samples else []
     replaced = superseded(journal.events)
     complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
     return StoredRun(
@@ -224,10 +234,20 @@ def _part_facts(path: Path) -> tuple[RecordingFacts, str]:
         return read_facts(group), str(group.attrs["sha256"])
 
 
-def _read_part(path: Path) -> tuple[RecordingFacts, Recording, str]:
+def _samples_fit(files: RunFolder) -> bool:
+    """Return whether all samples of the finished parts are to be read into memory."""
+    held = 0
+    for path in files.finished_parts():
+        with open_file(path) as file:
+            held += stored_bytes([file[PART_GROUP]])
+    return held <= IN_MEMORY
+
+
+def _read_part(path: Path, *, in_memory: bool) -> tuple[RecordingFacts, Recording, str]:
     with open_file(path) as file:
         group = file[PART_GROUP]
-        return read_facts(group), read_recording(group), str(group.attrs["sha256"])
+        recording = read_recording(group, in_memory=in_memory)
+        return read_facts(group), recording, str(group.attrs["sha256"])
 
 
 def _blocks(path: Path) -> Iterator[tuple[str, Block]]:

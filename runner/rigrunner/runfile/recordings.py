@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,13 +12,15 @@ from rigrunner.api.data import Block, Recording
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.digest import RecordingDigest
 from rigrunner.runfile.hdf5 import free_name, read_values, write_values
+from rigrunner.runfile.stored_samples import StoredSamples
+from rigrunner.signal.blocks import blocks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     import h5py
 
-    from rigrunner.api.data import Array
+    from rigrunner.api.data import Array, Samples
     from rigrunner.api.events import StepEnded, StepStarted
 
 _CHUNK = 16_384
@@ -42,7 +45,7 @@ class RecordingFacts:
     units: Mapping[str, str] = field(default_factory=dict)
     conditions: Mapping[str, float] = field(default_factory=dict)
 
-    def recording(self, channels: Mapping[str, Array]) -> Recording:
+    def recording(self, channels: Mapping[str, Samples]) -> Recording:
         """Return the recording with these samples."""
         return Recording(
             name=self.name,
@@ -135,14 +138,27 @@ def read_facts(group: h5py.Group) -> RecordingFacts:
     )
 
 
-def read_recording(group: h5py.Group) -> Recording:
-    """Read a recording; raise DataError if it is not what was digested when it was written."""
-    facts = read_facts(group)
-    channels = {
-        name: np.asarray(column[()], np.float64) for name, column in _columns(group).items()
-    }
+def stored_bytes(groups: Iterable[h5py.Group]) -> int:
+    """Return how much memory the samples of some recordings take."""
+    return sum(column.nbytes for group in groups for column in _columns(group).values())
+
+
+def read_recording(group: h5py.Group, *, in_memory: bool = True) -> Recording:
+    """Read a recording; raise DataError if it is not what was digested when it was written.
+
+    With `in_memory` false its samples stay in the file, and are read by slices.
+    """
+    facts, columns = read_facts(group), _columns(group)
+    channels: dict[str, Samples] = {}
     digest = facts.digest()
-    digest.update(channels)
+    for name, column in columns.items():
+        if in_memory:
+            channels[name] = values = np.asarray(column[()], np.float64)
+            digest.update({name: values})
+        else:
+            channels[name] = StoredSamples.of(column, Path(group.file.filename))
+            for _, part in blocks(column):
+                digest.update({name: part})
     if digest.hexdigest() != group.attrs["sha256"]:
         raise DataError(
             f"{group.file.filename}: recording '{facts.name}' is not what was recorded:"

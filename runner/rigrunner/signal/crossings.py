@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from rigrunner.signal.extremes import extremes
+from rigrunner.signal.blocks import blocks
+from rigrunner.signal.extremes import CACHED, extremes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array, Mask
+    from rigrunner.api.data import Array, Mask, Samples
 
     IntArray = NDArray[np.intp]
 
@@ -33,11 +34,44 @@ SHARES = (4, HALF)
 """Of the time from low to high: what noise may take of it at each end, first as is usual."""
 
 
-def rises(values: Array, low: float, high: float) -> tuple[IntArray, IntArray]:
+def rises(values: Samples, low: float, high: float) -> tuple[IntArray, IntArray]:
     """Return the last sample <= low before each rise, and the first >= high after it.
 
     Indices into values of shape (n,), each of shape (rises,); low < high.
     """
+    found = [np.empty((2, 0), np.intp)]
+    low_at: int | None = None
+    for at, block in blocks(values):
+        ends = _outer(block, low, high)
+        if ends is None:
+            continue
+        first, last = ends
+        if low_at is not None and block[first] >= high:
+            found.append(np.array([[low_at], [at + first]]))
+        found.append(np.add(at, _in_block(block, low, high)))
+        low_at = at + last if block[last] <= low else None
+    before, after = np.concatenate(found, axis=1)
+    return before, after
+
+
+def _outer(values: Array, low: float, high: float) -> tuple[int, int] | None:
+    """Return the first sample that is low or high, and the last one; None without any."""
+    for first in range(0, len(values), CACHED):
+        part = values[first : first + CACHED]
+        outside = (part <= low) | (part >= high)
+        if outside.any():
+            break
+    else:
+        return None
+    for end in range(len(values), 0, -CACHED):
+        part = values[max(end - CACHED, 0) : end]
+        behind = (part <= low) | (part >= high)
+        if behind.any():
+            break
+    return first + int(np.argmax(outside)), end - 1 - int(np.argmax(behind[::-1]))
+
+
+def _in_block(values: Array, low: float, high: float) -> tuple[IntArray, IntArray]:
     # Few samples lie near a crossing. A look at some shows where; that no other says otherwise is
     # then seen by extremes, which cost a tenth of comparing and listing them all.
     look = _look(values, low, high)

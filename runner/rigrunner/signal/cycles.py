@@ -14,11 +14,15 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from rigrunner.api.errors import DataError
+from rigrunner.signal.blocks import BLOCK, cycle_groups, groups
 from rigrunner.signal.crossings import beyond, rises
 from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
+from rigrunner.signal.order import percentiles
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import Array
+    from collections.abc import Iterator
+
+    from rigrunner.api.data import Array, Mask, Samples
 
 HYSTERESIS = 0.3
 """Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""
@@ -32,6 +36,8 @@ SHORTEST = 0.5
 REFINEMENTS = 4
 BASELINES = 3
 SPLINE_ORDER: Final = 5
+SETTLED = 128
+"""Samples beyond which the ends of a spline matter by less than 1e-40 (its pole is 0.43)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +60,7 @@ class Cycles:
         return len(self.frequency_hz)
 
 
-def find_cycles(angle_rad: Array, rate_hz: float, ratio: float) -> Cycles:
+def find_cycles(angle_rad: Samples, rate_hz: float, ratio: float) -> Cycles:
     """Find the whole cycles in an angle of shape (n,), sampled at rate_hz.
 
     Hysteresis finds the swings whatever the noise; then each start is refined by least squares of
@@ -102,9 +108,9 @@ def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Arr
     return np.asarray(angle)
 
 
-def _rough_starts(angle: Array, least_rad: float) -> Array:
+def _rough_starts(angle: Samples, least_rad: float) -> Array:
     """Return about where the angle rises through the middle of its range, if it swings."""
-    low, high = np.percentile(angle, [2, 98])
+    low, high = percentiles(angle, [2, 98])
     limit = HYSTERESIS * max((high - low) / 2, least_rad)
     before, after = rises(angle, *beyond((low + high) / 2, limit))
     return np.asarray((before + after) / 2)
@@ -130,33 +136,75 @@ def _with_ends(starts: Array, samples: int) -> Array:
     return np.concatenate([first, starts, last])
 
 
-def _refine(angle: Array, starts: Array, ratio: float) -> tuple[Array, float, float]:
+def _refine(angle: Samples, starts: Array, ratio: float) -> tuple[Array, float, float]:
     """Return better starts, and the angle's offset and scale against the kinematics."""
     period = np.gradient(starts)
     half = int(np.ceil(period.max() / 4))
-    index = np.rint(starts).astype(int)[:, None] + np.arange(-half, half + 1)
-    inside = (index >= 0) & (index < len(angle))
-    measured = angle[np.clip(index, 0, len(angle) - 1)]
-    phase = 2 * np.pi * (index - starts[:, None]) / period[:, None]
-    model = swing_angle(phase, ratio)
+    parts = groups(starts)
+
+    def made() -> Iterator[_HalfTurns]:
+        return (_HalfTurns.around(angle, starts[k], period[k], half, ratio) for k in parts)
+
+    held = list(made()) if len(parts) == 1 else []  # more are too much for memory: made again
     offset = _zero(angle, starts)
-    scale = float(((measured - offset) * model)[inside].sum() / (model[inside] ** 2).sum())
-    residual = np.where(inside, measured - offset - scale * model, 0.0)
-    slope = np.where(inside, scale * angular_velocity(phase, 1.0, ratio), 0.0) / period[:, None]
-    late = -(slope * residual).sum(axis=1) / (slope**2).sum(axis=1)
-    return starts + late, offset, scale
+    sums = [each.against(offset) for each in held or made()]
+    scale = sum(product for product, _ in sums) / sum(square for _, square in sums)
+    late = [each.late(offset, scale) for each in held or made()]
+    return starts + np.concatenate(late), offset, scale
 
 
-def _zero(angle: Array, starts: Array) -> float:
+@dataclass(frozen=True, eq=False)
+class _HalfTurns:
+    """The half turns around some starts: angles measured and by the kinematics, (starts, n)."""
+
+    measured: Array
+    model: Array
+    velocity: Array
+    inside: Mask
+    """False where the recording has ended, or not begun."""
+    period: Array
+
+    @classmethod
+    def around(
+        cls, angle: Samples, starts: Array, period: Array, half: int, ratio: float
+    ) -> _HalfTurns:
+        index = np.rint(starts).astype(int)[:, None] + np.arange(-half, half + 1)
+        inside = (index >= 0) & (index < len(angle))
+        phase = 2 * np.pi * (index - starts[:, None]) / period[:, None]
+        index = np.clip(index, 0, len(angle) - 1)
+        first = int(index[0, 0])
+        measured = angle[first : int(index[-1, -1]) + 1][index - first]
+        model, velocity = swing_angle(phase, ratio), angular_velocity(phase, 1.0, ratio)
+        return cls(measured, model, velocity, inside, period[:, None])
+
+    def against(self, offset: float) -> tuple[float, float]:
+        """Return the sums of measured times model, and of the model's squares."""
+        product = ((self.measured - offset) * self.model)[self.inside].sum()
+        return float(product), float((self.model[self.inside] ** 2).sum())
+
+    def late(self, offset: float, scale: float) -> Array:
+        """Return by how much each start is to be later, in samples."""
+        residual = np.where(self.inside, self.measured - offset - scale * self.model, 0.0)
+        slope = np.where(self.inside, scale * self.velocity, 0.0) / self.period
+        return np.asarray(-(slope * residual).sum(axis=1) / (slope**2).sum(axis=1))
+
+
+def _zero(angle: Samples, starts: Array) -> float:
     """Return the angle channel's zero: the guide bar's angle itself has no mean over a cycle.
 
     The median over the cycles, so that a disturbance in one of them does not matter.
     """
     edges = np.rint(np.clip(starts, 0, len(angle))).astype(int)
-    return float(np.median([angle[first:end].mean() for first, end in pairwise(edges)]))
+    means: list[float] = []
+    for some in cycle_groups(edges):
+        first = edges[some.start]
+        part = angle[int(first) : int(edges[some.stop])]
+        ends = pairwise(edges[some.start : some.stop + 1] - first)
+        means += [part[begin:end].mean() for begin, end in ends]
+    return float(np.median(means))
 
 
-def resample(values: Array, starts: Array, n: int = 1024) -> Array:
+def resample(values: Samples, starts: Array, n: int = 1024) -> Array:
     """Return values of shape (samples,) as cycles of shape (len(starts) - 1, n).
 
     Row k is sampled at n equal steps of the crank phase from starts[k] (n even), by a quintic
@@ -164,8 +212,25 @@ def resample(values: Array, starts: Array, n: int = 1024) -> Array:
     samples, it is sampled more densely and its harmonics from n/2 on are dropped, so that all
     samples count against the noise and none of it is folded down.
     """
+    return np.concatenate([rows for _, rows in resampled(values, starts, n)])
+
+
+def resampled(values: Samples, starts: Array, n: int) -> Iterator[tuple[slice, Array]]:
+    """Yield the same in groups of as many cycles as fit into memory, with which cycles they are."""
     period = np.diff(starts)
     dense = n * max(1, int(np.ceil(period.max() / n)))
+    if len(values) <= BLOCK:
+        yield slice(0, len(period)), _rows(values[:], starts, dense, n)
+        return
+    for some in cycle_groups(starts):
+        own = starts[some.start : some.stop + 1]
+        first = max(int(own[0]) - SETTLED, 0)
+        part = values[first : int(own[-1]) + SETTLED]
+        yield some, _rows(part, own - first, dense, n)
+
+
+def _rows(values: Array, starts: Array, dense: int, n: int) -> Array:
+    period = np.diff(starts)
     position = starts[:-1, None] + period[:, None] * np.arange(dense) / dense
     rows: Array = map_coordinates(values, position[None], order=SPLINE_ORDER, mode="mirror")
     return rows if dense == n else _fewer_points(rows, n)

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.signal.blocks import BLOCK
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array
+    from rigrunner.api.data import Array, Samples
 
     IntArray = NDArray[np.intp]
 
@@ -17,7 +19,7 @@ CACHED = 1 << 16
 """Samples that stay in a core's own cache (512 kB): the second look at them costs a third."""
 
 
-def extremes(values: Array, edges: IntArray) -> tuple[Array, Array]:
+def extremes(values: Samples, edges: IntArray) -> tuple[Array, Array]:
     """Return the least and the greatest of values[edges[k]:edges[k + 1]], each of shape (m,).
 
     `values` has shape (n,); `edges` has shape (m + 1,), rises strictly and lies within 0 ... n.
@@ -25,16 +27,18 @@ def extremes(values: Array, edges: IntArray) -> tuple[Array, Array]:
     """
     if len(edges) < 2:  # noqa: PLR2004  (a part has two ends)
         return np.empty(0), np.empty(0)
-    part = values[edges[0] : edges[-1]]
+    first, count = int(edges[0]), int(edges[-1] - edges[0])
     # Parts are cut where the cached stretches end, and put together again at the end.
-    cuts = np.arange(0, len(part), CACHED)
-    starts = np.sort(np.concatenate([edges[:-1] - edges[0], cuts]), kind="stable")
+    cuts = np.arange(0, count, CACHED)
+    starts = np.sort(np.concatenate([edges[:-1] - first, cuts]), kind="stable")
     least, greatest = np.empty(len(starts)), np.empty(len(starts))
     within = starts % CACHED
     pieces = np.append(np.searchsorted(starts, cuts), len(starts))
-    for k, at in enumerate(cuts):
-        cached, mine = part[at : at + CACHED], slice(pieces[k], pieces[k + 1])
+    for k, at in enumerate(cuts.tolist()):
+        if at % BLOCK == 0:
+            block = values[first + at : first + min(at + BLOCK, count)]
+        cached, mine = block[at % BLOCK :][:CACHED], slice(pieces[k], pieces[k + 1])
         np.minimum.reduceat(cached, within[mine], out=least[mine])
         np.maximum.reduceat(cached, within[mine], out=greatest[mine])
-    own = np.searchsorted(starts, edges[:-1] - edges[0])
+    own = np.searchsorted(starts, edges[:-1] - first)
     return np.minimum.reduceat(least, own), np.maximum.reduceat(greatest, own)

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
 
+from rigrunner.signal.blocks import BLOCK
+from rigrunner.signal.order import median
+
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Array
+    from rigrunner.api.data import Array, Samples
 
     IntArray = NDArray[np.intp]
 
@@ -31,24 +37,88 @@ def hampel(values: Array, window: int, threshold: float = DEFAULT_THRESHOLD) -> 
     make spikes of good samples. An even window is widened by one. Raises ValueError for a window
     below 3.
     """
+    cleaned, count = despiked(values, window, threshold)
+    return np.array(cleaned), count
+
+
+def despiked(
+    values: Samples, window: int, threshold: float = DEFAULT_THRESHOLD
+) -> tuple[Samples, int]:
+    """Return the same of samples that need not fit into memory: they are read three times."""
     if window < 3:  # noqa: PLR2004  (two neighbours are the least that can outvote a spike)
         raise ValueError(f"a window of {window} samples cannot tell a spike; 3 is the least")
     half = window // 2
-    centre = median_filter(values, 2 * half + 1, mode="nearest")
-    deviation = np.abs(values - centre)
-    usual = MAD_TO_SIGMA * np.median(deviation)
-    # Few samples pass this, and only these need their window's own deviation, which is costly.
-    suspects = np.flatnonzero(deviation > threshold * usual)
-    local = MAD_TO_SIGMA * _local_mad(values, suspects, half)
-    spikes = suspects[deviation[suspects] > threshold * local]
-    cleaned = values.copy()
-    cleaned[spikes] = centre[spikes]
-    return cleaned, len(spikes)
+    stretches = list(_stretches(values, half)) if len(values) <= BLOCK else None
+
+    def each() -> Iterator[_Stretch]:
+        return iter(stretches or _stretches(values, half))
+
+    usual = MAD_TO_SIGMA * median(lambda: (one.deviation for one in each()), len(values))
+    found = [one.spikes(usual, threshold) for one in each()]
+    index = np.concatenate([places for places, _ in found])
+    return Replaced(values, index, np.concatenate([new for _, new in found])), len(index)
 
 
-def _local_mad(values: Array, index: IntArray, half: int) -> Array:
-    """Return the median absolute deviation in the windows around some samples."""
-    padded = np.pad(values, half, mode="edge")
-    windows = sliding_window_view(padded, 2 * half + 1)[index]
-    centre = np.median(windows, axis=1, keepdims=True)
-    return np.asarray(np.median(np.abs(windows - centre), axis=1))
+@dataclass(frozen=True, eq=False)
+class Replaced:
+    """Samples, some of which are others: those at the rising `index`."""
+
+    values: Samples
+    index: IntArray
+    new: Array
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.values)
+
+    def __getitem__(self, which: slice, /) -> Array:
+        """Return a copy of those from one index to another."""
+        begin, end, _ = which.indices(len(self))
+        changed = self.values[begin:end].copy()
+        mine = slice(*np.searchsorted(self.index, [begin, end]))
+        changed[self.index[mine] - begin] = self.new[mine]
+        return changed
+
+    def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
+        """Return all."""
+        return self[:]
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """Some samples from `first` on, with what lies around them."""
+
+    first: int
+    deviation: Array
+    """From the median of the window around each."""
+    centre: Array
+    """That median."""
+    around: Array
+    """The samples, with half a window before and behind."""
+
+    def spikes(self, usual: float, threshold: float) -> tuple[IntArray, Array]:
+        """Return which samples are spikes, and what stands for them."""
+        # Few samples pass this, and only these need their window's own deviation, which is costly.
+        suspects = np.flatnonzero(self.deviation > threshold * usual)
+        local = MAD_TO_SIGMA * self._local_mad(suspects)
+        mine = suspects[self.deviation[suspects] > threshold * local]
+        return self.first + mine, self.centre[mine]
+
+    def _local_mad(self, index: IntArray) -> Array:
+        """Return the median absolute deviation in the windows around some samples."""
+        width = len(self.around) - len(self.centre) + 1
+        windows = sliding_window_view(self.around, width)[index]
+        centre = np.median(windows, axis=1, keepdims=True)
+        return np.asarray(np.median(np.abs(windows - centre), axis=1))
+
+
+def _stretches(values: Samples, half: int) -> Iterator[_Stretch]:
+    """Yield all samples block by block; the first and the last one stand for what is beyond."""
+    for first in range(0, len(values), BLOCK):
+        end = min(first + BLOCK, len(values))
+        begin, behind = max(first - half, 0), min(end + half, len(values))
+        missing = (half - (first - begin), half - (behind - end))
+        around = np.pad(values[begin:behind], missing, mode="edge")
+        centre = median_filter(around, 2 * half + 1, mode="nearest")[half : half + end - first]
+        deviation = np.abs(around[half : half + end - first] - centre)
+        yield _Stretch(first, deviation, centre, around)

@@ -1,8 +1,10 @@
-"""Asks for the whole swings that a waveform method needs."""
+"""Asks for the whole swings that a waveform method needs, and counts those that it keeps."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from rigrunner.api.analysis import SwingPoint, SwingSweep
 from rigrunner.api.errors import DataError
@@ -11,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.analysis import PeakPoint, Sweep
+    from rigrunner.api.data import Mask
 
 
 def with_swings(sweep: Sweep) -> SwingSweep:
@@ -32,3 +35,12 @@ def swings(points: Sequence[PeakPoint]) -> tuple[SwingPoint, ...]:
         f"cycle), and {bare[0]}{others} had none",
         hint="record the angle of the swing; peak methods can do without",
     )
+
+
+def kept_cycles(point: SwingPoint) -> Mask:
+    """Return which of the recorded cycles take part in a mean over cycles, shape (cycles,).
+
+    It is `point.kept`, but where a row of the waveforms stands for several cycles.
+    """
+    rows = len(point.kept)
+    return point.kept[np.arange(point.cycles) * rows // point.cycles]

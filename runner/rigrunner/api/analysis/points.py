@@ -64,10 +64,15 @@ class SwingPoint(PeakPoint):
     angle_rad: Array
     """Mean swing angle over the kept cycles, shape (N,)."""
     torque_nm: Array
-    """Torque of every cycle, resampled on the crank phase, shape (cycles, N)."""
+    """Torque of every cycle, resampled on the crank phase, shape (cycles, N).
+
+    Of more than 1024 cycles neighbours are averaged: there are 1024 rows, and row k is the mean of
+    the cycles i with floor(1024 i / cycles) = k.
+    """
     kept: Mask
-    """Which cycles take part in a mean over cycles (waveform methods), shape (cycles,)."""
+    """Which rows take part in a mean over cycles (waveform methods), shape (rows,)."""
     waveform_rejections: tuple[Rejection, ...] = ()
+    """By the whole shape of a cycle; of a row of several, the index is that of its first one."""
     phase_u_rad: float = 0.0
     """Standard uncertainty of the crank phase, in this recording alone; 0 from an angle."""
     phase_common_u_rad: float = 0.0

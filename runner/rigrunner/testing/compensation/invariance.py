@@ -87,7 +87,7 @@ def _later(run: RunData) -> RunData:
 
 def _shifted(run: RunData) -> RunData:
     def change(recording: Recording) -> Recording:
-        moved = {TORQUE: recording.channels[TORQUE] + OFFSET_NM}
+        moved = {TORQUE: np.asarray(recording.channels[TORQUE]) + OFFSET_NM}
         return replace(recording, channels=dict(recording.channels) | moved)
 
     return each_recording(change)(run)

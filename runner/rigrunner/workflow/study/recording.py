@@ -180,7 +180,7 @@ def _shifted(run: RunData, bench: Bench) -> RunData:
     """Return the loaded run with its zero moved, and with the constant torque of its load."""
     shift = bench.zero_shift_nm + bench.one_sided_nm
     recordings = tuple(
-        replace(each, channels={**each.channels, TORQUE: each.channels[TORQUE] + shift})
+        replace(each, channels={**each.channels, TORQUE: np.asarray(each.channels[TORQUE]) + shift})
         for each in run.recordings
     )
     zeros = {TORQUE: run.zeros[TORQUE] + bench.zero_shift_nm}

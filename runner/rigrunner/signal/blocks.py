@@ -1,0 +1,84 @@
+"""Samples piece by piece: what is too long for memory is read in blocks, as often as is needed.
+
+A recording that is no longer than one block is taken whole. Longer ones give the same to rounding,
+for sums are then sums of sums.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.data import Array, Samples
+
+BLOCK = 1 << 21
+"""Samples of a block: 16 MB, and a few times that while they are looked at."""
+
+
+def blocks(values: Samples) -> Iterator[tuple[int, Array]]:
+    """Yield where each block begins, and its samples."""
+    for at in range(0, len(values), BLOCK):
+        yield at, values[at : at + BLOCK]
+
+
+def less(values: Samples, zero: float) -> Samples:
+    """Return values less a zero reading."""
+    return values - zero if isinstance(values, np.ndarray) else Less(values, zero)
+
+
+@dataclass(frozen=True, eq=False)
+class Less:
+    """Samples less a zero reading, taken off as they are read."""
+
+    values: Samples
+    zero: float
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.values)
+
+    def __getitem__(self, which: slice, /) -> Array:
+        """Return those from one index to another."""
+        return self.values[which] - self.zero
+
+    def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
+        """Return all."""
+        return self[:]
+
+
+def limits(values: Samples) -> tuple[float, float]:
+    """Return the least and the greatest of values of shape (n,); raise ValueError without any."""
+    found = [(part.min(), part.max()) for _, part in blocks(values)]
+    return float(min(least for least, _ in found)), float(max(most for _, most in found))
+
+
+def groups(places: Array) -> list[slice]:
+    """Return slices of neighbours out of rising sample indices (n,), each of a block at most.
+
+    A single place is a group too, however far the next one is.
+    """
+    found, first = [], 0
+    while first < len(places):
+        end = max(int(np.searchsorted(places, places[first] + BLOCK, "right")), first + 1)
+        found.append(slice(first, end))
+        first = end
+    return found
+
+
+def cycle_groups(starts: Array) -> list[slice]:
+    """Return the same of cycles, which begin at all but the last of `starts` (cycles + 1,).
+
+    A cycle lies whole in one group.
+    """
+    found, first = [], 0
+    while first < len(starts) - 1:
+        end = int(np.searchsorted(starts, starts[first] + BLOCK, "right")) - 1
+        end = max(end, first + 1)
+        found.append(slice(first, end))
+        first = end
+    return found

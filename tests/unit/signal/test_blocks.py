@@ -1,0 +1,130 @@
+"""What is computed of samples block by block is what is computed of all of them at once."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from helpers_long import BLOCK, short_blocks
+from rigrunner.signal.blocks import Less, blocks, cycle_groups, groups, limits
+from rigrunner.signal.crossings import rises
+from rigrunner.signal.cycles import find_cycles, resample
+from rigrunner.signal.extremes import extremes
+from rigrunner.signal.kinematics import swing_angle
+from rigrunner.signal.pulses import pulse_edges, repetition_frequency
+from rigrunner.signal.spikes import despiked, hampel
+
+RATIO = 2 / 45
+RATE_HZ = 10e3
+
+
+class Stored:
+    """Samples that are there only by slices, none longer than a few blocks."""
+
+    def __init__(self, values):
+        self._values = values
+
+    def __len__(self):
+        return len(self._values)
+
+    def __getitem__(self, which):
+        part = self._values[which].copy()
+        assert len(part) <= 2 * BLOCK, "that much is too long for memory"
+        return part
+
+
+def swing(samples=40_000, frequency_hz=10.3, noise=0.01):
+    phase = 2 * np.pi * frequency_hz / RATE_HZ * np.arange(samples) + 0.3
+    rng = np.random.default_rng(1)
+    return swing_angle(phase, RATIO) + noise * RATIO * rng.standard_normal(samples) + 0.001
+
+
+@given(period=st.floats(30, 9000), noise=st.sampled_from([0.01, 0.3]), block=st.integers(500, 7000))
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_rises_go_on_over_the_ends_of_blocks(monkeypatch, period, noise, block):
+    values = swing(20_000, RATE_HZ / period, noise)
+    wanted = rises(values, -0.01, 0.01)
+    short_blocks(monkeypatch, block)
+    assert [list(each) for each in rises(values, -0.01, 0.01)] == [list(each) for each in wanted]
+
+
+@given(block=st.integers(1, 60), edges=st.sets(st.integers(0, 200), min_size=2))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edges):
+    values, places = np.random.default_rng(1).standard_normal(200), np.array(sorted(edges))
+    short_blocks(monkeypatch, block)
+    parts = [values[a:b] for a, b in itertools.pairwise(places)]
+    wanted = [[part.min() for part in parts], [part.max() for part in parts]]
+    assert [each.tolist() for each in extremes(values, places)] == wanted
+
+
+def test_cycles_are_those_of_the_whole_recording(monkeypatch):
+    angle = swing()
+    whole = find_cycles(angle, RATE_HZ, RATIO)
+    short_blocks(monkeypatch)
+    found = find_cycles(Stored(angle), RATE_HZ, RATIO)
+    np.testing.assert_allclose(found.starts, whole.starts, rtol=0, atol=1e-9)
+    assert (found.offset_rad, found.ratio) == pytest.approx((whole.offset_rad, whole.ratio), 1e-12)
+
+
+@pytest.mark.parametrize("n", [256, 1024])
+def test_resampled_cycles_are_those_of_the_whole_recording(monkeypatch, n):
+    values, starts = swing(), np.arange(3.3, 39_000, 970.87)
+    whole = resample(values, starts, n)
+    short_blocks(monkeypatch)
+    np.testing.assert_allclose(resample(Stored(values), starts, n), whole, rtol=0, atol=1e-12)
+
+
+@given(seed=st.integers(0, 99), block=st.integers(20, 400))
+@settings(
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_spikes_are_those_of_the_whole_recording(monkeypatch, seed, block):
+    rng = np.random.default_rng(seed)
+    values = np.sin(np.arange(1000) / 50) + 0.01 * rng.standard_normal(1000)
+    values[rng.integers(0, 1000, 12)] += rng.choice([-1, 1], 12)
+    whole, count = hampel(values, 11)
+    short_blocks(monkeypatch, block)
+    found, again = despiked(values, 11)
+    assert again == count > 0
+    assert np.asarray(found).tolist() == whole.tolist()
+    assert found[block - 5 : block + 9].tolist() == whole[block - 5 : block + 9].tolist()
+
+
+def test_pulses_are_those_of_the_whole_recording(monkeypatch):
+    signal = (np.arange(40_000) % 970 < 20) + 0.0
+    whole = pulse_edges(signal)
+    short_blocks(monkeypatch)
+    assert pulse_edges(Stored(signal)).tolist() == whole.tolist()
+
+
+def test_a_long_torque_repeats_as_often_as_it_does(monkeypatch):
+    torque = np.sin(2 * np.pi * 10.3 / RATE_HZ * np.arange(200_000) + 1) + 3
+    short_blocks(monkeypatch)
+    assert repetition_frequency(Stored(torque), RATE_HZ, 10.0) == pytest.approx(10.3, rel=1e-4)
+
+
+def test_what_is_taken_off_is_taken_off_each_slice(monkeypatch):
+    short_blocks(monkeypatch, 10)
+    values = np.arange(25.0)
+    shown = Less(Stored(values), 2.0)
+    assert np.concatenate([part for _, part in blocks(shown)]).tolist() == (values - 2).tolist()
+    assert limits(shown) == (-2.0, 22.0)
+
+
+@given(st.lists(st.floats(1, 30), min_size=1, max_size=50))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_groups_hold_each_cycle_once_and_no_more_than_a_block(monkeypatch, periods):
+    short_blocks(monkeypatch, 20)
+    starts = np.cumsum([0.0, *periods])
+    found = cycle_groups(starts)
+    assert [k for some in found for k in range(some.start, some.stop)] == [*range(len(periods))]
+    alone = [some for some in found if some.stop - some.start == 1]
+    assert all(starts[some.stop] - starts[some.start] <= 20 for some in found if some not in alone)
+    assert [k for some in groups(starts) for k in range(some.start, some.stop)] == [
+        *range(len(starts))
+    ]
