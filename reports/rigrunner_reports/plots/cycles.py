@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 MILLI = 1e3
 FILLED = 0.8
 """Of the room of a set-point, what its cycles take."""
-MOST_LABELS, MOST_SAID = 16, 60
-"""Set-points that are named under a panel, and in the text that stands for it."""
+LETTERS, GAP = 112, 2
+"""What there is room for under a panel."""
+MOST_SAID, SAID = 60, 16
+"""Of more set-points than the one, the text that stands for the figure names but the other."""
 LOOKS: dict[str, tuple[int, dict[str, Any]]] = {
     "peak kept": (700, {"marker": "o", "color": BLUE, "markersize": 2.6}),
     "peak rejected": (150, {"marker": "x", "color": VERMILION, "markersize": 6}),
@@ -70,9 +72,15 @@ def _panel(axes: Axes, title: str, points: Sequence[PeakPoint]) -> None:
         axes.plot(x[shown], y[shown], label=label, linestyle="", **look)
     axes.axhline(0, color=GREY, linewidth=0.6)
     axes.set(title=title, ylabel="peak - mean / mN·m".replace("-", "\N{MINUS SIGN}"))
-    named = range(0, len(points), -(-len(points) // MOST_LABELS))
-    axes.set_xticks(named, [f"{points[place].set_frequency_hz:g} Hz" for place in named])
+    _name(axes, [f"{point.set_frequency_hz:g} Hz" for point in points])
     axes.grid(visible=False, axis="x")
+
+
+def _name(axes: Axes, names: Sequence[str]) -> None:
+    """Name the set-points under the panel: as many, evenly, as stand clear of each other."""
+    room = LETTERS // (GAP + max(map(len, names)))
+    shown = range(0, len(names), -(-len(names) // room))
+    axes.set_xticks(shown, [names[place] for place in shown])
 
 
 def _series(place: int, point: PeakPoint) -> tuple[Array, Array]:
@@ -95,7 +103,7 @@ def _alt(title: str, points: Sequence[PeakPoint]) -> str:
     if len(points) > MOST_SAID:
         kept = sum(int(point.peak_kept.sum()) for point in points)
         title += f", peaks kept: {kept} of {_cycles(points)}; the most were rejected at"
-        said = sorted(points, key=lambda point: point.peak_kept.mean())[:MOST_LABELS]
+        said = sorted(points, key=lambda point: point.peak_kept.mean())[:SAID]
     else:
         title += ", peaks kept:"
     counts = ", ".join(

@@ -31,7 +31,8 @@ def places_of_extremes(*series: Array, most: int) -> Places:
     count = len(series[0])
     if count <= most:
         return np.arange(count)
-    edges = np.linspace(0, count, most // (2 * len(series)) + 1).astype(int)
+    parts = most // (2 * len(series))
+    edges = count * np.arange(parts + 1) // parts
     found = {
         start + place
         for values in series

@@ -2,16 +2,18 @@
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from matplotlib.figure import Figure
 
 from helpers_report import loaded_result, long_result, report_input
 from rigrunner_reports.page import make_page
-from rigrunner_reports.plots import cycles
+from rigrunner_reports.plots import canvas, cycles
 from rigrunner_reports.plots.thinning import MOST_POINTS, THINNED, places_of_extremes
 from rigrunner_reports.render import html
 from rigrunner_reports.view.cycles import MOST_ROWS, rejections
@@ -105,6 +107,18 @@ def test_the_caption_says_so_only_where_something_is_left_out(hours):
     few, many = (cycles.cycle_values([("x", each.loaded)]) for each in (loaded_result(), hours))
     assert [cycles.THINNED in each.caption for each in (few, many)] == [False, True]
     assert few.caption == many.caption.removesuffix(cycles.THINNED)
+
+
+@pytest.mark.parametrize(
+    ("count", "name", "shown"),
+    [(12, "35 Hz", 12), (16, "35 Hz", 16), (17, "35 Hz", 9), (200, "3.22111 Hz", 9)],
+)
+def test_names_of_set_points_do_not_overlap(count, name, shown):
+    axes = Figure(figsize=(canvas.WIDTH_IN, 2)).subplots()
+    cycles._name(axes, [name] * count)
+    boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert len(boxes) == shown
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
