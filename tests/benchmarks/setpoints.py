@@ -61,7 +61,7 @@ MICRO = 1e6
 AS_LONG = 20
 """Times the lines of csv, so that a turn of the floor takes as long as one of ours: what else the
 machine does then meets both alike."""
-LIMIT = "four events a point, each made, encoded, checked and written by itself: 9 us of 36 are C"
+LIMIT = "four events, each made, encoded, summed and written by itself (decision 16)"
 PEERS = {
     "pymeasure": "PyMeasure: worker, csv",
     "openhtf_dimensioned": "OpenHTF: a dimensioned measurement",

@@ -70,8 +70,11 @@ class JournalWriter:
         length = sum(map(len, parts))
         record = (_HEAD.pack(length, kind, _checksum(length, kind, parts)), *parts)
         try:
-            for part in record if length > _SMALL else (b"".join(record),):
-                self._write(part)
+            if length > _SMALL:
+                for part in record:
+                    self._write(part)
+            else:
+                self._write(b"".join(record))
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             with suppress(OSError):
                 self._file.seek(self._end)
@@ -110,8 +113,9 @@ def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
         if magic != MAGIC[: len(magic)]:
             raise DataError(f"{path} is not a journal of this version of Rigrunner")
         size = path.stat().st_size
-        file.seek(after or len(magic))
-        while record := _next(file, size):
+        end = file.seek(after or len(magic))
+        while record := _next(file, end, size):
+            end = record.end
             yield record
 
 
@@ -139,17 +143,18 @@ def unread_bytes(path: Path, records_end: int | None) -> int:
     return path.stat().st_size - (len(MAGIC) if records_end is None else records_end)
 
 
-def _next(file: BinaryIO, size: int) -> Record | None:
+def _next(file: BinaryIO, start: int, size: int) -> Record | None:
     head = file.read(_HEAD.size)
     if len(head) < _HEAD.size:
         return None
     length, kind, checksum = _HEAD.unpack(head)
-    if length > size - file.tell():
+    end = start + _HEAD.size + length
+    if end > size:
         return None
     payload = file.read(length)
     if checksum != _checksum(length, kind, (payload,)):
         return None
-    return Record(kind, payload, file.tell())
+    return Record(kind, payload, end)
 
 
 def _checksum(length: int, kind: int, parts: tuple[bytes | memoryview, ...]) -> int:

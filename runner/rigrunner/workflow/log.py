@@ -43,8 +43,7 @@ class RunLog:
 
     def __call__(self, event: Event) -> None:
         """Write the event as a line; samples leave none."""
-        text = event_text(event)
-        if text:
+        if text := event_text(event):
             self._file.write(f"{event.utc} {text}\n".encode())
 
 
