@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from playwright.sync_api import expect
 
 from helpers_screen import axe_script
 
@@ -98,3 +99,22 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     page.get_by_role("button", name="STOP").click()
     panel.wait_for("finished")
     assert grave == []
+
+
+def test_the_theme_is_the_machine_s_or_the_one_that_was_chosen(new_screen):
+    screen = new_screen(color_scheme="dark")
+    screen.open()
+    page, choice = screen.page, screen.page.get_by_label("Colours")
+
+    def paper(theme):
+        expect(page.locator("html")).to_have_attribute("data-theme", theme)
+        return page.evaluate("getComputedStyle(document.body).backgroundColor")
+
+    dark = paper("dark")
+    page.emulate_media(color_scheme="light")
+    light = paper("light")
+    assert light != dark
+    choice.select_option("dark")
+    assert paper("dark") == dark
+    choice.select_option("auto")
+    assert paper("light") == light

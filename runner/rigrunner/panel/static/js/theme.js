@@ -2,6 +2,7 @@
 
 const KEPT = "rigrunner.theme";
 const listeners = new Set();
+const darkMachine = matchMedia("(prefers-color-scheme: dark)");
 
 export function themeNow() {
   return localStorage.getItem(KEPT) ?? "auto";
@@ -9,8 +10,8 @@ export function themeNow() {
 
 export function applyTheme() {
   const chosen = themeNow();
-  if (chosen === "auto") delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = chosen;
+  const machine = darkMachine.matches ? "dark" : "light";
+  document.documentElement.dataset.theme = chosen === "auto" ? machine : chosen;
   for (const listener of [...listeners]) listener();
 }
 
@@ -25,7 +26,7 @@ export function onTheme(listener) {
 }
 
 export function watchTheme() {
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", applyTheme);
+  darkMachine.addEventListener("change", applyTheme);
 }
 
 export function colour(name) {
