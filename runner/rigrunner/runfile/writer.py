@@ -69,6 +69,11 @@ class RunWriter:
         """The run's folder."""
         return self._files.path
 
+    @property
+    def recordings(self) -> int:
+        """How many recordings were begun."""
+        return self._recordings
+
     def __call__(self, event: Event) -> None:
         """Take one event."""
         self._folding.check()

@@ -87,7 +87,7 @@ def finish(
     with kept(errors):
         writer.close()
     result = report = None
-    asked = not planned.procedure.model.analysis.asks_nothing
+    asked = not (planned.procedure.model.analysis.asks_nothing or _is_empty(planned, writer))
     if asked and outcome is Outcome.COMPLETED:
         with kept(errors):
             result = analyse_run(folder, planned.registry, no_load, progress=progress)
@@ -109,6 +109,11 @@ def finish(
         report=report,
         passed_over=passed_over,
     )
+
+
+def _is_empty(planned: Planned, writer: RunWriter) -> bool:
+    """Say whether a session by hand, of which no step is planned, ended without a point."""
+    return not planned.plan.steps and not writer.recordings
 
 
 def stoppable(progress: Progress, stop: StopToken) -> Progress:

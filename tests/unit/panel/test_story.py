@@ -126,6 +126,18 @@ def test_steps_are_shown_as_they_go(board, story):
     assert (progress.recording, progress.done_s, progress.left_s) == ("003", 30.0, 10.0)
 
 
+def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):
+    paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME,))
+    for message in (begun(0), ended(0), begun(1, "001"), ended(1, ok=False)):
+        story.take(message)
+    assert board.get("progress").states == "ox.."
+    story.take(told.PausedNow(paused))
+    assert board.get("progress").states == "o..."
+    assert board.get("progress").left_s == 30.0
+    story.take(begun(1, "001"))
+    assert board.get("progress").states == "or.."
+
+
 def test_what_was_set_and_read_is_known_in_its_units(board, story):
     units = {"t.frequency": "Hz", "t.load": "N", "t.temperature": "K"}
     story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))

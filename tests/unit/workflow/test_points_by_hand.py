@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
+from helpers_pausing import Person
+from rigrunner.api.errors import ExitCode
+from rigrunner.api.events import Outcome
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.points_by_hand import by_hand
+from rigrunner.workflow.points_by_hand import by_hand, record_by_hand
 from rigrunner.workflow.prepare import plan_run
 
 
@@ -27,3 +32,17 @@ def test_it_keeps_measurand_and_analysis_and_can_never_be_certified(name):
     assert found.plan.interlocks == planned.plan.interlocks
     assert found.approval.is_draft
     assert not found.procedure.inputs
+
+
+def test_a_session_without_a_point_is_completed_without_a_result(tmp_path):
+    planned = plan_run(
+        find_procedure("no_load_inertia_sweep"), find_station("simulated"), load_registry(),
+        SimulatedClock(),
+    )  # fmt: skip
+    done = record_by_hand(
+        planned, lambda _session: iter(()), runs=tmp_path, no_load=None, stop=threading.Event(),
+        pauses=Person([]),
+    )  # fmt: skip
+    assert (done.outcome, done.error, done.result) == (Outcome.COMPLETED, None, None)
+    assert done.exit_code is ExitCode.PASS
+    assert (done.folder / "run.h5").exists()

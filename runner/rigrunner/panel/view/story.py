@@ -107,7 +107,9 @@ class Story:
                     moving=paused.moving,
                     choices=tuple(str(each) for each in paused.choices),
                 )
-                self._board.put(pause=view, asked="")
+                if self._track is not None:
+                    self._track.break_off()
+                self._board.put(pause=view, asked="", progress=self._progress())
             case told.WentOn():
                 self.paused = False
                 self._board.put(pause=None, asked="")

@@ -42,6 +42,11 @@ class Track:
         if index < len(self._states):
             self._states[index] = DONE if ok else FAILED
 
+    def break_off(self) -> None:
+        """Take note that a pause broke off the step that the run is at: it comes anew."""
+        if self._is(self._index, FAILED):
+            self._states[self._index] = TO_COME
+
     def recorded(self, seconds: float) -> None:
         """So much of the recording is there."""
         self._recorded_s = seconds
