@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import islice
+from threading import Event
 from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 
 from rigrunner.api.errors import UsageError
-from rigrunner.archive.run_facts import read_facts
+from rigrunner.archive.run_facts import RunFacts, read_facts
 from rigrunner.archive.schema import ROOTS
 from rigrunner.archive.storing import (
     forget_moved,
@@ -19,21 +20,27 @@ from rigrunner.archive.storing import (
     root_of,
     store,
 )
-from rigrunner.runfile.scan import run_folders
+from rigrunner.jobs import InProcess
+from rigrunner.runfile.scan import run_folders, storable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
     from pathlib import Path
 
     from rigrunner.archive.database import Database
-    from rigrunner.archive.run_facts import RunFacts
     from rigrunner.archive.storing import Known
+    from rigrunner.jobs import Done, Workers
     from rigrunner.runfile.scan import FoundRun
 
     Progress = Callable[[int, int], None]
 
+HERE = InProcess()
 _BATCH = 64
 """Runs that are read before a transaction writes them: nobody waits long for the other."""
+
+
+def unseen(done: int, of: int) -> None:
+    """Take how far it is, and show nobody."""
 
 
 @dataclass(frozen=True)
@@ -56,21 +63,28 @@ def index(
     folders: Sequence[Path],
     *,
     again: bool = False,
-    progress: Progress | None = None,
+    workers: Workers = HERE,
+    progress: Progress = unseen,
 ) -> list[Indexed]:
     """Bring an archive up to date with these folders; with `again`, read also what is unchanged.
 
-    Several processes may do so at once. `progress` is told how many runs were read, of how many.
+    Several programs may do so at once. The files are read by the `workers`; in processes of their
+    own one that makes the HDF5 library crash is but one more that cannot be read. `progress` is
+    told how many runs were read, of how many.
     Raises UsageError for what is no folder of runs, and DataError where the database fails.
     """
     for folder in folders:
         _check(folder)
     database.make()
-    return [_index(database, folder, progress, again=again) for folder in folders]
+    return [_index(database, folder, workers, progress, again=again) for folder in folders]
 
 
 def rebuild(
-    database: Database, folders: Sequence[Path], *, progress: Progress | None = None
+    database: Database,
+    folders: Sequence[Path],
+    *,
+    workers: Workers = HERE,
+    progress: Progress = unseen,
 ) -> list[Indexed]:
     """Make an archive anew from these folders, or from those that it knows.
 
@@ -82,7 +96,7 @@ def rebuild(
     for folder in folders:
         _check(folder)
     database.empty()
-    return index(database, folders, progress=progress)
+    return index(database, folders, workers=workers, progress=progress)
 
 
 def known_folders(database: Database) -> list[Path]:
@@ -99,7 +113,9 @@ def _check(folder: Path) -> None:
         raise UsageError(f"{folder} is a run", hint="name the folder that holds it")
 
 
-def _index(database: Database, folder: Path, progress: Progress | None, *, again: bool) -> Indexed:
+def _index(
+    database: Database, folder: Path, workers: Workers, progress: Progress, *, again: bool
+) -> Indexed:
     with database.writing() as connection:
         root = root_of(connection, database, folder)
         known = known_runs(connection, root)
@@ -107,13 +123,13 @@ def _index(database: Database, folder: Path, progress: Progress | None, *, again
     stale = [found for found in there.values() if again or _is_stale(found, known)]
     unreadable: list[tuple[str, str]] = []
     done = 0
-    for facts in _batches(read_facts(found) for found in stale):
+    progress(done, len(stale))
+    for facts in _batches(map(_facts, workers.outcomes(read_facts, stale, Event()))):
         with database.writing() as connection:
             store(connection, root, facts)
         unreadable += [(each.found.path, each.problem) for each in facts if each.problem]
         done += len(facts)
-        if progress is not None:
-            progress(done, len(stale))
+        progress(done, len(stale))
     gone = [path for path in known if path not in there]
     with database.writing() as connection:
         mark_missing(connection, (known[path].id for path in gone))
@@ -124,7 +140,7 @@ def _index(database: Database, folder: Path, progress: Progress | None, *, again
         runs=len(there),
         new=sum(found.path not in known for found in stale),
         changed=sum(found.path in known for found in stale),
-        unreadable=tuple(unreadable),
+        unreadable=tuple(sorted(unreadable)),
         missing=tuple(sorted(left)),
     )
 
@@ -134,7 +150,14 @@ def _is_stale(found: FoundRun, known: dict[str, Known]) -> bool:
     return row is None or row.missing or not found.stamp or row.stamp != found.stamp
 
 
+def _facts(done: Done[FoundRun, RunFacts]) -> RunFacts:
+    """Return what a worker read, or that it could not."""
+    read = done.answer.value
+    return RunFacts(done.item, {"problem": storable(done.problem)}) if read is None else read
+
+
 def _batches(every: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:
+    """Yield some at a time, in the order of their paths: so all who write lock rows alike."""
     rest = iter(every)
     while batch := list(islice(rest, _BATCH)):
-        yield batch
+        yield sorted(batch, key=lambda one: one.found.path)

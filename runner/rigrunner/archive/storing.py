@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from rigrunner.archive.schema import PARTS, ROOTS, RUNS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from sqlalchemy import Connection
+    from sqlalchemy import Connection, Executable, Table
 
     from rigrunner.archive.database import Database
     from rigrunner.archive.run_facts import RunFacts
@@ -30,7 +31,7 @@ def root_of(connection: Connection, database: Database, folder: Path) -> int:
     found: int | None = connection.scalar(select(ROOTS.c.id).where(ROOTS.c.name == name))
     if found is not None:
         return found
-    return _upsert(connection, ROOTS, {"name": name, "path": path}, ["name"])
+    return _upsert(connection, ROOTS, {"name": name, "path": path}, "name")
 
 
 def root_folder(database: Database, path: str) -> Path:
@@ -69,7 +70,7 @@ def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
             "missing": False,
             **facts.run,
         }
-        run = _upsert(connection, RUNS, row, ["root", "path"])
+        run = _upsert(connection, RUNS, row, "root", "path")
         if not facts.problem:
             ids.append(run)
         for name, rows in facts.parts.items():
@@ -118,16 +119,25 @@ def _naming(database: Database, folder: Path) -> tuple[str, str]:
     return path.as_posix(), path.as_posix()
 
 
-def _upsert(connection: Connection, table: Any, row: dict[str, Any], key: list[str]) -> int:
+def _upsert(connection: Connection, table: Table, row: dict[str, Any], *key: str) -> int:
     """Insert a row, or write it over the one of the same key; return its id.
 
     The row is locked until the transaction ends, so that two processes write one after the other.
     """
-    dialect = sqlite if connection.dialect.name == "sqlite" else postgresql
-    statement = dialect.insert(table).values(row)
-    statement = statement.on_conflict_do_update(index_elements=key, set_=row).returning(table.c.id)
-    found: int = connection.execute(statement).scalar_one()
+    statement = _upserting(connection.dialect.name, table, tuple(row), key)
+    found: int = connection.execute(statement, row).scalar_one()
     return found
+
+
+@cache
+def _upserting(
+    dialect: str, table: Table, columns: tuple[str, ...], key: tuple[str, ...]
+) -> Executable:
+    """Return the statement; to make it takes longer than to execute it."""
+    inserting = sqlite.insert(table) if dialect == "sqlite" else postgresql.insert(table)
+    statement = inserting.values({name: bindparam(name) for name in columns})
+    taken = {name: statement.excluded[name] for name in columns}
+    return statement.on_conflict_do_update(index_elements=key, set_=taken).returning(table.c.id)
 
 
 def _chunks(ids: list[int]) -> Iterable[list[int]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,7 @@ from rigrunner.cli.options import runs_option
 from rigrunner.cli.output import message
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from rigrunner.archive import Indexed
     from rigrunner.archive.filters import Filters
@@ -36,6 +34,11 @@ database_option = click.option(
 )
 folders_argument = click.argument(
     "folders", nargs=-1, type=click.Path(path_type=Path, file_okay=False), metavar="[FOLDER]..."
+)
+jobs_option = click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    help="Processes to read with; as many as there are cores if it is left out.",
 )
 _HELP: Mapping[str, str] = {
     "specimen": "The specimen; * stands for any characters, ? for one.",
@@ -107,19 +110,6 @@ def _pairs(option: str, given: Iterable[str]) -> dict[str, list[str]]:
             raise UsageError(f"'{option} {text}' names nothing to look for", hint=hint)
         found.setdefault(name, []).append(value)
     return found
-
-
-@contextmanager
-def shown_reading() -> Iterator[Callable[[int, int], None] | None]:
-    """Give what shows how many runs were read: a bar on a terminal, elsewhere nothing."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import Progress  # noqa: PLC0415  (only on a terminal)
-
-    with Progress(transient=True) as bar:
-        task = bar.add_task("reading runs", total=None)
-        yield lambda done, of: bar.update(task, completed=done, total=of)
 
 
 def tell_indexed(found: Sequence[Indexed]) -> None:

@@ -16,6 +16,8 @@ from helpers_archive import result_document, store_run
 from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.archive import index, open_archive, query, rebuild
+from rigrunner.jobs import Processes
+from rigrunner.jobs.done import Answer, Done
 
 
 @pytest.fixture
@@ -156,6 +158,44 @@ def test_a_damaged_file_is_listed_and_stops_nothing(archive, runs):
     assert rows["bad"]["specimen"] == rows["good"]["specimen"], "what was known of it is kept"
     assert rows["worse"]["specimen"] is None
     assert rows["good"]["folder"] == str(good)
+
+
+class Dying:
+    """Workers one of which does not survive a file."""
+
+    def outcomes(self, task, items, stop):
+        assert not stop.is_set()
+        for place, item in enumerate(items):
+            died = item.path == "deadly"
+            answer = (
+                Answer(None, "the process was ended by SIGSEGV") if died else Answer(task(item))
+            )
+            yield Done(place, item, answer)
+
+
+def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_read(archive, runs):
+    store_run(runs, "deadly")
+    store_run(runs, "good")
+    (done,) = index(archive, [runs], workers=Dying())
+    assert done.unreadable == (("deadly", "the process was ended by SIGSEGV"),)
+    assert [each["problem"] for each in found(archive)] == ["the process was ended by SIGSEGV", ""]
+
+
+def test_processes_read_the_same_as_this_one(archive, runs):
+    for name in ("one", "two", "three"):
+        store_run(runs, name, inputs={"specimen": name})
+    told = []
+    index(archive, [runs], workers=Processes(2), progress=lambda *done: told.append(done))
+    assert (told[0], told[-1]) == ((0, 3), (3, 3))
+    tables = ("runs", "points", "figures", "inputs", "files")
+    parallel = {table: found(archive, table) for table in tables}
+    rebuild(archive, [runs])
+    for table, rows in parallel.items():
+        assert by_name(found(archive, table)) == by_name(rows)
+
+
+def by_name(rows):
+    return sorted(rows, key=lambda row: (row["run_id"], str(row)))
 
 
 def test_a_file_whose_texts_lead_elsewhere_is_refused(archive, runs):

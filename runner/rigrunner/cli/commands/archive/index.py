@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.archiving import database_option, folders_argument, tell_indexed
+from rigrunner.cli.archiving import database_option, folders_argument, jobs_option, tell_indexed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 @click.command(name="index")
 @folders_argument
 @database_option
-def command(folders: tuple[Path, ...], database: str) -> None:
+@jobs_option
+def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
     """Bring the archive up to date with folders of runs, at any depth; 'runs' if none is named.
 
     Only what is new or changed is read. A run that cannot be read is listed with its problem.
@@ -26,9 +27,14 @@ def command(folders: tuple[Path, ...], database: str) -> None:
     from rigrunner.archive import index
     from rigrunner.archive.database import Database
     from rigrunner.archive.location import location_of
-    from rigrunner.cli.archiving import shown_reading
+    from rigrunner.cli.batch import shown_count
+    from rigrunner.jobs import Processes, usable_cores
 
+    workers = Processes(jobs or usable_cores())
     wanted = list(folders or [Path("runs")])
-    with closing(Database(location_of(database, wanted))) as archive, shown_reading() as progress:
-        found = index(archive, wanted, progress=progress)
+    with (
+        closing(Database(location_of(database, wanted))) as archive,
+        shown_count("runs") as progress,
+    ):
+        found = index(archive, wanted, workers=workers, progress=progress)
     tell_indexed(found)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.archiving import database_option, folders_argument, tell_indexed
+from rigrunner.cli.archiving import database_option, folders_argument, jobs_option, tell_indexed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 @click.command(name="rebuild")
 @folders_argument
 @database_option
-def command(folders: tuple[Path, ...], database: str) -> None:
+@jobs_option
+def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
     """Make the archive anew from the run files.
 
     With a database and no folder, from all folders that it knows. Runs whose files are gone are
@@ -27,10 +28,15 @@ def command(folders: tuple[Path, ...], database: str) -> None:
     from rigrunner.archive import rebuild
     from rigrunner.archive.database import Database
     from rigrunner.archive.location import location_of
-    from rigrunner.cli.archiving import shown_reading
+    from rigrunner.cli.batch import shown_count
+    from rigrunner.jobs import Processes, usable_cores
 
+    workers = Processes(jobs or usable_cores())
     place = list(folders or [Path("runs")])
     wanted = list(folders) if database else place
-    with closing(Database(location_of(database, place))) as archive, shown_reading() as progress:
-        found = rebuild(archive, wanted, progress=progress)
+    with (
+        closing(Database(location_of(database, place))) as archive,
+        shown_count("runs") as progress,
+    ):
+        found = rebuild(archive, wanted, workers=workers, progress=progress)
     tell_indexed(found)
