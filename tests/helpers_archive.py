@@ -137,6 +137,10 @@ def postgresql_server() -> Iterator[str]:
         shutil.rmtree(folder)
 
 
+def has_postgresql() -> bool:
+    return _programs() is not None
+
+
 def _programs() -> Path | None:
     """Return the folder of PostgreSQL's programs: Debian keeps them off the path."""
     found = shutil.which("initdb")

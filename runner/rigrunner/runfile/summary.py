@@ -15,7 +15,7 @@ import h5py
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import open_file, read_text, read_texts, read_values
+from rigrunner.runfile.hdf5 import open_file, read_text, read_values
 from rigrunner.runfile.loose import read_loose_info
 from rigrunner.runfile.manifest import MANIFEST, manifest_sha256
 from rigrunner.runfile.model import DRAFT
@@ -146,9 +146,8 @@ def _texts(entry: h5py.Group, name: str) -> dict[str, str]:
     if name not in entry:
         return {}
     group = _group(entry, name)
-    for key in group:
-        _group(group, key)
-    return read_texts(group)
+    items = [_group(group, key) for key in group]
+    return {read_text(item, "name"): read_text(item, "text") for item in items}
 
 
 def _checked_text(group: h5py.Group, name: str) -> None:

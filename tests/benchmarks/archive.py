@@ -1,0 +1,256 @@
+"""The archive: 10,000 run files indexed and searched, on SQLite and on PostgreSQL.
+
+The run files are copies of one sealed run with the result of the demonstration and short
+recordings, each with its own id, specimen, lot, rig, time and torque, and a manifest that fits; 400
+of them in the short form. They are in ten folders, one of which is indexed in each turn, by one
+process, just after they were written.
+
+The floor of indexing opens each file with h5py and reads its attributes and the text of its result,
+without understanding it. That of an index of unchanged files walks the folders and asks for the
+size and time of each file. That of a search is the same question written by hand, to the same
+database, by sqlite3 or psycopg alone, on a connection that is open, for the run's id and nothing
+else. What there would be without an archive is the second row times the number of files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import tempfile
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+import psycopg
+from sqlalchemy import event
+
+from benchmarks.frame import (
+    Figure,
+    Spread,
+    Work,
+    at_most,
+    calls,
+    pair_of,
+    paired,
+    repeated,
+    seconds,
+)
+from helpers_archive import has_postgresql, postgresql_server, result_document
+from helpers_cli import call
+from helpers_many_runs import make_many, template
+from rigrunner.archive import index, open_archive, query
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+
+    from benchmarks.frame import Scale
+    from rigrunner.archive.database import Database
+
+    Raw = Callable[[Database], AbstractContextManager[Callable[[str], object]]]
+
+FOLDERS, TURNS = 10, 9
+LOOKING = "a digest of the names, sizes and times of each folder"
+READING = "h5py's Python, a call for each text, and the JSON of the result"
+ROWS = "SQLAlchemy makes the statement, and each row has every column"
+
+
+def measure(scale: Scale) -> list[Figure]:
+    count = scale.of(10_000, 400)
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        roots = made(Path(folder), count)
+        found = on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)
+        if not has_postgresql():
+            return [*found, Figure("PostgreSQL", None, "s", note="there is none here")]
+        place = stack.enter_context(postgresql_server())
+        return found + on(
+            roots, f"postgresql://rigrunner@/postgres{place}", "PostgreSQL", raw_postgresql
+        )
+
+
+def on(roots: list[Path], database: str, name: str, raw: Raw) -> list[Figure]:
+    """Measure all of it on one engine."""
+    with closing(open_archive(database=database)) as archive:
+        archive.make()
+        figures = [*indexing(archive, roots), *unchanged(archive, roots)]
+        with raw(archive) as ask:
+            for question in QUESTIONS:
+                figures += searching(database, question, ask)
+        figures += [frame(database), size_of_a_run(archive, len(query(database=database)))]
+    return [replace(each, what=f"{name}: {each.what}") for each in figures]
+
+
+def indexing(archive: Database, roots: list[Path]) -> list[Figure]:
+    turns = [
+        (seconds(partial(index, archive, [root])), seconds(partial(opened, root))) for root in roots
+    ]
+    pair, count = pair_of(turns), sum(1 for _ in files(roots[0])) / 1e3
+    ours = Figure("read a new run file", pair.ours.per(count), "ms", ratio=pair.ratio)
+    return [
+        replace(ours, target=at_most(10), note=READING),
+        Figure("open it, attributes and result", pair.floor.per(count), "ms", "floor"),
+    ]
+
+
+def unchanged(archive: Database, roots: list[Path]) -> list[Figure]:
+    pair = paired(partial(index, archive, roots), partial(walked, roots), TURNS)
+    ours = Figure("find nothing new in all", pair.ours, "s", ratio=pair.ratio)
+    return [
+        replace(ours, target=at_most(2, "s"), note=LOOKING),
+        Figure("walk all folders", pair.floor, "s", "floor"),
+    ]
+
+
+def searching(database: str, question: Question, ask: Callable[[str], object]) -> list[Figure]:
+    ours = partial(query, database=database, **question.words)
+    pair = paired(ours, partial(ask, question.statement), TURNS)
+    figure = Figure(question.what, pair.ours.per(1e-3), "ms", ratio=pair.ratio)
+    return [
+        replace(figure, target=at_most(100, "ms"), note=f"{len(ours()):,} rows; {ROWS}"),
+        Figure(f"{question.what}, by hand", pair.floor.per(1e-3), "ms", "floor"),
+    ]
+
+
+def frame(database: str) -> Figure:
+    count = len(query("points", database=database))
+    took = repeated(lambda: query("points", database=database).to_pandas(), 3)
+    note = "rows of Python, then columns"
+    return Figure(f"{count:,} points as a data frame", took, "s", note=note)
+
+
+def size_of_a_run(archive: Database, runs: int) -> Figure:
+    what = "size of the archive, a run of 12 set-points"
+    return Figure(what, Spread.of([size(archive) / runs / 1e3]), "kB", target=at_most(10, "kB"))
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked, in the words of a person and in SQL."""
+
+    what: str
+    words: dict[str, str]
+    statement: str
+
+
+QUESTIONS = (
+    Question(
+        "one specimen",
+        {"specimen": "SN-000123"},
+        "SELECT run_id FROM runs WHERE specimen = 'SN-000123'",
+    ),
+    Question(
+        "a month and a verdict",
+        {"since": "2020-02-01", "until": "2020-02-29", "verdict": "fail"},
+        "SELECT run_id FROM runs WHERE started_utc >= '2020-02-01'"
+        " AND started_utc < '2020-03-01' AND verdict = 'fail'",
+    ),
+    Question(
+        "a lot by pattern, a range of torque",
+        {"lot": "L-01*", "torque": "0.7..0.75 N·m"},
+        "SELECT run_id FROM runs WHERE lot LIKE 'L-01%' AND torque_nm BETWEEN 0.7 AND 0.75",
+    ),
+    Question(
+        "a torque at one frequency",
+        {"frequency": "10 Hz", "torque": "0.8..9 N·m"},
+        "SELECT run_id FROM runs r WHERE EXISTS (SELECT 1 FROM points p WHERE p.run = r.id"
+        " AND p.set_frequency_hz BETWEEN 9.9999 AND 10.0001 AND p.torque_nm BETWEEN 0.8 AND 9)",
+    ),
+)
+
+
+@contextmanager
+def raw_sqlite(archive: Database) -> Iterator[Callable[[str], object]]:
+    with closing(sqlite3.connect(str(archive.file))) as connection:
+        yield lambda statement: connection.execute(statement).fetchall()
+
+
+@contextmanager
+def raw_postgresql(archive: Database) -> Iterator[Callable[[str], object]]:
+    location = archive.location.set(drivername="postgresql").render_as_string()
+    with psycopg.connect(location) as connection:
+        yield lambda statement: connection.execute(statement).fetchall()
+
+
+def made(folder: Path, count: int) -> list[Path]:
+    """Make the run files; return the folders that hold them."""
+    call("demo", "--dir", str(folder / "demo"))
+    (result,) = (folder / "demo").glob("*STT-1000*/result.json")
+    source = template(folder / "template", json.loads(result.read_text(encoding="utf-8")))
+    every = make_many(folder / "all", count, source)
+    roots = [folder / f"part-{number}" for number in range(FOLDERS)]
+    for number, run in enumerate(every):
+        part = roots[number * FOLDERS // count] / run.parent.name
+        part.mkdir(parents=True, exist_ok=True)
+        run.rename(part / run.name)
+    return roots
+
+
+def files(root: Path) -> Iterator[Path]:
+    for place, _, names in os.walk(root):
+        yield from (Path(place, name) for name in names)
+
+
+def opened(root: Path) -> None:
+    """Open each file, and read what it says of itself and of its result."""
+    for path in files(root):
+        with h5py.File(path) as file:
+            dict(file["entry"].attrs)
+            bytes(file["entry/analysis/result"][()])
+
+
+def walked(roots: list[Path]) -> None:
+    for root in roots:
+        for path in files(root):
+            path.stat()
+
+
+def size(archive: Database) -> int:
+    """Return the bytes of the archive on the disk."""
+    if archive.file is not None:
+        with archive.writing() as connection:
+            pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
+            return int(pages * connection.exec_driver_sql("PRAGMA page_size").scalar_one())
+    with archive.reading() as connection:
+        return int(
+            connection.exec_driver_sql(
+                "SELECT pg_database_size(current_database())"
+                " - (SELECT pg_database_size('template1'))"
+            ).scalar_one()
+        )
+
+
+def work() -> list[Work]:
+    count = 40
+    with tempfile.TemporaryDirectory() as folder:
+        source = template(Path(folder) / "template", result_document())
+        for _ in make_many(Path(folder) / "runs", count, source):
+            pass
+        with closing(open_archive(Path(folder) / "runs")) as archive:
+            found = partial(index, archive, [Path(folder) / "runs"])
+            statements = executed(archive, found)
+            again = calls(found)
+            nothing_new = executed(archive, found)
+        return [
+            Work("statements for a new run", statements / count, 3),
+            Work("statements where nothing is new", nothing_new, 25),
+            Work("calls of functions for an unchanged run", again / count, 400),
+        ]
+
+
+def executed(archive: Database, call: Callable[[], object]) -> int:
+    """Count the statements that a call executes in an archive."""
+    told: list[str] = []
+
+    def heard(_c: object, _u: object, statement: str, *_: object) -> None:
+        told.append(statement)
+
+    event.listen(archive._engine, "before_cursor_execute", heard)
+    try:
+        call()
+    finally:
+        event.remove(archive._engine, "before_cursor_execute", heard)
+    return len(told)
