@@ -7,26 +7,38 @@ import io
 import json
 import re
 import shutil
+from contextlib import closing
 
 import pytest
 
 from helpers_archive import result_document, store_run
 from helpers_cli import call
+from rigrunner.archive import index, open_archive
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Two runs and their archive; treat the folder as read-only."""
+    folder = tmp_path_factory.mktemp("made") / "runs"
+    store_run(folder, "one", inputs={"specimen": "SN-1", "lot": "L1"})
+    fail = result_document(0.96, "fail")
+    store_run(folder, "two", fail, inputs={"specimen": "SN-\x1b[31m"})
+    with closing(open_archive(folder)) as archive:
+        index(archive, [folder])
+    return folder
 
 
 @pytest.fixture
-def runs(tmp_path, monkeypatch):
+def indexed(made, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    store_run(tmp_path / "runs", "one", inputs={"specimen": "SN-1", "lot": "L1"})
-    fail = result_document(0.96, "fail")
-    store_run(tmp_path / "runs", "two", fail, inputs={"specimen": "SN-\x1b[31m"})
+    shutil.copytree(made, tmp_path / "runs")
     return tmp_path / "runs"
 
 
 @pytest.fixture
-def indexed(runs):
-    assert call("archive", "index").code == 0
-    return runs
+def runs(indexed):
+    (indexed / ".rigrunner-archive.sqlite").unlink()
+    return indexed
 
 
 def test_an_index_says_what_it_found(runs):

@@ -24,7 +24,7 @@ from rigrunner.jobs import InProcess
 from rigrunner.runfile.scan import run_folders, storable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.archive.database import Database
@@ -76,7 +76,9 @@ def index(
     for folder in folders:
         _check(folder)
     database.make()
-    return [_index(database, folder, workers, progress, again=again) for folder in folders]
+    work = [_look(database, folder, again=again) for folder in folders]
+    count = _Count(progress, sum(len(each.stale) for each in work))
+    return [_bring_up_to_date(database, each, workers, count) for each in work]
 
 
 def rebuild(
@@ -113,39 +115,62 @@ def _check(folder: Path) -> None:
         raise UsageError(f"{folder} is a run", hint="name the folder that holds it")
 
 
-def _index(
-    database: Database, folder: Path, workers: Workers, progress: Progress, *, again: bool
-) -> Indexed:
+@dataclass(frozen=True)
+class _Work:
+    """What there is to do in a folder."""
+
+    folder: Path
+    root: int
+    known: Mapping[str, Known]
+    there: Mapping[str, FoundRun]
+    stale: Sequence[FoundRun]
+
+
+def _look(database: Database, folder: Path, *, again: bool) -> _Work:
     with database.writing() as connection:
         root = root_of(connection, database, folder)
         known = known_runs(connection, root)
     there = {found.path: found for found in run_folders(folder)}
     stale = [found for found in there.values() if again or _is_stale(found, known)]
+    return _Work(folder, root, known, there, stale)
+
+
+def _bring_up_to_date(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
     unreadable: list[tuple[str, str]] = []
-    done = 0
-    progress(done, len(stale))
-    for facts in _batches(map(_facts, workers.outcomes(read_facts, stale, Event()))):
+    for facts in _batches(map(_facts, workers.outcomes(read_facts, work.stale, Event()))):
         with database.writing() as connection:
-            store(connection, root, facts)
+            store(connection, work.root, facts)
         unreadable += [(each.found.path, each.problem) for each in facts if each.problem]
-        done += len(facts)
-        progress(done, len(stale))
-    gone = [path for path in known if path not in there]
+        count.add(len(facts))
+    gone = [known.id for path, known in work.known.items() if path not in work.there]
     with database.writing() as connection:
-        mark_missing(connection, (known[path].id for path in gone))
-        forget_moved(connection, root)
-        left = {path for path, row in known_runs(connection, root).items() if row.missing}
+        mark_missing(connection, gone)
+        forget_moved(connection, work.root)
+        left = [path for path, row in known_runs(connection, work.root).items() if row.missing]
     return Indexed(
-        folder=folder,
-        runs=len(there),
-        new=sum(found.path not in known for found in stale),
-        changed=sum(found.path in known for found in stale),
+        folder=work.folder,
+        runs=len(work.there),
+        new=sum(found.path not in work.known for found in work.stale),
+        changed=sum(found.path in work.known for found in work.stale),
         unreadable=tuple(sorted(unreadable)),
         missing=tuple(sorted(left)),
     )
 
 
-def _is_stale(found: FoundRun, known: dict[str, Known]) -> bool:
+class _Count:
+    """How many runs of all folders were read; nobody is told where there are none to read."""
+
+    def __init__(self, progress: Progress, total: int) -> None:
+        self._progress, self._total, self._done = progress, total, 0
+        self.add(0)
+
+    def add(self, count: int) -> None:
+        self._done += count
+        if self._total:
+            self._progress(self._done, self._total)
+
+
+def _is_stale(found: FoundRun, known: Mapping[str, Known]) -> bool:
     row = known.get(found.path)
     return row is None or row.missing or not found.stamp or row.stamp != found.stamp
 

@@ -164,7 +164,7 @@ def fits(row, words):
 
 
 @settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(every=runs(), words=WORDS)
 def test_a_query_finds_what_fits_and_nothing_else(database, every, words):

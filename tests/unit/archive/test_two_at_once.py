@@ -14,7 +14,7 @@ from helpers_archive import store_run
 from rigrunner.api.errors import UsageError
 from rigrunner.archive import index, open_archive, query
 
-_RUNS, _PROCESSES = 30, 3
+_RUNS, _PROCESSES = 15, 3
 
 
 _INDEX = """
@@ -23,7 +23,7 @@ from pathlib import Path
 from rigrunner.api.errors import UsageError
 from rigrunner.archive import index, open_archive
 archive = open_archive(database=sys.argv[1])
-for _ in range(4):
+for _ in range(3):
     index(archive, [Path(sys.argv[2])], again=True)
 """
 
