@@ -1,0 +1,171 @@
+"""Studies and re-analysis of many runs: how much faster two processes are than one.
+
+The floor does the same in one process, with one thread for linear algebra, as each of the two has.
+Their start is counted: a second of imports in each. Rigs of the study of coverage are recorded and
+analysed in memory, stored runs of the demonstration are read from the disk, and their results
+written. The turns of one and of two alternate; what else the machine does at the time takes its
+part of the second core, so that the figure means something on a quiet machine alone.
+The scheduler itself is measured by items that are nothing to do, beside the pools of Python's
+standard library, which do not survive the death of a process.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import shutil
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING
+
+from benchmarks.frame import Figure, Spread, Work, at_least, at_most, paired, repeated
+from helpers_jobs import Squares
+from helpers_reanalysis import reanalysed
+from helpers_workflow import run
+from rigrunner.clock import SimulatedClock
+from rigrunner.jobs import InProcess, Processes, journal
+from rigrunner.workflow.locate import find_procedure
+from rigrunner.workflow.study.coverage import run_coverage
+from rigrunner.workflow.study.going import Going
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from benchmarks.frame import Scale
+
+TWO = at_least(1.6)
+"""Within 20 % of linear."""
+NEVER = Event()
+MICRO = 1e6
+TURNS = 3
+
+
+def measure(scale: Scale) -> list[Figure]:
+    items = scale.of(2000, 20)
+    figures = [*scheduler(items, scale.of(7, 1)), going_on(scale.of(100_000, 100))]
+    return figures if scale.short else [*study(rigs=8), *reanalysis(copies=8), *figures]
+
+
+def study(rigs: int) -> list[Figure]:
+    def examined(jobs: int) -> None:
+        going = Going(Processes(jobs), NEVER, lambda *_: None)
+        run_coverage(rigs=rigs // 2, seed=1, going=going)
+
+    return speed_up("study coverage", examined, rigs, "rigs/min")
+
+
+def reanalysis(copies: int) -> list[Figure]:
+    with tempfile.TemporaryDirectory() as name:
+        folder, clock = Path(name), SimulatedClock()
+        for each in ("no_load_inertia_sweep", "starting_torque_1000n"):
+            done = run(find_procedure(each), folder / "runs", clock=clock)
+        for number in range(copies):
+            shutil.copytree(done.folder, folder / "lab" / str(number))
+
+        def again(jobs: int) -> None:
+            with tempfile.TemporaryDirectory(dir=folder) as out:
+                reanalysed(folder / "lab", Path(out), workers=Processes(jobs))
+
+        return speed_up("reanalyse, demonstration", again, copies, "runs/min")
+
+
+def speed_up(what: str, call: Callable[[int], None], count: int, unit: str) -> list[Figure]:
+    found = paired(partial(call, 2), partial(call, 1), TURNS)
+    work = Spread.of(processor_s(partial(call, 2)) / processor_s(partial(call, 1)) for _ in "12")
+    minutes = count * 60
+    note = "the start of the processes; the memory that both share"
+    return [
+        Figure(f"{what}, 1 process", found.floor.rate(minutes), unit, "floor"),
+        Figure(
+            f"{what}, 2 processes",
+            found.ours.rate(minutes),
+            unit,
+            ratio=found.speed,
+            target=TWO,
+            note=note,
+        ),
+        Figure(
+            f"{what}, processor time of 2 against 1",
+            work,
+            "x",
+            target=at_most(1.25, "x"),
+            note="what is left to gain by processes lies beyond this; hardly moved by other load",
+        ),
+    ]
+
+
+def processor_s(call: Callable[[], None]) -> float:
+    """Return the processor time of all processes that a call began and waited for."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    call()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def scheduler(items: int, times: int) -> list[Figure]:
+    """Return what an item costs beyond its own work, the start of two processes included."""
+    numbers = list(range(-items, 0))
+    ours = repeated(lambda: list(Processes(2).outcomes(abs, numbers, NEVER)), times)
+    pool = repeated(partial(by_pool, numbers), times)
+    executor = repeated(partial(by_executor, numbers), times)
+    unit, each = "us/item", items / MICRO
+    return [
+        Figure(f"{items} empty items, 2 processes", ours.per(each), unit),
+        Figure("multiprocessing.Pool.imap", pool.per(each), unit, "peer"),
+        Figure("ProcessPoolExecutor.map", executor.per(each), unit, "peer"),
+    ]
+
+
+def by_pool(numbers: list[int]) -> None:
+    with get_context("spawn").Pool(2) as pool:
+        list(pool.imap(abs, numbers))
+
+
+def by_executor(numbers: list[int]) -> None:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        list(pool.map(abs, numbers))
+
+
+def going_on(items: int) -> Figure:
+    """Return how long it takes to see that so many runs are done already."""
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "done"
+        with journal(path, {}) as kept:
+            for number in range(items):
+                kept.add(json.dumps([f"rig/run-{number}", "200000000 1"]), {"torque_nm": 0.7} | ROW)
+
+        def opened() -> None:
+            with journal(path, {}) as again:
+                assert len(again) == items
+
+        return Figure(f"going on after {items:,} items", repeated(opened, 5), "s")
+
+
+ROW = dict.fromkeys(("run", "run_id", "procedure", "station", "verdict", "started_utc"), "x" * 30)
+
+
+def work() -> list[Work]:
+    with tempfile.TemporaryDirectory() as name:
+        task = Squares(Path(name))
+        list(Processes(2).outcomes(task, list(range(50)), NEVER))
+        done = task.attempts()
+        marks = {mark.name.split("-")[1] for mark in Path(name).iterdir()}
+    return [
+        Work("times that an item is done", len(done) / 50, 1),
+        Work("processes for 50 items by two", len(marks), 2),
+        Work("bytes kept for a line of the summary", bytes_kept(), 1000),
+    ]
+
+
+def bytes_kept() -> float:
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "done"
+        with journal(path, {}) as kept:
+            before = path.stat().st_size
+            for done in InProcess().outcomes(str, list(range(100)), NEVER):
+                kept.add(done.answer.value, ROW)
+        return (path.stat().st_size - before) / 100

@@ -1,0 +1,31 @@
+"""The page on many runs: its program works as it stands, and its file is an analysis."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from helpers_docs import ROOT, code_blocks
+from rigrunner.procedure import AnalysisFile
+from rigrunner.yamlfile import parse, validate
+
+BLOCKS = code_blocks(ROOT / "docs/how-to/analyse-many-runs.md")
+
+
+def test_the_program_does_each_item_once(tmp_path):
+    (code,) = (block.code for block in BLOCKS if block.language == "python")
+    (tmp_path / "program.py").write_text(code)
+    done = subprocess.run(
+        [sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert sorted(line.split() for line in done.stdout.splitlines()) == [
+        ["1", "2"],
+        ["2", "4"],
+        ["3", "6"],
+    ]
+
+
+def test_the_file_is_an_analysis():
+    (code,) = (block.code for block in BLOCKS if block.language == "yaml")
+    given = validate(AnalysisFile, parse(code, "energy.yaml")).analysis
+    assert given.primary == "energy"
