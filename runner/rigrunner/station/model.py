@@ -61,7 +61,7 @@ class Station(Settings):
     """The register: what is known of each transducer and of any other instrument."""
     safety: Safety = Field(default_factory=Safety)
     """How the rig is made safe, and what keeps it so."""
-    durability: Durability = Durability()
+    durability: Durability = Field(default_factory=Durability)
     """What of a run survives if the power fails."""
     listeners: ListOf[ListenerBinding] = ()
     """Plugins that are told what happens in each run, and cannot stop it."""

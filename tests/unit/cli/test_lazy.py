@@ -107,6 +107,20 @@ def test_the_settings_of_all_plugins_load_and_build_without_numpy():
     assert packages_and_floors(modules)[0] <= LIST[0]
 
 
+def test_no_model_is_built_before_it_is_used():
+    """A default that is an instance of a model would build it: `Field(default_factory=...)`."""
+    modules_after(
+        "import rigrunner.procedure, rigrunner.station, rigrunner.workflow.approval\n"
+        "from rigrunner.api.settings import Settings\n"
+        "from rigrunner.registry import load_registry\n"
+        "for plugin in load_registry().plugins: plugin.record.settings_model\n"
+        "def below(model): return {model}.union(*map(below, model.__subclasses__()))\n"
+        "assert len(below(Settings)) > 100\n"
+        "built = [model for model in below(Settings) if model.__pydantic_complete__]\n"
+        "assert not built, built"
+    )
+
+
 @pytest.mark.parametrize("name", SUMMARIES)
 def test_every_command_says_first_what_the_list_of_commands_says(name):
     command = rigrunner.get_command(None, name)
