@@ -17,6 +17,8 @@ from filelock import FileLock
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from helpers_cli import Called, call
+from helpers_workflow import START, quick_procedure, run
+from rigrunner.clock import SimulatedClock
 
 pytest_plugins = ["rigrunner.testing.pytest_plugin"]
 
@@ -46,25 +48,62 @@ def pytest_collection_finish() -> None:
 
 
 @dataclass(frozen=True)
-class Demo:
-    """The demonstration, run once: its folder, its two runs, and what it printed."""
+class Runs:
+    """A no-load run and a loaded one, made once for all workers: to be read, not written to."""
 
     folder: Path
     no_load: Path
     loaded: Path
+
+
+@dataclass(frozen=True)
+class Demo(Runs):
+    """The demonstration, and what it printed."""
+
     called: Called
 
 
 @pytest.fixture(scope="session")
-def demo(tmp_path_factory, worker_id) -> Demo:
-    """Run `rigrunner demo`, once for all workers; treat its folder as read-only."""
+def made_once(tmp_path_factory, worker_id):
+    """Return a folder by its name; the first worker that asks for it fills it by a function."""
     base = tmp_path_factory.getbasetemp()
     shared = base if worker_id == "master" else base.parent
-    folder, told = shared / "demo" / "runs", shared / "demo.json"
-    with FileLock(shared / "demo.lock"):
-        if not told.exists():
-            called = call("demo", "--dir", folder)
-            assert called.code == 0, called.err
-            told.write_text(json.dumps(asdict(called)), encoding="utf-8")
-    no_load, loaded = sorted(folder.iterdir())
-    return Demo(folder, no_load, loaded, Called(**json.loads(told.read_text(encoding="utf-8"))))
+
+    def made(name, fill) -> Path:
+        folder, done = shared / name, shared / f"{name}.done"
+        with FileLock(shared / f"{name}.lock"):
+            if not done.exists():
+                folder.mkdir()
+                fill(folder)
+                done.touch()
+        return folder
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def demo(made_once) -> Demo:
+    """Run `rigrunner demo`."""
+
+    def fill(folder) -> None:
+        called = call("demo", "--dir", folder / "runs")
+        assert called.code == 0, called.err
+        (folder / "called.json").write_text(json.dumps(asdict(called)), encoding="utf-8")
+
+    folder = made_once("demo", fill)
+    called = Called(**json.loads((folder / "called.json").read_text(encoding="utf-8")))
+    return Demo(folder / "runs", *sorted((folder / "runs").iterdir()), called)
+
+
+@pytest.fixture(scope="session")
+def quick(made_once) -> Runs:
+    """Run what ships at fewer frequencies and with fewer cycles: a tenth of the demonstration."""
+
+    def fill(folder) -> None:
+        clock = SimulatedClock(START)
+        for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
+            done = run(quick_procedure(folder, name), folder / "runs", clock=clock)
+            assert done.error is None, done.error
+
+    folder = made_once("quick", fill)
+    return Runs(folder / "runs", *sorted((folder / "runs").iterdir()))

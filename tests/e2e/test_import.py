@@ -30,28 +30,33 @@ def same(original, imported, *, exact):
     assert found == (expected if exact else pytest.approx(expected, rel=1e-6, abs=1e-6))
 
 
+def procedure(runs, name):
+    """Return the file of the procedure that a run followed."""
+    return runs.folder.parent / f"{name}.yaml"
+
+
 @pytest.mark.parametrize("kind", WRITERS)
-def test_the_same_analysis_takes_it(demo, tmp_path, kind):
-    loaded = export(demo.loaded, tmp_path / "l", kind, "starting_torque_1000n")
+def test_the_same_analysis_takes_it(quick, tmp_path, kind):
+    loaded = export(quick.loaded, tmp_path / "l", kind, procedure(quick, "starting_torque_1000n"))
     runs = tmp_path / "runs"
-    called = call("import", loaded, "--runs", runs, "--no-load", demo.no_load)
+    called = call("import", loaded, "--runs", runs, "--no-load", quick.no_load)
     assert called.code == 0, called.err
     (imported,) = runs.iterdir()
-    same(demo.loaded, imported, exact=kind != "csv")  # which was written in mN·m, and so rounds
+    same(quick.loaded, imported, exact=kind != "csv")  # which was written in mN·m, and so rounds
 
 
-def test_an_imported_no_load_run_is_found(demo, tmp_path):
+def test_an_imported_no_load_run_is_found(quick, tmp_path):
     runs = tmp_path / "runs"
-    for name, run, procedure, inputs in (
-        ("n", demo.no_load, "no_load_inertia_sweep", OPERATOR),
-        ("l", demo.loaded, "starting_torque_1000n", SPECIMEN),
+    for name, run, of, inputs in (
+        ("n", quick.no_load, "no_load_inertia_sweep", OPERATOR),
+        ("l", quick.loaded, "starting_torque_1000n", SPECIMEN),
     ):
-        mapping = export(run, tmp_path / name, "tdms", procedure, inputs=inputs)
+        mapping = export(run, tmp_path / name, "tdms", procedure(quick, of), inputs=inputs)
         called = call("import", mapping, "--runs", runs)
         assert called.code == 0, called.err
     no_load, loaded = sorted(runs.iterdir())
-    same(demo.no_load, no_load, exact=True)
-    same(demo.loaded, loaded, exact=True)
+    same(quick.no_load, no_load, exact=True)
+    same(quick.loaded, loaded, exact=True)
     report = (loaded / "report.html").read_text(encoding="utf-8")
     assert "made the recordings of this run and of the no-load run, not Rigrunner" in report
     letterhead = make_letterhead(tmp_path / "letterhead")

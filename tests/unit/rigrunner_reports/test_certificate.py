@@ -42,8 +42,8 @@ AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
 
 
 @pytest.fixture(scope="module")
-def source(demo):
-    return read_source(demo.loaded, load_registry())
+def source(quick):
+    return read_source(quick.loaded, load_registry())
 
 
 @pytest.fixture

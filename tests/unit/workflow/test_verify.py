@@ -12,9 +12,9 @@ from rigrunner.workflow.verify import verify_run
 
 
 @pytest.fixture
-def folder(demo, tmp_path):
-    copy = tmp_path / demo.loaded.name
-    shutil.copytree(demo.loaded, copy)
+def folder(quick, tmp_path):
+    copy = tmp_path / quick.loaded.name
+    shutil.copytree(quick.loaded, copy)
     (copy / "run.h5").chmod(0o644)
     return copy
 
@@ -41,8 +41,8 @@ def change_result(entry, old, new):
     )
 
 
-def test_a_run_matches(demo):
-    found = verify_run(demo.loaded, load_registry())
+def test_a_run_matches(quick):
+    found = verify_run(quick.loaded, load_registry())
     assert found.differences == []
     assert found.matches
     assert "result derived again from the raw samples" in found.held
