@@ -19,12 +19,14 @@ if TYPE_CHECKING:
 
 LEAST_CYCLES = 8
 """In a window: a gross error among as few is still told, and enough remain."""
-LEAST_S = 0.25
-"""Of a window: a screen shows no more than a few in a second."""
+LEAST_S = 1.0
+"""Of a window: the compensation costs the same for one cycle as for many."""
 MOST_SAMPLES = 12_000_000
 """Of a window: what swings more slowly is analysed once it is recorded."""
 MARGIN = 0.5
 """Of a cycle, before the first and after the last of a window: starts are looked for around it."""
+LOOKED_AT = 2000
+"""Samples of a cycle: enough to see about where it starts, with half a cycle to spare."""
 _LONGER = 1.25
 
 
@@ -101,10 +103,12 @@ class Windows:
         return replace(self._empty, channels=window)
 
     def _starts(self, recording: Recording) -> Array:
-        """Return where cycles start that have a margin behind them, as fractional samples."""
-        torque = recording.channels[self._torque]
+        """Return about where cycles start that have a margin behind them, in samples."""
+        step = max(1, int(self._period / LOOKED_AT))
+        looked_at = {name: values[::step] for name, values in recording.channels.items()}
+        coarse = replace(recording, rate_hz=recording.rate_hz / step, channels=looked_at)
         try:
-            starts = find_motion(recording, self._run, torque).starts
+            starts = step * find_motion(coarse, self._run, looked_at[self._torque]).starts
         except DataError:
             return np.empty(0)
         margin = MARGIN * float(np.diff(starts).mean())

@@ -60,7 +60,7 @@ def lab(tmp_path_factory):
 
 def loaded(lab, listener):
     folder, runs, _ = lab
-    changes = ("cycles: 12}", "cycles: 30}"), (FEW_FREQUENCIES, "[20 Hz, 35 Hz]")
+    changes = ("cycles: 12}", "cycles: 60}"), (FEW_FREQUENCIES, "[20 Hz, 35 Hz]")
     procedure = quick_procedure(folder, "starting_torque_1000n", *changes)
     finished = run(procedure, runs, listeners=[listener])
     assert finished.error is None

@@ -39,6 +39,7 @@ class GoingOn:
         self._folder = folder
         self._registry = registry
         self._no_load = None if no_load is None else run_data(no_load)
+        self._prepared = _Prepared(no_load.recordings if no_load else ())
         self._tail: Tail | None = None
         self._recording: _Recording | None = None
 
@@ -67,8 +68,8 @@ class GoingOn:
             before = of_this_run(run_data(read(self._folder)), loaded=False)
         run = replace(run_data(stored), recordings=before)
         if analysis:
-            over = (*before, *(self._no_load.recordings if self._no_load else ()))
-            analysis = replace(analysis, prepare=_Prepared(over))
+            prepare = _Prepared(before) if before else self._prepared
+            analysis = replace(analysis, prepare=prepare)
         windows = Windows(tail.begun(first, stored.events), run)
         return _Recording(windows, run, self._no_load, analysis)
 

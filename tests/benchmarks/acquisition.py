@@ -1,0 +1,215 @@
+"""Four channels at 1 MS/s each, 32 MB/s: kept whole, analysed live, and compressed in the meantime.
+
+Flat out: the engine records a stream that gives each block as soon as it is asked for, checks it,
+and keeps it in the journal. The floor writes the same blocks with a CRC-32 to a file, in the same
+run, in turn; both sync once a second and at the end.
+
+Sustained: the panel serves a run of the shipped analysis with a device that makes its samples by
+the wall's clock, and that loses them once those of a second are not fetched. Processes are as
+always: panel, run and analyst; a client follows the panel as a screen does. Behind is by how much
+a block was fetched later than it was there. The pause is the time from the last block of a
+recording to the next step. Memory is what the process has resident; its growth is that from a
+third of the recording to its end. Live lag is how old the newest sample of a live point is when
+the screen gets it.
+
+Filters: one second of the four channels, from a 16-bit converter, as float64, written to HDF5.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import tempfile
+import threading
+import time
+import zlib
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+
+from benchmarks import sustained
+from benchmarks.fast_tester import FastTester, FastTesterSettings
+from benchmarks.frame import (
+    Figure,
+    Scale,
+    Work,
+    allocated_peak,
+    at_least,
+    calls,
+    pair_of,
+    repeated,
+)
+from helpers_devices import plan_of, record
+from helpers_runfile import header_of
+from rigrunner.api.devices import DeviceContext
+from rigrunner.api.events import StepEnded, StepStarted
+from rigrunner.bus import Bus
+from rigrunner.clock import WallClock
+from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.rig import Rig
+from rigrunner.runfile import RunWriter, read
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import numpy as np
+
+    from rigrunner.api.events import Event
+
+RATE_HZ, BLOCK = 1e6, 100_000
+CHANNELS = ("angle", "torque", "velocity", "load")
+UNITS = {"tester.angle": "rad", "tester.torque": "N·m"}
+BYTES = 8 * len(CHANNELS)
+MB = 1e6
+FILTERS: Mapping[str, Mapping[str, object]] = {
+    "none": {},
+    "shuffle, gzip 1, fletcher32": {
+        "shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True,
+    },
+    "shuffle, gzip 4": {"shuffle": True, "compression": "gzip", "compression_opts": 4},
+    "shuffle, lzf": {"shuffle": True, "compression": "lzf"},
+}  # fmt: skip
+OURS = "shuffle, gzip 1, fletcher32"
+
+
+def measure(scale: Scale) -> list[Figure]:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        return [
+            *flat_out(folder, scale.of(10, 1), times=scale.of(9, 1)),
+            *sustained.figures(folder / "lab", seconds=scale.of(30, 3)),
+            *filters(folder / "filtered.h5", times=scale.of(5, 1)),
+        ]
+
+
+class Timer:
+    """Notes when a recording began, when its last block was kept, and when its step was over."""
+
+    def __init__(self) -> None:
+        self.began_s = self.ended_s = 0.0
+
+    def __call__(self, event: Event) -> None:
+        if isinstance(event, StepStarted) and event.recording:
+            self.began_s = time.perf_counter()
+        elif isinstance(event, StepEnded) and event.recording:
+            self.ended_s = time.perf_counter()
+
+
+def tester() -> FastTester:
+    """Return a device that swings at 10 Hz and has its samples made."""
+    settings = {"paced": False, "sensors": {"rate": "1000 kHz"}, "frequency_rate": "1000 Hz/s"}
+    context = DeviceContext("tester", WallClock(), Path())
+    device = FastTester(FastTesterSettings.model_validate(settings), context)
+    device.connect(1.0)
+    device.set("frequency", 10.0)
+    device.second()
+    return device
+
+
+def recorded(folder: Path, device: FastTester, seconds: float) -> float:
+    """Record so many seconds' samples flat out; return how long that took, without the fold."""
+    timer, clock = Timer(), WallClock()
+    step = replace(record("flat", seconds), channels=CHANNELS, units=UNITS)
+    with RunWriter(folder, header_of(folder.name)) as writer:
+        rig = Rig({"tester": device}, clock)
+        rig.connect()
+        rig.set("tester", "frequency", 10.0)
+        bus = Bus([writer], [timer])
+        answers, never = UnattendedAnswers(), threading.Event()
+        done = run_plan(plan_of((), (step,), ()), rig, bus, clock, answers, never, folder.name)
+        rig.close()
+    if done.error is not None:
+        raise done.error
+    return timer.ended_s - timer.began_s
+
+
+def blocks(second: Mapping[str, np.ndarray], samples: int) -> Iterator[list[np.ndarray]]:
+    for first in range(0, samples, BLOCK):
+        place = first % round(RATE_HZ)
+        yield [second[name][place : place + BLOCK] for name in CHANNELS]
+
+
+def plainly(path: Path, second: Mapping[str, np.ndarray], seconds: float) -> float:
+    """Write length, CRC-32 and samples of each block to a file; return how long that took."""
+    began_s = synced_s = time.perf_counter()
+    with path.open("xb", buffering=0) as file:
+        for block in blocks(second, round(seconds * RATE_HZ)):
+            checksum = 0
+            for values in block:
+                checksum = zlib.crc32(values, checksum)
+            file.write(struct.pack("<II", 8 * BLOCK * len(block), checksum))
+            for values in block:
+                file.write(values)
+            if time.perf_counter() - synced_s > 1.0:
+                os.fsync(file.fileno())
+                synced_s = time.perf_counter()
+        os.fsync(file.fileno())
+    return time.perf_counter() - began_s
+
+
+def flat_out(folder: Path, seconds: float, times: int) -> list[Figure]:
+    turns, size, device = [], seconds * RATE_HZ * BYTES / MB, tester()
+    for turn in range(-1, times):  # the first one warms caches
+        plain = plainly(folder / f"plain{turn}", device.second(), seconds)
+        turns.append((recorded(folder / f"run{turn}", device, seconds), plain))
+        (folder / f"plain{turn}").unlink()
+    pair = pair_of(turns[1:])
+    note = "the check that every sample is finite, and the handing over between two threads"
+    return [
+        Figure("plain writer, blocks with CRC-32", pair.floor.rate(size), "MB/s", "floor"),
+        Figure(
+            "engine and journal, flat out",
+            pair.ours.rate(size),
+            "MB/s",
+            ratio=pair.speed,
+            target=at_least(0.6),
+            note=note,
+        ),
+    ]
+
+
+def filters(path: Path, times: int) -> list[Figure]:
+    second, size, figures = tester().second(), RATE_HZ * BYTES / MB, []
+    for name, options in (FILTERS | plugin_filters()).items():
+        spread = repeated(partial(written, path, second, options), times)
+        note = f"{size * MB / path.stat().st_size:.1f} times smaller"
+        role = {"none": "floor", OURS: "ours"}.get(name, "peer")
+        figures.append(Figure(f"HDF5, {name}", spread.rate(size), "MB/s", role, note=note))
+    return figures
+
+
+def plugin_filters() -> Mapping[str, Mapping[str, object]]:
+    """Return what only readers with a plugin can read, where it is installed."""
+    try:
+        import hdf5plugin  # noqa: PLC0415  (optional)
+    except ImportError:
+        return {}
+    return {"bitshuffle-lz4 (a plugin)": dict(hdf5plugin.Bitshuffle())}
+
+
+def written(path: Path, second: Mapping[str, np.ndarray], options: Mapping[str, object]) -> None:
+    chunks = {"chunks": (16_384,)} if options else {}
+    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
+        for name in CHANNELS:
+            file.create_dataset(name, data=second[name], **chunks, **options)
+
+
+def work() -> list[Work]:
+    with tempfile.TemporaryDirectory() as name:
+        once, twice, called = (Path(name) / each for each in ("once", "twice", "called"))
+        device, second = tester(), RATE_HZ * BYTES
+        short = allocated_peak(lambda: recorded(once, device, 1.0))
+        long = allocated_peak(lambda: recorded(twice, device, 2.0))
+        count = calls(lambda: recorded(called, device, 1.0))
+        (part,) = (twice / "recordings").glob("*.h5")
+        size, stored = part.stat().st_size, read(twice).recordings[0].samples
+        return [
+            Work("samples lost of 2 million", abs(2 * RATE_HZ - stored), 0),
+            Work("blocks in memory at once", long / (BLOCK * BYTES), 6),
+            Work("growth of memory by twice the length", long / short, 1.1),
+            Work("calls of functions for ten blocks and a run", count, 12_000),
+            Work("bytes of the file for a byte of samples", size / (2 * second), 0.3),
+        ]

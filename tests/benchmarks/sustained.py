@@ -1,0 +1,204 @@
+"""A run at 1 MS/s under the panel, watched from outside: memory, CPU, and what the screen shows."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import time
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING
+
+import h5py
+
+from benchmarks import fast_tester
+from benchmarks.frame import Figure, Spread, at_most
+from helpers_panel import Screen, ps, ready, served
+from helpers_workflow import ALL_FREQUENCIES, edited, run
+from rigrunner.clock import WallClock
+from rigrunner.workflow.locate import find_procedure, shipped_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+CHANNELS = "[tester.angle, tester.torque, tester.velocity, tester.load]"
+NO_LOAD_HZ, LOADED_HZ = "[8 Hz, 10 Hz, 20 Hz, 30 Hz, 35 Hz]", "[10 Hz, 20 Hz]"
+HZ, NO_LOAD_S, LONG_S = (10.0, 20.0), 1.5, 10
+"""What is shorter is over before the analyst has prepared the no-load run."""
+SETTINGS = """plugin: fast_tester
+    settings:
+      seed: 1
+      frequency_rate: 100 Hz/s
+      load_rate: 5000 N/s
+      sensors: {rate: 1000 kHz, spike_probability: 0.0002 %}"""
+EVERY_S, PATIENCE_S = 0.1, 1800.0
+PARTS = {"panel": "-c ", "run": "panel.process.main", "analyst": "panel.live.analyst"}
+RAW_BYTES = 4 * 8
+MB, MS = 1e6, 1e3
+
+
+@dataclass
+class Seen:
+    """One look at the run: when, by process its memory and CPU time, and the live point."""
+
+    at_s: float
+    recording: str
+    memory_mb: dict[str, float]
+    cpu_s: dict[str, float]
+    cycles: dict[str, int] = field(default_factory=dict)
+
+
+def figures(lab: Path, seconds: int) -> list[Figure]:
+    """Do the run, with two recordings of so many seconds each; return what was seen."""
+    runs = made_lab(lab, seconds)
+    with served(lab, runs) as server:
+        screen = Screen(server, "client-bench-1")
+        pair = ready(screen, "starting_torque_1000n.yaml")
+        screen.post("run/start", 202, **pair, inputs={"specimen": "SN-1", "operator": "Ann"})
+        screen.answer()
+        looks = list(watch(screen, server.process.pid))
+        finished = screen.until(lambda state: state["phase"] == "finished", PATIENCE_S)["finished"]
+        screen.close()
+    assert finished["outcome"] == "completed", finished
+    return told(Path(finished["folder"]), looks, seconds)
+
+
+def made_lab(lab: Path, seconds: float) -> Path:
+    """Make a lab with the fast tester, its two procedures, and a no-load run; return its runs."""
+    (lab / "plugins").mkdir(parents=True)
+    shutil.copy(fast_tester.__file__, lab / "plugins" / "fast_tester.py")
+    station = edited(
+        shipped_folder() / "stations" / "simulated.yaml",
+        lab / "station.yaml",
+        plugin=("plugin: swing_tester_sim\n    settings: {seed: 1}", SETTINGS),
+        folder=("id: simulated\n", "id: simulated\nplugins: plugins\n"),
+    )
+    record = "record: {channels: [tester.angle, tester.torque], cycles: 30}"
+    for name, frequencies, length in (
+        ("no_load_inertia_sweep", NO_LOAD_HZ, NO_LOAD_S),
+        ("starting_torque_1000n", LOADED_HZ, seconds),
+    ):
+        changes = {
+            "over": (ALL_FREQUENCIES, frequencies),
+            "record": (record, f"record: {{channels: {CHANNELS}, duration: {length:g} s}}"),
+        }
+        if length == seconds:
+            changes["running"] = ("settle: {cycles: 100}", "settle: {cycles: 5}")
+        edited(find_procedure(name), lab / f"{name}.yaml", **changes)
+    done = run(lab / "no_load_inertia_sweep.yaml", lab / "runs", station=station, clock=WallClock())
+    if done.error is not None:
+        raise done.error
+    return lab / "runs"
+
+
+def watch(screen: Screen, panel: int) -> Iterator[Seen]:
+    """Look again and again, until the run is over and begins to be analysed as a whole."""
+    while screen.state["phase"] in ("starting", "running", "asking"):
+        state, memory, cpu = screen.state, {}, {}
+        for name, pid in processes(panel).items():
+            memory[name], cpu[name] = used(pid)
+        points = (state["live"] or {}).get("points", ())
+        recording = (state["progress"] or {}).get("recording", "")
+        cycles = {each["recording"]: each["cycles"] for each in points}
+        yield Seen(time.monotonic(), recording, memory, cpu, cycles)
+        time.sleep(EVERY_S)
+
+
+def processes(panel: int) -> dict[str, int]:
+    lines = ps("pid=,args=", "--ppid", panel).splitlines()
+    found = {
+        name: int(each.split()[0]) for each in lines for name, of in PARTS.items() if of in each
+    }
+    return {"panel": panel, **found}
+
+
+def used(pid: int) -> tuple[float, float]:
+    """Return resident memory in MB and CPU time in seconds; nothing of what is gone."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    except OSError:
+        return 0.0, 0.0
+    ticks, page = os.sysconf("SC_CLK_TCK"), os.sysconf("SC_PAGE_SIZE")
+    return int(fields[21]) * page / MB, (int(fields[11]) + int(fields[12])) / ticks
+
+
+def told(folder: Path, looks: list[Seen], seconds: float) -> list[Figure]:
+    recordings, events, raw = stored(folder)
+    recording = [each for each in looks if each.recording]
+    lost = sum(made - kept for made, kept, _ in recordings.values())
+    late = max(late_s for _, _, late_s in recordings.values())
+    pause = pauses(events)
+    size = (folder / "run.h5").stat().st_size
+    rows = [
+        Figure("samples lost", one(lost), "samples", target=at_most(0, "samples"),
+               note=f"of {sum(made for made, _, _ in recordings.values()):,.0f} per channel"),
+        Figure("behind, the greatest", one(late * MS), "ms", target=at_most(100, "ms"),
+               note="the buffer of the device holds 1,000 ms"),
+        Figure("pause after a recording", one(max(pause) * MS), "ms",
+               note="the sync of its journal; folded beside the next step"),
+        Figure("run.h5, against the samples", one(raw / size), "times smaller"),
+    ]  # fmt: skip
+    if seconds >= LONG_S:
+        rows += [live(recording, name, hz) for name, hz in zip(recordings, HZ, strict=True)]
+    return rows + [row for name in PARTS for row in of_process(name, recording)]
+
+
+def stored(folder: Path) -> tuple[dict[str, tuple[float, int, float]], list[dict], float]:
+    """Return by recording the samples made and kept and the lateness, the events, the bytes."""
+    with h5py.File(folder / "run.h5") as file:
+        groups = sorted(file["entry/recordings"].values(), key=lambda each: each.attrs["number"])
+        found = {
+            str(group.attrs["name"]): (
+                float(group["conditions/tester_produced"][()]),
+                int(group["tester_torque"].shape[0]),
+                float(group["conditions/tester_late"][()]),
+            )
+            for group in groups
+        }
+        events = [json.loads(text) for text in file["entry/events/json"][()]]
+    return found, events, sum(kept for _, kept, _ in found.values()) * RAW_BYTES
+
+
+def pauses(events: list[dict]) -> list[float]:
+    """Return the time from the end of each recording to what follows, in seconds."""
+    return [
+        after["monotonic_s"] - event["monotonic_s"]
+        for event, after in pairwise(events)
+        if event["event"] == "StepEnded" and event["recording"]
+    ]
+
+
+def live(looks: list[Seen], name: str, frequency_hz: float) -> Figure:
+    """Return how old the newest analysed cycle was, whenever the screen was told of more."""
+    mine = [each for each in looks if each.recording == name]
+    began_s, ended_s = mine[0].at_s, mine[-1].at_s
+    lags, seen = [], 0
+    for each in mine:
+        if each.cycles.get(name, 0) > seen:
+            seen = each.cycles[name]
+            lags.append(each.at_s - began_s - seen / frequency_hz)
+    share = 100 * seen / ((ended_s - began_s) * frequency_hz)
+    note = f"{len(lags)} times; {share:.0f} % of the cycles analysed before the recording ended"
+    value = Spread.of(lags) if lags else None
+    return Figure(f"live lag at {frequency_hz:g} Hz", value, "s", note=note)
+
+
+def of_process(name: str, looks: list[Seen]) -> list[Figure]:
+    mine = [each for each in looks if name in each.memory_mb]
+    if len(mine) < 3:
+        return []
+    third = len(mine) // 3
+    memory = [each.memory_mb[name] for each in mine]
+    growth = median(memory[-third:]) - median(memory[third : 2 * third])
+    cpu = (mine[-1].cpu_s[name] - mine[0].cpu_s[name]) / (mine[-1].at_s - mine[0].at_s)
+    return [
+        Figure(f"memory of the {name}", one(max(memory)), "MB", note=f"growth {growth:+.0f} MB"),
+        Figure(f"CPU of the {name}", one(100 * cpu), "% of a core"),
+    ]
+
+
+def one(value: float) -> Spread:
+    return Spread.of([value])
