@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 CHANNELS = "[tester.angle, tester.torque, tester.velocity, tester.load]"
 NO_LOAD_HZ, LOADED_HZ = "[8 Hz, 10 Hz, 20 Hz, 30 Hz, 35 Hz]", "[10 Hz, 20 Hz]"
 HZ, NO_LOAD_S, LONG_S = (10.0, 20.0), 1.5, 10
-"""What is shorter is over before the analyst has prepared the no-load run."""
+"""Before that, the analyst is about preparing the no-load run."""
 SETTINGS = """plugin: fast_tester
     settings:
       seed: 1
@@ -141,7 +141,7 @@ def told(folder: Path, looks: list[Seen], seconds: float) -> list[Figure]:
                note="the sync of its journal; folded beside the next step"),
         Figure("run.h5, against the samples", one(raw / size), "times smaller"),
     ]  # fmt: skip
-    if seconds >= LONG_S:
+    if seconds > LONG_S:
         rows += [live(recording, name, hz) for name, hz in zip(recordings, HZ, strict=True)]
     return rows + [row for name in PARTS for row in of_process(name, recording)]
 
@@ -179,7 +179,8 @@ def live(looks: list[Seen], name: str, frequency_hz: float) -> Figure:
     for each in mine:
         if each.cycles.get(name, 0) > seen:
             seen = each.cycles[name]
-            lags.append(each.at_s - began_s - seen / frequency_hz)
+            if each.at_s - began_s > LONG_S:
+                lags.append(each.at_s - began_s - seen / frequency_hz)
     share = 100 * seen / ((ended_s - began_s) * frequency_hz)
     note = f"{len(lags)} times; {share:.0f} % of the cycles analysed before the recording ended"
     value = Spread.of(lags) if lags else None

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile import StoredRun
 
 
-MOST_BYTES = 500_000_000
+MOST_BYTES = 250_000_000
 """Of samples: more would be read again and again, and take much memory for a screen."""
 MOST_AGAIN = 40_000_000
 """Of the samples of a recording that goes on: a longer one is followed, not read again."""
@@ -52,8 +52,10 @@ class _Analyst:
         began_s = time.monotonic()
         try:
             too_much = _bytes(asked.folder) > MOST_BYTES
-            if asked.recording and not asked.watched and (too_much or _is_long(asked.folder)):
-                return self._of_latest(asked, began_s)
+            if not asked.watched and (too_much or (asked.recording and _is_long(asked.folder))):
+                latest = self._of_latest(asked, began_s)  # also what is left of one that is over
+                if asked.recording:
+                    return latest
             if too_much:
                 problem = _problem(TOO_MUCH, began_s)
                 return Analysed(with_followed(problem, self._found, self._latest))

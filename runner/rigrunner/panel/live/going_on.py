@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun, Tail
 
-MOST_BEHIND = 128_000_000
+MOST_BEHIND = 400_000_000
 """Bytes of samples that wait for an analysis that does not keep up; older ones are passed over."""
 
 
