@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rigrunner.analysis.live import Windows
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.sources import of_this_run
@@ -17,7 +19,6 @@ from rigrunner.runfile import read, read_without_samples, tail_of
 from rigrunner.workflow.stored import run_data
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
     from rigrunner.api.analysis import OutlierRule, PeakPoint
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun, Tail
 
+BEGINNING = 10_000
+"""Samples of a finished recording that are looked at again with each window."""
 MOST_BEHIND = 400_000_000
 """Bytes of samples that wait for an analysis that does not keep up; older ones are passed over."""
 
@@ -38,8 +41,8 @@ class GoingOn:
     def __init__(self, folder: Path, registry: Registry, no_load: StoredRun | None) -> None:
         self._folder = folder
         self._registry = registry
-        self._no_load = None if no_load is None else run_data(no_load)
-        self._prepared = _Prepared(no_load.recordings if no_load else ())
+        self._prepared = _Prepared()
+        self._no_load = None if no_load is None else self._prepared.over(run_data(no_load))
         self._tail: Tail | None = None
         self._recording: _Recording | None = None
 
@@ -63,13 +66,13 @@ class GoingOn:
     def _begun(self, tail: Tail, first: Block) -> _Recording:
         stored = read_without_samples(self._folder)
         analysis = live_analysis(stored, self._registry)
-        before: tuple[Recording, ...] = ()
+        run = run_data(stored)
         if analysis and analysis.spec.no_load and analysis.spec.no_load.is_this_run:
             before = of_this_run(run_data(read(self._folder)), loaded=False)
-        run = replace(run_data(stored), recordings=before)
+            self._prepared = _Prepared()  # there are more of them now
+            run = self._prepared.over(replace(run, recordings=before))
         if analysis:
-            prepare = _Prepared(before) if before else self._prepared
-            analysis = replace(analysis, prepare=prepare)
+            analysis = replace(analysis, prepare=self._prepared)
         windows = Windows(tail.begun(first, stored.events), run)
         return _Recording(windows, run, self._no_load, analysis)
 
@@ -104,16 +107,30 @@ class _Recording:
 class _Prepared:
     """Prepares what is over once; each window of what goes on is new."""
 
-    def __init__(self, over: Iterable[Recording]) -> None:
-        self._over = frozenset(over)
+    def __init__(self) -> None:
+        self._whole: dict[Recording, Recording] = {}
         self._known: dict[Recording, PeakPoint] = {}
+
+    def over(self, run: RunData) -> RunData:
+        """Return a run with the beginnings of its recordings in their place.
+
+        Checks that look at every sample would read all of them from the disk with each window.
+        """
+        beginnings = tuple(_beginning(each) for each in run.recordings)
+        self._whole |= dict(zip(beginnings, run.recordings, strict=True))
+        return replace(run, recordings=beginnings)
 
     def __call__(
         self, recording: Recording, run: RunData, spec: AnalysisSpec, rule: OutlierRule
     ) -> PeakPoint:
-        """Return the prepared recording; raise DataError."""
-        if recording not in self._over:
+        """Return the prepared recording, all of it where it is over; raise DataError."""
+        if recording not in self._whole:
             return prepare_point(recording, run, spec, rule)
         if recording not in self._known:
-            self._known[recording] = prepare_point(recording, run, spec, rule)
+            self._known[recording] = prepare_point(self._whole[recording], run, spec, rule)
         return self._known[recording]
+
+
+def _beginning(recording: Recording) -> Recording:
+    channels = {name: np.asarray(each[:BEGINNING]) for name, each in recording.channels.items()}
+    return replace(recording, channels=channels)
