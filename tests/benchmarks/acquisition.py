@@ -9,7 +9,7 @@ the wall's clock, and that loses them once those of a second are not fetched. Pr
 always: panel, run and analyst; a client follows the panel as a screen does. Behind is by how much
 a block was fetched later than it was there. The pause is the time from the last block of a
 recording to the next step. Memory is what the process has resident; its growth is that from the
-middle third of both recordings to the last. Live lag is how old the newest cycle of a live point
+middle third of the second recording to its last. Live lag is how old the newest cycle of a live point
 is when the screen gets it, from ten seconds on: the analyst begins by preparing the no-load run.
 
 Filters: one second of the four channels, from a 16-bit converter, as float64, written to HDF5.

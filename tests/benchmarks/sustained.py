@@ -188,7 +188,8 @@ def live(looks: list[Seen], name: str, frequency_hz: float) -> Figure:
 
 
 def of_process(name: str, looks: list[Seen]) -> list[Figure]:
-    mine = [each for each in looks if name in each.memory_mb]
+    mine = [each for each in looks if name in each.memory_mb and each.recording]
+    mine = [each for each in mine if each.recording == mine[-1].recording]
     if len(mine) < 3:
         return []
     third = len(mine) // 3
