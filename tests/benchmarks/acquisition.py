@@ -9,8 +9,9 @@ the wall's clock, and that loses them once those of a second are not fetched. Pr
 always: panel, run and analyst; a client follows the panel as a screen does. Behind is by how much
 a block was fetched later than it was there. The pause is the time from the last block of a
 recording to the next step. Memory is what the process has resident; its growth is that from the
-middle third of the second recording to its last. Live lag is how old the newest cycle of a live point
-is when the screen gets it, from ten seconds on: the analyst begins by preparing the no-load run.
+middle third of the second recording to its last. Live lag is how old the newest cycle of a live
+point is when the screen gets it, ten seconds after a recording began or later: the analyst begins
+by preparing the no-load run.
 
 Filters: one second of the four channels, from a 16-bit converter, as float64, written to HDF5.
 """
@@ -151,9 +152,10 @@ def plainly(path: Path, second: Mapping[str, np.ndarray], seconds: float) -> flo
 
 
 def flat_out(folder: Path, seconds: float, times: int) -> list[Figure]:
-    turns, size, device = [], seconds * RATE_HZ * BYTES / MB, tester()
+    turns, size = [], seconds * RATE_HZ * BYTES / MB
+    device, second = tester(), tester().second()
     for turn in range(-1, times):  # the first one warms caches
-        plain = plainly(folder / f"plain{turn}", device.second(), seconds)
+        plain = plainly(folder / f"plain{turn}", second, seconds)
         turns.append((recorded(folder / f"run{turn}", device, seconds), plain))
         (folder / f"plain{turn}").unlink()
     pair = pair_of(turns[1:])
@@ -176,7 +178,7 @@ def filters(path: Path, times: int) -> list[Figure]:
     for name, options in (FILTERS | plugin_filters()).items():
         spread = repeated(partial(written, path, second, options), times)
         note = f"{size * MB / path.stat().st_size:.1f} times smaller"
-        role = {"none": "floor", OURS: "ours"}.get(name, "peer")
+        role = {"none": "floor", OURS: "ours"}.get(name, "other")
         figures.append(Figure(f"HDF5, {name}", spread.rate(size), "MB/s", role, note=note))
     return figures
 
