@@ -130,6 +130,11 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     page.keyboard.press("F8")
     panel.wait_for("paused")
     page.locator(".banner", has_text="Paused").wait_for()
+    expect(page.locator(".step.failed")).to_have_count(0)  # it was broken off, and comes anew
+    page.get_by_role("button", name="Repeat point").click()
+    page.locator("#dialog-text").fill("a bump")
+    page.keyboard.press("Enter")
+    page.locator(".step.running", has_text="at 20 Hz").wait_for()
     page.get_by_role("button", name="Skip point").click()
     page.locator("#dialog-text").fill("worn out")
     page.keyboard.press("Enter")
@@ -143,6 +148,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     assert "Aborted" in page.locator(".result-head .verdict-word").inner_text()
     run = panel.get("runs")["items"][0]["run"]
     told = json.dumps(panel.get(f"runs/{run}")["events"])
+    assert "a bump" in told
     assert "worn out" in told
     assert "wrong bearing" in told
 
