@@ -9,19 +9,11 @@ import pytest
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
 from helpers_importing import OPERATOR, SPECIMEN, WRITERS, export
+from helpers_numbers import numbers
 
 
 def results(run):
     return json.loads((run / "result.json").read_text(encoding="utf-8"))
-
-
-def numbers(node, path=""):
-    """Return every number in a document by its path."""
-    if isinstance(node, dict):
-        return {k: v for key in node for k, v in numbers(node[key], f"{path}.{key}").items()}
-    if isinstance(node, list):
-        return {k: v for i, x in enumerate(node) for k, v in numbers(x, f"{path}[{i}]").items()}
-    return {path: node} if isinstance(node, (int, float)) and not isinstance(node, bool) else {}
 
 
 def same(original, imported, *, exact):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from helpers_cli import call
+from helpers_numbers import numbers
 
 STATION = """\
 rigrunner: station/1
@@ -69,15 +70,6 @@ def export(run, folder):
 
 def results(run):
     return json.loads((run / "result.json").read_text(encoding="utf-8"))
-
-
-def numbers(node, path=""):
-    """Return every number in a document by its path."""
-    if isinstance(node, dict):
-        return {k: v for key in node for k, v in numbers(node[key], f"{path}.{key}").items()}
-    if isinstance(node, list):
-        return {k: v for i, x in enumerate(node) for k, v in numbers(x, f"{path}[{i}]").items()}
-    return {path: node} if isinstance(node, (int, float)) and not isinstance(node, bool) else {}
 
 
 def replay_station(station, name, runs):

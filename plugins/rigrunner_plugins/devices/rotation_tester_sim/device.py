@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 from rigrunner_plugins.devices.pacing import paced_blocks
 from rigrunner_plugins.devices.rotation_tester_sim.friction import breakaway_torque_nm, friction_nm
 from rigrunner_plugins.devices.rotation_tester_sim.history import History
 from rigrunner_plugins.devices.rotation_tester_sim.motion import REST_S, start
+from rigrunner_plugins.devices.simulated.connection import Connection
 from rigrunner_plugins.devices.simulated.sensor_errors import (
     draw_constant_errors,
     read_angle,
@@ -52,7 +52,7 @@ class RotationTester:
             self._bench.sensors, np.random.default_rng([settings.seed, 0])
         )
         self._drives = Drives(_drives(settings), context.clock)
-        self._connected_s: float | None = None
+        self._connection = Connection(MODEL, settings, context.clock)
         self._history = History(context.clock.monotonic_s())
         self._streams = 0
         self._truth: Mapping[str, float] = {}
@@ -74,20 +74,14 @@ class RotationTester:
 
     def connect(self, timeout_s: float) -> Identity:
         """Begin a set-up with a new bearing."""
-        if self._settings.simulate == "unplugged":
-            raise DeviceNotFoundError(
-                f"no {MODEL} answered within {timeout_s:g} s",
-                hint="the station simulates an unplugged device; set 'simulate: ready'",
-            )
-        self._connected_s = self._clock.monotonic_s()
-        self._history = History(self._connected_s)
+        identity = self._connection.open(timeout_s)
+        self._history = History(self._connection.need())
         self._streams = 0
-        serial = f"SIM-{self._settings.seed:04d}"
-        return Identity("Rigrunner", MODEL, serial, simulated=True)
+        return identity
 
     def close(self) -> None:
         """Release the connection."""
-        self._connected_s = None
+        self._connection.close()
 
     def make_safe(self) -> Mapping[str, float]:
         """Stop the rotation; later streams are no starts."""
@@ -97,18 +91,18 @@ class RotationTester:
 
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""
-        self._need_connection()
+        self._connection.need()
         self._drives.set(drive, value)
         self._turn()
 
     def read_back(self, drive: str) -> float:
         """Return where a drive stands."""
-        self._need_connection()
+        self._connection.need()
         return self._drives.read_back(drive)
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return one sample of each channel; a single reading starts nothing."""
-        self._need_connection()
+        self._connection.need()
         check_channels(channels, CHANNELS)
         values = self._sample(np.zeros(1), starts=False)
         return {name: float(values[name][0]) for name in channels}
@@ -117,7 +111,7 @@ class RotationTester:
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         """Yield blocks of at most 0.1 s at the pace of the clock."""
-        self._need_connection()
+        self._connection.need()
         check_channels(channels, CHANNELS)
         time_s = np.arange(round(duration_s * self.sample_rate_hz)) / self.sample_rate_hz
         actual = self._drives.actual
@@ -142,7 +136,7 @@ class RotationTester:
         angle, torque = (
             self._starting(time_s, now_s, rng) if starts else self._rotating(time_s, now_s)
         )
-        elapsed_s = now_s - self._need_connection() + time_s
+        elapsed_s = now_s - self._connection.need() + time_s
         sensors = self._bench.sensors
         return {
             "torque": read_torque(torque, elapsed_s, sensors, self._errors, rng),
@@ -177,11 +171,6 @@ class RotationTester:
     def _turn(self) -> None:
         """Tell the history how the bearing turns now."""
         self._history.change(self._clock.monotonic_s(), self._drives.actual["frequency"])
-
-    def _need_connection(self) -> float:
-        if self._connected_s is None:
-            raise DeviceLostError(f"the {MODEL} is not connected")
-        return self._connected_s
 
 
 def _drives(settings: RotationTesterSettings) -> tuple[DriveInfo, ...]:

@@ -6,10 +6,10 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 from rigrunner_plugins.devices.pacing import paced_blocks
+from rigrunner_plugins.devices.simulated.connection import Connection
 from rigrunner_plugins.devices.simulated.sampling import (
     RigState,
     noise_source,
@@ -56,13 +56,12 @@ class SimulatedTester:
     def __init__(
         self, model: str, settings: TesterSettings, rig: SimulatedRig, context: DeviceContext
     ) -> None:
-        self._model = model
         self._settings = settings
         self._rig = rig
         self._clock = context.clock
         self._errors = draw_constant_errors(rig.sensors, rig_source(settings.seed))
         self._drives = Drives(_drives(settings), context.clock)
-        self._connected_s: float | None = None
+        self._connection = Connection(model, settings, context.clock)
         self._repetitions: Counter[tuple[float, float]] = Counter()
         self._readings: Counter[tuple[object, ...]] = Counter()
         self._truth: Mapping[str, float] = {}
@@ -85,20 +84,14 @@ class SimulatedTester:
 
     def connect(self, timeout_s: float) -> Identity:
         """Begin a set-up: its drift and its repetitions start anew."""
-        if self._settings.simulate == "unplugged":
-            raise DeviceNotFoundError(
-                f"no {self._model} answered within {timeout_s:g} s",
-                hint="the station simulates an unplugged device; set 'simulate: ready'",
-            )
-        self._connected_s = self._clock.monotonic_s()
+        identity = self._connection.open(timeout_s)
         self._repetitions.clear()
         self._readings.clear()
-        serial = f"SIM-{self._settings.seed:04d}"
-        return Identity("Rigrunner", self._model, serial, simulated=True)
+        return identity
 
     def close(self) -> None:
         """Release the connection; the rig stays as it is."""
-        self._connected_s = None
+        self._connection.close()
 
     def make_safe(self) -> Mapping[str, float]:
         """Stop the swing, then take the load away; what was paused is not gone on with."""
@@ -107,25 +100,25 @@ class SimulatedTester:
 
     def pause(self) -> None:
         """Stop the swing under its load."""
-        self._need_connection()
+        self._connection.need()
         self._held_hz = self._drives.actual["frequency"]
         self._drives.set("frequency", 0.0)
 
     def resume(self) -> None:
         """Swing again as before the pause."""
-        self._need_connection()
+        self._connection.need()
         held_hz, self._held_hz = self._held_hz, None
         if held_hz is not None:
             self._drives.set("frequency", held_hz)
 
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""
-        self._need_connection()
+        self._connection.need()
         self._drives.set(drive, value)
 
     def read_back(self, drive: str) -> float:
         """Return what the drive believes; a frequency error does not show here."""
-        self._need_connection()
+        self._connection.need()
         return self._drives.read_back(drive)
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
@@ -183,14 +176,9 @@ class SimulatedTester:
         return self._repetitions[setpoints] - 1
 
     def _state(self) -> RigState:
-        elapsed_s = self._clock.monotonic_s() - self._need_connection()
+        elapsed_s = self._clock.monotonic_s() - self._connection.need()
         actual = self._drives.actual
         return RigState(actual["frequency"], actual["load"], elapsed_s)
-
-    def _need_connection(self) -> float:
-        if self._connected_s is None:
-            raise DeviceLostError(f"the {self._model} is not connected")
-        return self._connected_s
 
 
 def _drives(settings: TesterSettings) -> tuple[DriveInfo, ...]:
