@@ -13,6 +13,9 @@ def utc_text(moment: datetime) -> str:
     return in_utc.isoformat(timespec="milliseconds").removesuffix("+00:00") + "Z"
 
 
+_MILLISECONDS = tuple(f"{count:03d}Z" for count in range(1000))
+
+
 class UtcTexts:
     """Writes times as `utc_text` does; what is the same throughout a second is written once."""
 
@@ -27,7 +30,7 @@ class UtcTexts:
             self._second = moment.replace(microsecond=0)
             self._text = utc_text(self._second).removesuffix("000Z")
             since = moment - self._second
-        return f"{self._text}{since.microseconds // 1000:03d}Z"
+        return self._text + _MILLISECONDS[since.microseconds // 1000]
 
 
 class WallClock:

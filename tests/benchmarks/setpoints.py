@@ -117,7 +117,7 @@ def around(points: int, times: int) -> list[Figure]:
     for _ in range(times):
         with Bench(points) as bench:
             planned.append(bench.planned_s)
-            bench.run()
+            bench.go()
             sealed.append(seconds(bench.writer.seal))
     by_point = points / MICRO
     return [
@@ -163,6 +163,13 @@ class Bench:
 
     def run(self) -> float:
         """Return the seconds from the start of the first point to the end of the last."""
+        self.go()
+        events = read_journal(RunFolder(self.folder)).events
+        first = next(one for one in events if isinstance(one, StepStarted))
+        last = next(one for one in reversed(events) if getattr(one, "measurement", ""))
+        return last.monotonic_s - first.monotonic_s
+
+    def go(self) -> None:
         self._runs += 1
         planned, at_once = self._planned, syncs_measurements(self._planned)
         self.folder = folder = self._folder / f"run{self._runs}"
@@ -175,10 +182,6 @@ class Bench:
             unattended = UnattendedAnswers(), threading.Event(), folder.name
             summary = run_plan(planned.plan, rig, bus, planned.clock, *unattended)
         assert summary.outcome == "completed", summary.reason
-        events = read_journal(RunFolder(folder)).events
-        first = next(one for one in events if isinstance(one, StepStarted))
-        last = next(one for one in reversed(events) if getattr(one, "measurement", ""))
-        return last.monotonic_s - first.monotonic_s
 
 
 class Press:
@@ -234,8 +237,8 @@ def work() -> list[Work]:
     inline, threaded = each_point(), each_point(blocking=True)
     synced = each_point(sync="each_measurement")
     return [
-        Work("calls of functions for a point", inline["calls"], 750),
-        Work("calls for a point, through a thread", threaded["calls"], 870),
+        Work("calls of functions for a point", inline["calls"], 520),
+        Work("calls for a point, through a thread", threaded["calls"], 640),
         Work("writes for a point", inline["write"], 12),
         Work("bytes of journal for a point", inline["bytes"], 5400),
         Work("syncs of the disk for a point", inline["fsync"], 0.1),
@@ -260,11 +263,11 @@ def counted(points: int, **station: object) -> Counter[str]:
             found[what.__name__] += 1
 
     with Bench(points, **station) as bench:
-        bench.run()
+        bench.go()
         before = sys.getprofile()
         sys.setprofile(heard)
         try:
-            bench.run()
+            bench.go()
         finally:
             sys.setprofile(before)
         found["bytes"] = (bench.folder / "journal" / "events.journal").stat().st_size

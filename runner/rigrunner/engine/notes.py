@@ -31,7 +31,7 @@ class Notes:
     @property
     def first(self) -> BaseException | None:
         """The first error."""
-        return next(iter(self._noted), None)
+        return self._noted[0] if self._noted else None
 
     @property
     def last(self) -> BaseException | None:
