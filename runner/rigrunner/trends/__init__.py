@@ -1,0 +1,1 @@
+"""Trends over many runs: control charts and their rules, capability, gauge R&R."""

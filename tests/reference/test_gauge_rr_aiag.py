@@ -1,0 +1,97 @@
+"""AIAG, Measurement Systems Analysis, 4th edition (2010): 10 parts, 3 appraisers, 3 trials.
+
+The readings are those of figure III-B 6a, the expected numbers as printed in tables A 3 and A 4.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rigrunner.api.errors import DataError
+from rigrunner.trends.gauge_rr import gauge_rr
+
+APPRAISERS = (
+    (
+        (0.29, -0.56, 1.34, 0.47, -0.80, 0.02, 0.59, -0.31, 2.26, -1.36),
+        (0.41, -0.68, 1.17, 0.50, -0.92, -0.11, 0.75, -0.20, 1.99, -1.25),
+        (0.64, -0.58, 1.27, 0.64, -0.84, -0.21, 0.66, -0.17, 2.01, -1.31),
+    ),
+    (
+        (0.08, -0.47, 1.19, 0.01, -0.56, -0.20, 0.47, -0.63, 1.80, -1.68),
+        (0.25, -1.22, 0.94, 1.03, -1.20, 0.22, 0.55, 0.08, 2.12, -1.62),
+        (0.07, -0.68, 1.34, 0.20, -1.28, 0.06, 0.83, -0.34, 2.19, -1.50),
+    ),
+    (
+        (0.04, -1.38, 0.88, 0.14, -1.46, -0.29, 0.02, -0.46, 1.77, -1.49),
+        (-0.11, -1.13, 1.09, 0.20, -1.07, -0.67, 0.01, -0.56, 1.45, -1.77),
+        (-0.15, -0.96, 0.67, 0.11, -1.45, -0.49, 0.21, -0.49, 1.87, -2.16),
+    ),
+)
+READINGS = np.array(APPRAISERS).transpose(2, 0, 1)
+
+
+@pytest.mark.parametrize(
+    ("source", "dof", "sum_of_squares", "mean_square", "f"),
+    [
+        ("operator", 2, 3.1673, 1.58363, 79.41),
+        ("part", 9, 88.3619, 9.81799, 492.29),
+        ("part x operator", 18, 0.3590, 0.01994, 0.434),
+        ("repeatability", 60, 2.7589, 0.04598, None),
+        ("total", 89, 94.6471, None, None),
+    ],
+)
+def test_the_table_is_the_printed_one(source, dof, sum_of_squares, mean_square, f):
+    (row,) = [each for each in gauge_rr(READINGS).table if each.source == source]
+    assert row.degrees_of_freedom == dof
+    assert row.sum_of_squares == pytest.approx(sum_of_squares, abs=5e-5)
+    if mean_square is not None:
+        assert row.mean_square == pytest.approx(mean_square, abs=5e-6)
+    if f is not None:
+        assert row.f == pytest.approx(f, abs=5e-3 if f > 1 else 5e-4)
+
+
+def test_the_components_are_the_printed_ones():
+    study = gauge_rr(READINGS)
+    assert study.pooled
+    found = study.components
+    assert found.repeatability == pytest.approx(0.199933, abs=5e-7)
+    assert found.operator == pytest.approx(0.226838, abs=5e-7)
+    assert found.interaction == 0.0
+    assert found.gauge == pytest.approx(0.302373, abs=2e-6)
+    assert found.part == pytest.approx(1.042327, abs=5e-7)
+    assert found.total == pytest.approx(1.0853, abs=5e-5)
+    assert 100.0 * found.gauge / found.total == pytest.approx(27.9, abs=0.05)
+    assert int(found.distinct_categories) == 4
+
+
+def test_an_interaction_that_is_there_is_not_pooled():
+    rng = np.random.default_rng(3)
+    cells = rng.normal(0.0, 1.0, (10, 3, 1))
+    study = gauge_rr(cells + rng.normal(0.0, 0.1, (10, 3, 5)))
+    assert not study.pooled
+    assert study.components.interaction > 0.5
+
+
+def test_components_are_found_again():
+    """Over many studies the mean variances are those that the readings were made of."""
+    rng = np.random.default_rng(4)
+    squares = np.zeros(3)
+    for _ in range(400):
+        readings = (
+            rng.normal(0.0, 2.0, (8, 1, 1))
+            + rng.normal(0.0, 0.5, (1, 5, 1))
+            + rng.normal(0.0, 0.3, (8, 5, 3))
+        )
+        found = gauge_rr(readings).components
+        squares += np.square([found.part, found.operator, found.repeatability])
+    assert squares / 400 == pytest.approx([4.0, 0.25, 0.09], rel=0.12)
+
+
+@pytest.mark.parametrize(
+    "readings",
+    [np.zeros((3, 2, 2)), np.zeros((3, 2)), np.ones((1, 3, 3)), np.full((3, 3, 3), np.nan)],
+)
+def test_what_is_no_study_is_refused(readings):
+    with pytest.raises(DataError):
+        gauge_rr(readings)
