@@ -81,7 +81,7 @@ def measure(scale: Scale) -> list[Figure]:
         folder = Path(name)
         return [
             *flat_out(folder, scale.of(10, 1), times=scale.of(9, 1)),
-            *sustained.figures(folder / "lab", seconds=scale.of(30, 3)),
+            *([] if scale.short else sustained.figures(folder / "lab", seconds=30)),
             *filters(folder / "filtered.h5", times=scale.of(5, 1)),
         ]
 

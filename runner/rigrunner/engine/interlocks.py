@@ -61,12 +61,14 @@ class Guard:
 
     def feed(self, role: str, block: Block) -> None:
         """Look at the samples of a stream, whose channels are named without the role."""
+        members = {f"{role}.{name}": values for name, values in block.channels.items()}
+        watched = [each for each in self._watches if each.interlock.member in members]
+        if not watched or not block.samples:
+            return
         end_s = self._rig.clock.monotonic_s()
         times_s = end_s - np.arange(block.samples - 1, -1, -1) / block.rate_hz
-        for each in self._watches:
-            watched, channel = split_member(each.interlock.member)
-            if watched == role and channel in block.channels and block.samples:
-                each.take(times_s, np.asarray(block.channels[channel]), end_s)
+        for each in watched:
+            each.take(times_s, np.asarray(members[each.interlock.member]), end_s)
 
     def look(self, *, anew: bool = False) -> None:
         """Read what is due, or all of it `anew`; put on record what has tripped or cleared."""

@@ -7,6 +7,8 @@ from contextlib import ExitStack, contextmanager
 from queue import Full, Queue
 from typing import TYPE_CHECKING
 
+from rigrunner.api.events import Samples
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -14,7 +16,9 @@ if TYPE_CHECKING:
     from rigrunner.workflow.prepare import Planned
 
 MOST_WAITING = 1000
-"""Events; of samples these are a tenth of a second each."""
+"""Events; of samples one counts as many as it has units of this size."""
+UNIT_BYTES = 256_000
+"""So that what waits for a listener never takes more than 256 MB, however fast the rig samples."""
 PATIENCE_S = 0.5
 """How long the run waits, once, for a listener that does not keep up; then that one is dropped."""
 LAST_WORDS_S = 5.0
@@ -30,7 +34,7 @@ class Detached:
     def __init__(self, name: str, sink: EventSink, most_waiting: int = MOST_WAITING) -> None:
         self.__name__ = name
         self._sink = sink
-        self._waiting: Queue[Event | None] = Queue(most_waiting)
+        self._waiting = _Weighed(most_waiting)
         self._failure: Exception | None = None
         self._given_up = False
         self._thread = threading.Thread(target=self._work, name=f"listener {name}", daemon=True)
@@ -62,6 +66,32 @@ class Detached:
             except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
                 self._failure = error
                 return
+
+
+class _Weighed(Queue["Event | None"]):
+    """A queue that is full by the weight of what waits, not by its number."""
+
+    def _init(self, maxsize: int) -> None:
+        super()._init(maxsize)
+        self._weight = 0
+
+    def _qsize(self) -> int:
+        return self._weight
+
+    def _put(self, item: Event | None) -> None:
+        super()._put(item)
+        self._weight += _weight(item)
+
+    def _get(self) -> Event | None:
+        item = super()._get()
+        self._weight -= _weight(item)
+        return item
+
+
+def _weight(event: Event | None) -> int:
+    if not isinstance(event, Samples):
+        return 1
+    return 1 + sum(values.nbytes for values in event.block.channels.values()) // UNIT_BYTES
 
 
 @contextmanager

@@ -5,10 +5,13 @@ from __future__ import annotations
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.api.data import Block
 from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.events import Samples
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
@@ -160,4 +163,30 @@ def test_what_waits_at_the_end_is_still_handed_over():
         detached(number)
     detached.close()
     assert taken == list(range(20))
+    assert no_listener_is_left()
+
+
+def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over():
+    taken, go_on = [], threading.Event()
+
+    def sink(event):
+        go_on.wait(10)
+        taken.append(event.seq)
+
+    stamp = {"monotonic_s": 0.0, "utc": "", "recording": "a"}
+    block = Block(1e6, 0, 0.0, {"tester.torque": np.zeros(128_000)})
+    detached = Detached("slow", sink, most_waiting=20)  # a block counts as five
+    for seq in range(5):
+        detached(Samples(seq=seq, block=block, **stamp))
+    with pytest.raises(TimeoutError, match="it does not keep up"):
+        detached(Samples(seq=5, block=block, **stamp))
+    go_on.set()
+    detached.close()
+
+    detached = Detached("quick", sink, most_waiting=20)
+    taken.clear()
+    for seq in range(50):
+        detached(Samples(seq=seq, block=block, **stamp))
+    detached.close()
+    assert taken == list(range(50))
     assert no_listener_is_left()
