@@ -67,8 +67,8 @@ class Database:
             with self.writing() as connection:
                 self._make(connection)
         except DataError:
-            with self.reading():  # another process made them at the same moment
-                return
+            if not self._is_made():  # by another process, at the same moment
+                raise
 
     def empty(self) -> None:
         """Drop all tables and make them anew."""
@@ -79,6 +79,13 @@ class Database:
     def close(self) -> None:
         """Let go of the database."""
         self._engine.dispose()
+
+    def _is_made(self) -> bool:
+        try:
+            with self.reading():
+                return True
+        except UsageError:
+            return False
 
     def _make(self, connection: Connection) -> None:
         if inspect(connection).has_table(ABOUT.name):

@@ -11,6 +11,8 @@ from rigrunner.runfile.scan import storable
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+LONGEST_KEY = 600
+"""In characters: a row of PostgreSQL's indices has room for 2,704 bytes."""
 _INFINITE = "infinite"
 """How a document writes infinite degrees of freedom."""
 
@@ -41,6 +43,12 @@ def degrees_of_freedom(value: object) -> float | None:
 def text(value: object) -> str | None:
     """Return a text that a database takes."""
     return storable(value) if isinstance(value, str) else None
+
+
+def key(value: object) -> str | None:
+    """Return a text for a column that is indexed, shortened where no index would take it."""
+    found = text(value)
+    return found if found is None or len(found) <= LONGEST_KEY else f"{found[: LONGEST_KEY - 1]}…"
 
 
 def whole(value: object) -> int | None:

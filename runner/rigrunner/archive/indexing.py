@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from sqlalchemy import select
 
 from rigrunner.api.errors import UsageError
+from rigrunner.archive.documents import LONGEST_KEY
 from rigrunner.archive.run_facts import RunFacts, read_facts
 from rigrunner.archive.schema import ROOTS
 from rigrunner.archive.storing import (
@@ -124,19 +125,23 @@ class _Work:
     known: Mapping[str, Known]
     there: Mapping[str, FoundRun]
     stale: Sequence[FoundRun]
+    too_long: Sequence[str]
+    """Paths that no index of a database takes."""
 
 
 def _look(database: Database, folder: Path, *, again: bool) -> _Work:
     with database.writing() as connection:
         root = root_of(connection, database, folder)
         known = known_runs(connection, root)
-    there = {found.path: found for found in run_folders(folder)}
+    every = list(run_folders(folder))
+    there = {found.path: found for found in every if len(found.path) <= LONGEST_KEY}
+    too_long = [found.path for found in every if found.path not in there]
     stale = [found for found in there.values() if again or _is_stale(found, known)]
-    return _Work(folder, root, known, there, stale)
+    return _Work(folder, root, known, there, stale, too_long)
 
 
 def _bring_up_to_date(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
-    unreadable: list[tuple[str, str]] = []
+    unreadable = [(path, "its path is too long for an archive") for path in work.too_long]
     for facts in _batches(map(_facts, workers.outcomes(read_facts, work.stale, Event()))):
         with database.writing() as connection:
             store(connection, work.root, facts)

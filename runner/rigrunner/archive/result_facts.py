@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.archive.documents import (
     at,
     degrees_of_freedom,
+    key,
     named,
     number,
     rows,
@@ -132,8 +133,8 @@ def _coefficients(document: object) -> Iterator[Row]:
 
 def _figure(source: str, name: str, found: Row) -> Row:
     return {
-        "source": text(source),
-        "name": text(name),
+        "source": key(source),
+        "name": key(name),
         "value": number(found.get("value")),
         "u": number(found.get("standard_uncertainty")),
         "dof": degrees_of_freedom(found.get("degrees_of_freedom")),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.results import REPLAYED
-from rigrunner.archive.documents import at, moment, text
+from rigrunner.archive.documents import at, key, moment, text
 from rigrunner.archive.result_facts import decision, figures, headline, points
 from rigrunner.runfile import read_summary
 from rigrunner.runfile.scan import storable
@@ -26,6 +26,8 @@ RUN_FILE = "run.h5"
 NAMED_INPUTS = ("specimen", "type", "lot", "operator")
 """Inputs of a procedure that have a column of their own."""
 _DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
+_LATEST_NS = (1 << 63) - 1
+"""What a column takes; some file systems have times far beyond."""
 _BLOCK = 1 << 20
 
 
@@ -48,10 +50,18 @@ class RunFacts:
 def read_facts(found: FoundRun) -> RunFacts:
     """Read a run folder; one that is damaged gives its problem instead of an error."""
     try:
+        _refuse(found)
         summary = read_summary(found.folder)
         return _facts(found, summary, _decisions(found, summary))
     except RigrunnerError as error:
         return RunFacts(found, {"problem": storable(str(error))})
+
+
+def _refuse(found: FoundRun) -> None:
+    """Raise DataError for what no archive can hold, or nobody should open."""
+    sealed = found.folder / RUN_FILE
+    if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
+        raise DataError(f"{sealed} is no regular file")
 
 
 def _facts(found: FoundRun, summary: RunSummary, decisions: list[Row]) -> RunFacts:
@@ -77,17 +87,17 @@ def _facts(found: FoundRun, summary: RunSummary, decisions: list[Row]) -> RunFac
 def _identity(summary: RunSummary) -> dict[str, Any]:
     inputs = {**summary.people, **summary.inputs}
     return {
-        "run_id": text(summary.run_id),
+        "run_id": key(summary.run_id),
         "started_utc": moment(summary.started_utc),
         "ended_utc": moment(summary.ended_utc),
         "sealed": summary.sealed,
         "outcome": text(summary.outcome),
         "reason": text(summary.reason),
-        "procedure": text(summary.procedure_id),
+        "procedure": key(summary.procedure_id),
         "revision": text(summary.procedure_revision),
         "title": text(summary.procedure_title),
-        "rig": text(summary.station_id),
-        **{name: text(inputs.get(name)) for name in NAMED_INPUTS},
+        "rig": key(summary.station_id),
+        **{name: key(inputs.get(name)) for name in NAMED_INPUTS},
         "approval": text(summary.approval.get("state")),
         "imported": bool(summary.imported),
         "replayed": REPLAYED in summary.provenance,
@@ -100,7 +110,7 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
 
 
 def _inputs(inputs: Mapping[str, str]) -> list[Row]:
-    stored = {storable(name): storable(value) for name, value in inputs.items()}
+    stored = {key(name): text(value) for name, value in inputs.items()}
     return [{"name": name, "value": value} for name, value in stored.items()]
 
 
@@ -147,7 +157,7 @@ def _files(found: FoundRun) -> list[Row]:
         {
             "name": storable(file.name),
             "bytes": file.bytes,
-            "modified_ns": file.modified_ns,
+            "modified_ns": min(file.modified_ns, _LATEST_NS),
             "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
         }
         for file in found.files

@@ -6,10 +6,12 @@ import hashlib
 import json
 import os
 import shutil
+from contextlib import suppress
 from datetime import UTC, datetime
 from math import inf
 
 import h5py
+import numpy as np
 import pytest
 
 from helpers_archive import result_document, store_run
@@ -252,6 +254,40 @@ def test_what_no_database_takes_is_escaped(archive, runs):
     index(archive, [runs])
     (row,) = found(archive)
     assert (row["specimen"], row["measurand"]) == ("a\\x00b", "\\udc80")
+
+
+def test_texts_that_are_too_long_for_an_index_are_shortened(archive, runs):
+    rng = np.random.default_rng(1)
+    long = "".join(chr(each) for each in rng.integers(0x4E00, 0x9FFF, 10_000))
+    store_run(runs, "one", inputs={"specimen": long, long: long, "lot": "short"})
+    (done,) = index(archive, [runs])
+    assert done.unreadable == ()
+    (row,) = found(archive)
+    assert row["specimen"] == f"{long[:599]}…"
+    assert [each["value"] for each in found(archive, "inputs")][-1] == long
+    assert len(found(archive, lot="short")) == 1
+
+
+def test_a_path_that_is_too_long_for_an_index_is_named(archive, runs):
+    store_run(runs / ("a" * 250) / ("b" * 250) / ("c" * 200), "deep")
+    store_run(runs, "good")
+    (done,) = index(archive, [runs])
+    ((path, problem),) = done.unreadable
+    assert path.endswith("/deep")
+    assert "too long" in problem
+    assert [each["run_id"] for each in found(archive)] == ["good"]
+
+
+def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
+    folder = store_run(runs, "one")
+    (folder / "note.txt").write_text("x")
+    with suppress(OSError, OverflowError):  # not every file system has such times
+        os.utime(folder / "note.txt", times=(0, 10**10))
+    (runs / "pipe").mkdir()
+    os.mkfifo(runs / "pipe" / "run.h5")
+    (done,) = index(archive, [runs])
+    assert [path for path, _ in done.unreadable] == ["pipe"]
+    assert "no regular file" in done.unreadable[0][1]
 
 
 def test_a_run_that_is_not_sealed_is_looked_at_each_time(archive, runs):

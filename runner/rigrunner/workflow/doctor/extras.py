@@ -16,17 +16,20 @@ if TYPE_CHECKING:
 
 PURPOSES = {
     "daq": "data acquisition by National Instruments",
+    "dask": "batches of analyses on a cluster",
+    "export": "data frames, datasets and Parquet files of an archive",
     "modbus": "inverters, presses and others that talk Modbus",
     "opcua": "controllers that are OPC UA servers",
     "panel": "the operator's panel",
     "pdf": "certificates as PDF",
+    "postgresql": "an archive on a PostgreSQL server",
     "pymeasure": "the instruments that PyMeasure knows",
     "serial": "load cells and others on a serial line",
     "sign": "signatures of certificates",
     "tdms": "importing TDMS files",
     "visa": "SCPI and other instruments behind VISA",
 }
-TOOLS = ("dev", "fuzz", "test")
+TOOLS = ("dev", "fuzz", "peers", "test")
 """Extras for those who change Rigrunner itself."""
 _LINE = re.compile(r"([\w.-]+)(?:\[\w+\])?\s*([^;]*);\s*extra == ['\"](\w+)['\"]")
 _BOUND = re.compile(r"(>=|<)\s*([\d.]+)")
