@@ -240,7 +240,7 @@ def work() -> list[Work]:
         Work("calls of functions for a point", inline["calls"], 520),
         Work("calls for a point, through a thread", threaded["calls"], 640),
         Work("writes for a point", inline["write"], 12),
-        Work("bytes of journal for a point", inline["bytes"], 5400),
+        Work("bytes of journal for a point, its plan among them", inline["bytes"], 5400),
         Work("syncs of the disk for a point", inline["fsync"], 0.1),
         Work("syncs for a point, each value at once", synced["fsync"], 1.1),
         Work("bytes of memory to plan a point", memory_to_plan(1000) / 1000, 5200),
