@@ -138,13 +138,14 @@ def test_names_units_and_covariance_belong_together(name):
     assert curve.formula.startswith("T = ")
 
 
-@pytest.mark.parametrize("uneven", [False, True], ids=["even", "weighted"])
+@pytest.mark.parametrize(
+    ("name", "uneven"),
+    [*((name, False) for name in FITS), *((name, True) for name in (*WEIGHABLE, "pchip"))],
+)
 def test_stated_uncertainty_is_the_scatter_of_repeated_fits(name, uneven):
     """Over 400 noisy repetitions, coefficients and curve, within four standard errors: 14 %."""
     u_nm = np.linspace(0.02, 0.005, len(X)) if uneven else np.full(len(X), NOISE_NM)
     weighted = {"weighted": True} if uneven and name in WEIGHABLE else {}
-    if uneven and not weighted and name != "pchip":
-        pytest.skip("knows no weights")
     rng = np.random.default_rng(8)
     clean = EXAMPLES[name].truth(X)
     curves = [
