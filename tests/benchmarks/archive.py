@@ -1,7 +1,7 @@
 """The archive: 10,000 run files indexed and searched, on SQLite and on PostgreSQL.
 
 The run files are copies of one sealed run with the result of the demonstration and short
-recordings, each with its own id, specimen, lot, rig, time and torque, and a manifest that fits; 400
+recordings, each with its own id, specimen, lot, rig, time and torque, and a manifest that fits; 60
 of them in the short form. They are in ten folders, one of which is indexed in each turn, by one
 process, just after they were written.
 
@@ -60,7 +60,7 @@ ROWS = "SQLAlchemy makes the statement, and each row has every column"
 
 
 def measure(scale: Scale) -> list[Figure]:
-    count = scale.of(10_000, 400)
+    count = scale.of(10_000, 60)
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         roots = made(Path(folder), count)
         found = on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+LATER = "Not measured yet."
 HEADING = re.compile(r"^## (.+)\n\n", re.MULTILINE)
 
 
@@ -19,7 +20,8 @@ def write(path: Path, head: str, sections: Mapping[str, str], order: Sequence[st
     before, marked, rest = text.partition(f"{BEGIN}\n")
     old, ended, after = rest.partition(END)
     page = bool(marked and ended)
-    every = {**(stored(old) if page else {}), **sections}
+    kept = dict.fromkeys(order, LATER) | stored(old) if page else {}
+    every = {**kept, **sections}
     parts = [head, *(f"## {name}\n\n{every[name]}" for name in order if name in every)]
     tables = "\n\n".join(parts) + "\n"
     path.write_text(f"{before}{BEGIN}\n{tables}{END}{after}" if page else tables, encoding="utf-8")

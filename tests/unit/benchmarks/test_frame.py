@@ -158,6 +158,7 @@ def test_a_page_changes_between_its_marks_alone(tmp_path):
     assert text.endswith(f").\n{page.END}\nafter\n")
     assert "The short form" in text
     assert "old" not in text
+    assert f"## bad\n\n{page.LATER}\n" in text
 
 
 @pytest.mark.usefixtures("two")
