@@ -9,10 +9,12 @@ import sys
 from collections import Counter, defaultdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import helpers_kill
 from helpers_devices import RATE_HZ, samples_of
+from helpers_runfile import recording
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, seal
 
@@ -69,9 +71,9 @@ def check(folder: Path, promised: list[str]) -> str:
         with pytest.raises(DataError, match="is not a run"):
             read(folder)
         return "no header yet"
-    for recording in run.recordings:
-        assert_complete(recording)
-    names = [one for one in promised if one != "sealed"]
+    for one in run.recordings:
+        assert_complete(one)
+    names = [each for each in promised if each != "sealed"]
     assert list(run.info.recording_names)[: len(names)] == names
     assert len(run.recordings) - len(names) <= 1
     if run.info.sealed:
@@ -85,3 +87,53 @@ def check(folder: Path, promised: list[str]) -> str:
     assert after.events == run.events
     assert [one.samples for one in after.incomplete] == [one.samples for one in run.incomplete]
     return "journal"
+
+
+FOLDS = """
+import os, random, signal, sys, time
+from pathlib import Path
+
+from helpers_runfile import emitter_of, end_recording, header_of, recording, send_samples
+from helpers_runfile import start_recording
+from rigrunner.runfile import RunWriter
+
+folder, kills = Path(sys.argv[1]), int(sys.argv[2])
+one, lives = recording(samples=200_000), random.Random(20260301)
+for number in range(kills):
+    told, tell = os.pipe()
+    if (writing := os.fork()) == 0:
+        writer = RunWriter(folder / f"run{number}", header_of())
+        emit = emitter_of(writer)
+        start_recording(emit, one)
+        send_samples(emit, one, 10_000)
+        end_recording(emit, one)
+        os.write(tell, b"!")
+        writer.close()
+        time.sleep(60)
+    os.read(told, 1)
+    time.sleep(lives.uniform(0.0, 0.15))
+    os.kill(writing, signal.SIGKILL)
+    os.waitpid(writing, 0)
+"""
+
+
+def test_a_kill_while_a_finished_recording_is_folded_loses_nothing_of_it(tmp_path):
+    kills = max(10, KILLS // 2)
+    program = [sys.executable, "-c", FOLDS, str(tmp_path), str(kills)]
+    path = os.pathsep.join([str(Path(helpers_kill.__file__).parent), *sys.path])
+    subprocess.run(program, check=True, timeout=300, env={**os.environ, "PYTHONPATH": path})
+    states, whole = Counter(), recording(samples=200_000)
+    for folder in sorted(tmp_path.glob("run*")):
+        files = {path.suffix for path in folder.rglob("0*")}
+        states[" ".join(sorted(files))] += 1
+        for _ in range(2):
+            stored = read(folder)
+            assert not stored.incomplete
+            (found,) = stored.recordings
+            for name, values in whole.channels.items():
+                assert np.asarray(found.channels[name]).tobytes() == values.tobytes()
+            if not stored.info.sealed:
+                seal(folder)
+    print(f"{kills} kills: {dict(states)}")  # noqa: T201  (the table, for pytest -s)
+    assert sum(states.values()) == kills
+    assert states[".samples .tmp"]  # killed in the middle of it
