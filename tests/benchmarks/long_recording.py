@@ -1,0 +1,214 @@
+"""`rigrunner analyse` of longer and longer recordings: time by sample, and the process's memory.
+
+A run of five set-points at 100 kS/s on the simulated rig, three channels each (angle, torque and
+one more); the fourth set-point, 25 Hz, goes on. The whole command is measured in a process of its
+own, start-up and imports included: the
+time of its processor, and the most memory that it ever held (`ru_maxrss`).
+Each recording is 16-bit data of a real signal chain, repeated, in a
+file as a run leaves it.
+The ratio is to the first row of 10^8 samples and more, by sample: 1 is linear.
+
+    python -m tests.benchmarks long_recording        up to 10^8 samples
+    python tests/benchmarks/long_recording.py HOURS  any length, such as 1: 1.08 x 10^9 samples
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from benchmarks.frame import Figure, Spread, Work, allocated_peak, at_most
+from helpers_long import short_blocks
+from helpers_runfile import write_run
+from helpers_workflow import quick_procedure, run, station_file
+from rigrunner.analysis import waveforms
+from rigrunner.analysis.prepare import prepare_point
+from rigrunner.procedure import parse_procedure
+from rigrunner.runfile import read
+from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.loose import PART_GROUP
+from rigrunner.runfile.recordings import read_facts
+from rigrunner.signal.blocks import BLOCK
+from rigrunner.workflow.stored import run_data
+
+if TYPE_CHECKING:
+    from benchmarks.frame import Scale
+    from rigrunner.api.data import Array, Recording
+    from rigrunner.runfile import StoredRun
+
+RATE_HZ = 100_000
+CHANNELS = 3
+LONG_HZ = 25.0
+FREQUENCY = "tester.frequency"
+ONCE = 8 * 4000
+PERIOD = 64 * ONCE
+"""Samples after which cycles and the chunks of a file come again together."""
+SIZES = (1_000_000, 10_000_000, 100_000_000)
+SHORT = 300_000
+HOUR = 3600 * RATE_HZ * CHANNELS
+MEMORY_MB = 500
+AT_ONCE = 200_000
+FEW = 200_000
+LIMIT = "splines of degree 5, the spike filter, and unpacking gzip: 1, 3 and 20 times"
+
+
+@dataclass(frozen=True, eq=False)
+class Repeated:
+    """Samples that come again and again, shape (count,): there only by slices."""
+
+    once: Array
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, which: slice) -> Array:
+        begin, end, _ = which.indices(self.count)
+        first, period = begin % len(self.once), len(self.once)
+        return np.tile(self.once, -(-(first + end - begin) // period))[first : first + end - begin]
+
+
+@cache
+def short_runs() -> tuple[StoredRun, Path]:
+    """Return a loaded run of 12 cycles at each of five frequencies, and its no-load run."""
+    folder = Path(tempfile.mkdtemp())
+    changes = ("settings: {seed: 1}", "settings: {seed: 1, sensors: {rate: 100 kHz}}")
+    station = station_file(folder, changes)
+    runs = folder / "runs"
+    no_load = run(quick_procedure(folder, "no_load_inertia_sweep"), runs, station=station)
+    loaded = run(quick_procedure(folder, "starting_torque_1000n"), runs, station=station)
+    return read(loaded.folder), no_load.folder
+
+
+def long_run(folder: Path, samples: int) -> None:
+    """Write a run with so many samples in each channel of the long recording, not sealed yet."""
+    stored, _ = short_runs()
+    recordings = [with_third(each) for each in stored.recordings]
+    (index,) = (k for k, one in enumerate(recordings) if one.setpoints[FREQUENCY] == LONG_HZ)
+    recordings[index] = repeated(recordings[index], min(samples, PERIOD))
+    write_run(folder, recordings, header=stored.header, block=AT_ONCE)
+    if samples > PERIOD:
+        files = RunFolder(folder)
+        lengthen(files.finished_parts()[index], repeated(recordings[index], samples))
+
+
+def with_third(recording: Recording) -> Recording:
+    force = np.round(1000 + recording.arrays()["tester.torque"])
+    channels = {**recording.arrays(), "tester.force": force}
+    return replace(recording, channels=channels, units={**recording.units, "tester.force": "N"})
+
+
+def repeated(recording: Recording, samples: int) -> Recording:
+    """Return its first eight cycles again and again."""
+    once = {name: values[:ONCE] for name, values in recording.channels.items()}
+    channels = {name: Repeated(values, samples) for name, values in once.items()}
+    return replace(recording, channels=channels)
+
+
+def lengthen(part: Path, recording: Recording) -> None:
+    """Make a recording of one PERIOD longer by its own packed chunks, over and over.
+
+    That saves packing hours of samples; the column of the time, which no analysis reads, is empty.
+    """
+    longer = part.with_suffix(".longer")
+    with h5py.File(part, "r") as old, h5py.File(longer, "w", libver=("earliest", "v110")) as new:
+        source = old[PART_GROUP]
+        group = new.create_group(PART_GROUP)
+        digest = replace(read_facts(source), samples=recording.samples).digest()
+        for name, item in source.items():
+            if isinstance(item, h5py.Group):
+                source.copy(name, group)
+            else:
+                _lengthen_column(item, group, name, recording.samples)
+        for at in range(0, recording.samples, BLOCK):
+            digest.update({n: each[at : at + BLOCK] for n, each in recording.channels.items()})
+        group.attrs.update(source.attrs)
+        group.attrs["samples"], group.attrs["sha256"] = recording.samples, digest.hexdigest()
+    part.unlink()
+    longer.rename(part)
+
+
+def _lengthen_column(item: h5py.Dataset, group: h5py.Group, name: str, samples: int) -> None:
+    settings = {"chunks": item.chunks, "compression": "gzip", "compression_opts": 1}
+    made = group.create_dataset(name, (samples,), "<f8", shuffle=True, fletcher32=True, **settings)
+    made.attrs.update(item.attrs)
+    (chunk,) = item.chunks
+    packed = [item.id.read_direct_chunk((at,)) for at in range(0, len(item), chunk)]
+    for place in range(0, samples if "column" in item.attrs else 0, chunk):
+        mask, data = packed[place // chunk % len(packed)]
+        made.id.write_direct_chunk((place,), data, mask)
+
+
+def analysed(folder: Path) -> tuple[float, float]:
+    """Return the seconds of a processor that the command took, and its greatest memory in MB."""
+    _, no_load = short_runs()
+    command = [sys.executable, "-m", "rigrunner", "analyse", str(folder), "--json"]
+    command += ["--no-load", str(no_load)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode in {0, 1, 10}, process.returncode  # whatever the verdict
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+
+
+def measure(scale: Scale) -> list[Figure]:
+    return figures((SHORT,) if scale.short else SIZES)
+
+
+def figures(sizes: tuple[int, ...]) -> list[Figure]:
+    found: list[Figure] = []
+    first = None
+    for samples in sizes:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "run"
+            long_run(folder, samples // CHANNELS)
+            seconds, memory = analysed(folder)
+        what = f"{samples:.3g} samples, {samples / CHANNELS / RATE_HZ:.4g} s"
+        each = Spread.of([seconds / samples * 1e9])
+        if samples >= 10 * BLOCK:
+            first = first or each
+        ratio = each.per(first.median) if first else None
+        found += [
+            Figure(f"time, {what}", each, "ns/sample", ratio=ratio, note=LIMIT),
+            Figure(f"memory, {what}", Spread.of([memory]), "MB", target=at_most(MEMORY_MB, "MB")),
+        ]
+    return found
+
+
+def work() -> list[Work]:
+    """Return what memory grows by with a recording: counted in blocks a tenth as long."""
+    with pytest.MonkeyPatch.context() as patch:
+        short_blocks(patch, FEW)
+        patch.setattr(waveforms, "MOST_ROWS", 64)
+        two, four = (_peak_bytes(count * FEW) for count in (2, 4))
+    return [
+        Work("bytes for a sample of a block, at most at once", two / FEW, 220),
+        Work("the same of four blocks, over that of two", four / two, 1.1),
+    ]
+
+
+def _peak_bytes(samples: int) -> float:
+    stored, _ = short_runs()
+    (long,) = (each for each in stored.recordings if each.setpoints[FREQUENCY] == LONG_HZ)
+    made = repeated(with_third(long), samples)
+    data = run_data(stored)
+    spec = parse_procedure(stored.header.procedure_text, "").model.analysis
+    return allocated_peak(lambda: prepare_point(made, data, spec, lambda _: []))
+
+
+if __name__ == "__main__":
+    hours = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
+    for figure in figures((round(hours * HOUR),)):
+        sys.stdout.write(f"{figure.what}: {figure.value.median:.4g} {figure.unit}\n")
