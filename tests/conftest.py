@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from filelock import FileLock
+from hypothesis import HealthCheck, settings
 
 # The matrices are small: several threads of BLAS only spin, here and in what the tests start.
 # numpy reads it once it is imported.
@@ -19,6 +20,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from helpers_cli import Called, call
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.clock import SimulatedClock
+
+# How long an example takes is a matter of what else the machine does.
+settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("busy")
 
 pytest_plugins = ["rigrunner.testing.pytest_plugin"]
 

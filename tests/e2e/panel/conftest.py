@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import expect, sync_playwright
 
 from helpers_screen import Screen, browser_path, quick_lab, running_panel
 
@@ -14,6 +14,9 @@ FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
+
+
+expect.set_options(timeout=30_000)  # on a busy machine its 5 s are too short to look at a rig
 
 
 @pytest.fixture(scope="session")
