@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections import deque
 from contextlib import contextmanager
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
@@ -51,24 +53,29 @@ class Cluster:
 
 
 class _UnderWay:
-    """The items that the scheduler knows of."""
+    """The items that the scheduler knows of.
+
+    It blames a death on all that the worker was to do. So an item on which too many died is tried
+    again when nothing else is under way: what is lost then is its own doing.
+    """
 
     def __init__(self, client: Client, task: Callable[[Any], Any], items: Sequence[Any]) -> None:
         self._client = client
         self._task = task
         self._items = items
-        self._next = 0
+        self._waiting = deque(range(len(items)))
+        self._blamed: deque[int] = deque()
         self._places: dict[object, int] = {}
         self._ready: SimpleQueue[Future[Any]] = SimpleQueue()
+        self._alone = False
 
     def is_busy(self) -> bool:
         """Tell the scheduler of further items; say whether any is not done."""
-        while self._next < len(self._items) and len(self._places) < AHEAD:
-            item = self._items[self._next]
-            future = self._client.submit(attempt, self._task, item, pure=False)
-            self._places[future.key] = self._next
-            self._next += 1
-            future.add_done_callback(self._ready.put)
+        while self._waiting and len(self._places) < AHEAD:
+            self._submit(self._waiting.popleft())
+        if self._blamed and not self._places:
+            self._alone = True
+            self._submit(self._blamed.popleft())
         return bool(self._places)
 
     def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
@@ -77,18 +84,28 @@ class _UnderWay:
             future = self._ready.get(timeout=PATIENCE_S)
         except Empty:
             return
-        yield self._places.pop(future.key), _answer(future)
+        place = self._places.pop(future.key)
+        answer = _answer(future)
+        if answer is None and not self._alone:
+            self._blamed.append(place)
+        else:
+            yield place, answer or Answer(None, "each worker of the cluster that began it died")
+
+    def _submit(self, place: int) -> None:
+        future = self._client.submit(attempt, self._task, self._items[place], pure=False)
+        self._places[future.key] = place
+        future.add_done_callback(self._ready.put)
 
 
-def _answer(future: Future[Any]) -> Answer[Any]:
-    """Return the answer; that a worker died too often is one too."""
+def _answer(future: Future[Any]) -> Answer[Any] | None:
+    """Return the answer; None if too many workers died."""
     from distributed import KilledWorker  # noqa: PLC0415  (heavy)
     from distributed.client import FutureCancelledError  # noqa: PLC0415
 
     try:
         answer: Answer[Any] = future.result()
     except KilledWorker:
-        return Answer(None, "each worker of the cluster that began it died")
+        return None
     except FutureCancelledError as error:
         raise _lost() from error
     return answer
@@ -110,6 +127,8 @@ def _connected(cluster: Cluster) -> Iterator[Client]:
             "a cluster needs the package 'distributed'", hint="pip install 'rigrunner[dask]'"
         ) from error
     try:
+        # First: a client that finds nobody is half made, and delays the very end of the program.
+        asyncio.run(_reach(cluster))
         client = Client(cluster.address, timeout=cluster.patience_s, set_as_default=False)
     except (OSError, ValueError) as error:
         raise UsageError(
@@ -123,3 +142,12 @@ def _connected(cluster: Cluster) -> Iterator[Client]:
                 hint=f"begin one on each machine: 'dask worker {cluster.address}'",
             )
         yield client
+
+
+async def _reach(cluster: Cluster) -> None:
+    from distributed import Security  # noqa: PLC0415  (heavy)
+    from distributed.comm.core import connect  # noqa: PLC0415
+
+    security = Security().get_connection_args("client")
+    comm = await connect(cluster.address, timeout=cluster.patience_s, **security)
+    await comm.close()

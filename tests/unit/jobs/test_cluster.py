@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
+import time
 from collections import Counter
 
 import pytest
@@ -12,6 +15,7 @@ from helpers_jobs import Squares
 from rigrunner.api.errors import DataError, MissingPackageError, UsageError
 from rigrunner.jobs import Cluster
 
+dask = pytest.importorskip("dask")
 pytest.importorskip("distributed")
 NEVER = threading.Event()
 
@@ -48,6 +52,18 @@ def test_what_kills_every_worker_is_a_failure_of_its_own(two, tmp_path):
     assert answers == {0: 0, 1: "each worker of the cluster that began it died", 2: 4, 3: 9}
 
 
+def test_who_only_worked_beside_it_is_not_blamed(tmp_path):
+    """Deaths enough for every item of the queue to be given up by the scheduler."""
+    task = Squares(tmp_path, dies=(1, 2))
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), two_workers() as strict:
+        found = list(Cluster(strict.scheduler_address).outcomes(task, range(12), NEVER))
+    failed = sorted(each.item for each in found if each.problem)
+    assert failed == [1, 2]
+    assert sorted(each.answer.value for each in found if not each.problem) == [
+        n**2 for n in range(12) if n not in failed
+    ]
+
+
 def test_nothing_more_comes_once_the_token_is_set(two, tmp_path):
     stop, found = threading.Event(), []
     for each in Cluster(two.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
@@ -65,6 +81,21 @@ def test_where_no_scheduler_is():
 def test_an_address_that_is_none(address):
     with pytest.raises(UsageError, match="no Dask scheduler"):
         list(Cluster(address, patience_s=1).outcomes(abs, [1], NEVER))
+
+
+def test_a_program_that_asked_at_a_wrong_address_ends_in_silence():
+    program = (
+        "import threading\nfrom rigrunner.jobs import Cluster\n"
+        "try: list(Cluster('nonsense', 1).outcomes(abs, [1], threading.Event()))\n"
+        "except Exception as error: print(error)"
+    )
+    began = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("no Dask scheduler answers at 'nonsense'")
+    assert done.stderr == ""
+    assert time.monotonic() - began < 20
 
 
 def test_a_cluster_without_workers():
