@@ -7,6 +7,7 @@ import importlib.metadata
 import os
 import sys
 import time
+from importlib.machinery import PathFinder
 from zipfile import ZipFile
 
 import pytest
@@ -19,11 +20,17 @@ from rigrunner.registry.installed import Installed, installed
 LONG_AGO_S = 60.0
 
 
+def finds(finder):
+    """Whether a finder of another test's import, such as importlib_metadata's, knows packages."""
+    return hasattr(finder, "find_distributions") and finder is not PathFinder
+
+
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     """An environment with one provider, whose files are old enough to be trusted."""
     site, memory = tmp_path / "site", tmp_path / "cache" / "installed.json"
     monkeypatch.setattr(sys, "path", [str(site)])
+    monkeypatch.setattr(sys, "meta_path", [each for each in sys.meta_path if not finds(each)])
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     monkeypatch.setattr(module, "_memory", lambda: memory)
     add(site, "ours", "1.0", "[rigrunner]\nours = ours.hooks\n")
@@ -187,6 +194,7 @@ def test_a_spoiled_memory_is_made_anew(spoiled, cut):
 
 
 def test_this_environment_is_remembered_as_it_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "meta_path", [each for each in sys.meta_path if not finds(each)])
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     monkeypatch.setattr(module, "_memory", lambda: tmp_path / "installed.json")
     scanned = module._found()
