@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from rigrunner.signal.blocks import blocks
-from rigrunner.signal.extremes import CACHED, extremes
+from rigrunner.signal.extremes import extremes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,6 +29,8 @@ STRIDES = (256, 64)
 """Of the first look, which finds about where the crossings are."""
 LOOKS = 32
 """In a cycle, at least; with fewer a half may be missed."""
+PIECE = 4096
+"""In which the first and the last sample outside are looked for."""
 HALF = 2
 SHARES = (4, HALF)
 """Of the time from low to high: what noise may take of it at each end, first as is usual."""
@@ -56,15 +58,15 @@ def rises(values: Samples, low: float, high: float) -> tuple[IntArray, IntArray]
 
 def _outer(values: Array, low: float, high: float) -> tuple[int, int] | None:
     """Return the first sample that is low or high, and the last one; None without any."""
-    for first in range(0, len(values), CACHED):
-        part = values[first : first + CACHED]
+    for first in range(0, len(values), PIECE):
+        part = values[first : first + PIECE]
         outside = (part <= low) | (part >= high)
         if outside.any():
             break
     else:
         return None
-    for end in range(len(values), 0, -CACHED):
-        part = values[max(end - CACHED, 0) : end]
+    for end in range(len(values), 0, -PIECE):
+        part = values[max(end - PIECE, 0) : end]
         behind = (part <= low) | (part >= high)
         if behind.any():
             break
