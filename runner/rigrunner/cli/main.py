@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner import __version__
+from rigrunner.blas import ONE_THREAD
 from rigrunner.cli.boundary import run_command
 from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
@@ -70,8 +71,11 @@ def rigrunner(context: click.Context) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code (`rigrunner.api.errors.ExitCode`).
 
-    A shell that asks what may stand at its cursor gets an answer instead.
+    A shell that asks what may stand at its cursor gets an answer instead. Linear algebra gets one
+    thread, unless the environment gives it more.
     """
+    for name, number in ONE_THREAD.items():
+        os.environ.setdefault(name, number)
     instruction = os.environ.get(VARIABLE)
     if instruction:
         return complete(rigrunner, instruction)

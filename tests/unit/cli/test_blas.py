@@ -1,0 +1,21 @@
+"""Linear algebra has one thread, for a program as for a worker of a batch."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from rigrunner.blas import ONE_THREAD
+from rigrunner.cli.main import main
+
+
+@pytest.mark.parametrize("given", [None, "4"])
+def test_it_has_one_thread_unless_somebody_wants_more(monkeypatch, given):
+    for name in ONE_THREAD:
+        monkeypatch.delenv(name, raising=False)
+    if given is not None:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
+    main(["--version"])
+    assert os.environ["OPENBLAS_NUM_THREADS"] == (given or "1")
+    assert os.environ["OMP_NUM_THREADS"] == "1"
