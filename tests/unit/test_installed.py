@@ -20,17 +20,21 @@ from rigrunner.registry.installed import Installed, installed
 LONG_AGO_S = 60.0
 
 
-def finds(finder):
-    """Whether a finder of another test's import, such as importlib_metadata's, knows packages."""
-    return hasattr(finder, "find_distributions") and finder is not PathFinder
+@pytest.fixture
+def own_finders(monkeypatch):
+    """Python's own finders alone: importlib_metadata (of dask) puts its own in their place."""
+    others = [each for each in sys.meta_path if each is not PathFinder]
+    kept = [each for each in others if not hasattr(each, "find_distributions")]
+    monkeypatch.setattr(sys, "meta_path", [*kept, PathFinder])
+    known = importlib.metadata.MetadataPathFinder.find_distributions
+    monkeypatch.setattr(PathFinder, "find_distributions", known, raising=False)
 
 
 @pytest.fixture
-def lab(tmp_path, monkeypatch):
+def lab(tmp_path, monkeypatch, own_finders):  # noqa: ARG001  (it is used as it stands)
     """An environment with one provider, whose files are old enough to be trusted."""
     site, memory = tmp_path / "site", tmp_path / "cache" / "installed.json"
     monkeypatch.setattr(sys, "path", [str(site)])
-    monkeypatch.setattr(sys, "meta_path", [each for each in sys.meta_path if not finds(each)])
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     monkeypatch.setattr(module, "_memory", lambda: memory)
     add(site, "ours", "1.0", "[rigrunner]\nours = ours.hooks\n")
@@ -193,8 +197,8 @@ def test_a_spoiled_memory_is_made_anew(spoiled, cut):
         assert memory.read_bytes() == whole
 
 
+@pytest.mark.usefixtures("own_finders")
 def test_this_environment_is_remembered_as_it_is(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "meta_path", [each for each in sys.meta_path if not finds(each)])
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     monkeypatch.setattr(module, "_memory", lambda: tmp_path / "installed.json")
     scanned = module._found()
