@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner import __version__
+from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -34,6 +35,17 @@ def software(registry: Registry) -> dict[str, str]:
         **packages,
         "plugin providers": ", ".join(sorted(providers)),
     }
+
+
+def refuse_other_software(wanted: Mapping[str, str], registry: Registry) -> None:
+    """Raise DataError on a worker that has other software than whoever asks it, as `software`."""
+    here = software(registry)
+    for name, text in wanted.items():
+        if here.get(name) != text:
+            raise DataError(
+                f"a worker of the cluster has {name} {here.get(name)}, not {text}",
+                hint="other versions find other numbers: install the same on every machine",
+            )
 
 
 def code_digest(*own: Path) -> str:

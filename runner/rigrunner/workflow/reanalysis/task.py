@@ -8,11 +8,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
-from rigrunner.api.errors import DataError
 from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read, read_info
 from rigrunner.workflow.lab_plugins import lab_registry
-from rigrunner.workflow.provenance import software
+from rigrunner.workflow.provenance import refuse_other_software
 from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
@@ -73,7 +72,7 @@ class Reanalysis:
     def __call__(self, path: Path) -> Reanalysed:
         """Return what a run gives; raise DataError where it cannot be read or analysed."""
         registry = _registry(self.station)
-        self._refuse_other_software(registry)
+        refuse_other_software(self.software, registry)
         info = read_info(path)
         if not info.sealed or info.outcome != "completed":
             return Reanalysed(asdict(_row(info, None, None, skipped=_unfinished(info))))
@@ -87,15 +86,6 @@ class Reanalysis:
         content = document(found)
         text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
         return Reanalysed(asdict(_row(info, content, stored.result_document)), f"{text}\n")
-
-    def _refuse_other_software(self, registry: Registry) -> None:
-        here = software(registry)
-        for name, version in self.software.items():
-            if here.get(name) != version:
-                raise DataError(
-                    f"a worker of the cluster has {name} {here.get(name)}, not {version}",
-                    hint="other versions find other numbers: install the same on every machine",
-                )
 
 
 @lru_cache(maxsize=1)

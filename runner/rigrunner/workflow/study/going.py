@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from pydantic import TypeAdapter
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.jobs import journal
-from rigrunner.workflow.provenance import code_digest, software
+from rigrunner.workflow.provenance import code_digest, refuse_other_software, software
 from rigrunner.workflow.study.tools import tools
 
 if TYPE_CHECKING:
@@ -57,7 +57,8 @@ class Going:
             found |= {key: read(kept[key]) for key in keys if kept is not None and key in kept}
             left = [place for place, key in enumerate(keys) if key not in found]
             self.progress(len(found), len(keys))
-            for done in self.workers.outcomes(examine, [wanted[i] for i in left], self.stop):
+            task = _Examination(examine, software(tools().registry))
+            for done in self.workers.outcomes(task, [wanted[i] for i in left], self.stop):
                 key, value = keys[left[done.place]], _value(done)
                 found[key] = value
                 if kept is not None:
@@ -69,6 +70,18 @@ class Going:
                 hint=f"they are kept in {self.keep}: the same command goes on" if kept else "",
             )
         return [found[key] for key in keys]
+
+
+@dataclass(frozen=True)
+class _Examination(Generic[Finding]):
+    """Examines a case by this software and no other."""
+
+    examine: Callable[[Case], Finding]
+    software: Mapping[str, str]
+
+    def __call__(self, case: Case) -> Finding:
+        refuse_other_software(self.software, tools().registry)
+        return self.examine(case)
 
 
 @contextmanager

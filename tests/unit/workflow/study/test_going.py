@@ -70,6 +70,12 @@ def test_findings_of_another_program_are_not_mixed_in(tmp_path, monkeypatch):
         Study(tmp_path / "part").run()
 
 
+def test_a_worker_with_other_software_is_refused(monkeypatch):
+    monkeypatch.setattr(module, "software", lambda _: {"Rigrunner": "0.0.1"})
+    with pytest.raises(DataError, match=r"a worker of the cluster has Rigrunner .*, not 0\.0\.1"):
+        Study(None).run()
+
+
 def test_without_a_journal_nothing_is_kept():
     study = Study(None, stop_after=1)
     with pytest.raises(AbortedError) as stopped:
