@@ -5,6 +5,9 @@ recording: 6 M samples at 100 kS/s, a swing of the tester with 0.2 % noise (2 % 
 its own). Ours reads two channels: it finds the cycles in the angle by hysteresis and takes from the
 torque the least and the greatest sample of each. Both are timed in turn,
 in time of the processor.
+
+No accelerator is offered: one pass of both channels compiled by numba came to 0.14 of the floor
+where this came to 0.28, for hysteresis goes from sample to sample, and `np.max` eight at a time.
 """
 
 from __future__ import annotations
