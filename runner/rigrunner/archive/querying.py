@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
@@ -52,9 +52,10 @@ def rows(archive: Database, table: str, filters: Filters, *, limit: int | None =
         statement = select_rows(table, filters, connection.dialect, limit)
         found = connection.execute(statement).all()
     columns = {each.name: each.type.python_type for each in statement.selected_columns[:-_PLACE]}
-    roots = {row.root: root_folder(archive, row.root) for row in found}
+    roots = {root: root_folder(archive, root) for root in {row[-_PLACE] for row in found}}
+    folders = (str(PurePath(roots[row[-_PLACE]], row[-1])) for row in found)
     return Rows(
         table=table,
         columns={**columns, FOLDER: str},
-        values=tuple((*row[:-_PLACE], str(roots[row.root] / row.place)) for row in found),
+        values=tuple((*row[:-_PLACE], folder) for row, folder in zip(found, folders, strict=True)),
     )

@@ -15,7 +15,7 @@ from rigrunner.clock import utc_text
 from rigrunner.plots import history
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     import pandas as pd
@@ -62,14 +62,13 @@ class Rows:
     def to_pandas(self) -> pd.DataFrame:
         """Return a data frame; needs pandas."""
         pandas = imported("pandas")
-        columns = {name: pandas.Series(self.column(name), dtype=object) for name in self.columns}
-        frame: pd.DataFrame = pandas.DataFrame(columns)
-        return frame.astype({name: self._dtype(name) for name in self.columns})
-
-    def _dtype(self, name: str) -> Any:
-        kind = self.columns[name]
-        known = {} if None in self.column(name) else _WITHOUT_UNKNOWN
-        return {**_DTYPES, **known}.get(kind, object)
+        columns = dict(zip(self.columns, zip(*self.values, strict=True), strict=False))
+        frame: pd.DataFrame = pandas.DataFrame(
+            {name: pandas.Series(columns.get(name, ()), dtype=object) for name in self.columns}
+        )
+        return frame.astype(
+            {name: _dtype(kind, columns.get(name, ())) for name, kind in self.columns.items()}
+        )
 
     def to_xarray(self) -> xr.Dataset:
         """Return a dataset; needs xarray and pandas.
@@ -144,6 +143,11 @@ def _label(column: str) -> str:
     """Return the name of a column with its unit behind it, as the axis of a plot has it."""
     name, _, unit = column.rpartition("_")
     return f"{name} / {_UNITS[unit]}" if unit in _UNITS else column
+
+
+def _dtype(kind: type, values: Sequence[Any]) -> Any:
+    known = {} if None in values else _WITHOUT_UNKNOWN
+    return {**_DTYPES, **known}.get(kind, object)
 
 
 def _cell(value: Any) -> Any:
