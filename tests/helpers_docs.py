@@ -70,4 +70,4 @@ def links(page: Path) -> list[str]:
 
 def pages() -> list[Path]:
     """Return every Markdown page of the project."""
-    return [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/**/*.md"))]
+    return [*sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/**/*.md"))]

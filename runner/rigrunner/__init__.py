@@ -6,7 +6,10 @@ For notebooks and scripts: `rigrunner.open_run`, `rigrunner.analyse`, and `rigru
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.1.0"
+try:
+    from rigrunner._version import __version__  # a wheel has it: .ci/built_version.py
+except ModuleNotFoundError:
+    __version__ = "0.1.0+source"  # sources may be at any commit, so no tag tells theirs
 
 _LAZY = {
     "analyse": "rigrunner.notebook",

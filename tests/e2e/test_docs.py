@@ -136,6 +136,21 @@ def test_ci_runs_the_readme_commands_as_they_stand():
     assert "run_readme_command 2" in script
 
 
+def test_ci_installs_offline_as_the_page_says():
+    page = "docs/how-to/install-offline.md"
+    blocks = code_blocks(ROOT / page)
+    assert [block.elsewhere for block in blocks] == [RUN_BY_CI] * 2
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    extract = re.search(r"^page_block\(\).*?^}", script, re.MULTILINE | re.DOTALL)[0]
+    for number, block in enumerate(blocks, 1):
+        shown = subprocess.run(
+            ["bash", "-c", f"{extract}\npage_block {page} {number}"],
+            env=os.environ | {"root": str(ROOT)}, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert shown.stdout == block.code
+        assert f"page_block $page {number}" in script
+
+
 @pytest.mark.parametrize("page", pages(), ids=named)
 def test_every_link_leads_somewhere(page):
     missing = [
