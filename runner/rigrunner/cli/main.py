@@ -29,6 +29,7 @@ SUMMARIES = {
     "plan": "Show each action of a run, its torque, time and disk.",
     "analyse": "Analyse a stored run again.",
     "reanalyse": "Analyse many stored runs again, on all cores or a cluster.",
+    "golden": "Hold what stored runs give against references, before new software is trusted.",
     "decide": "Decide a stored run again, by another rule or other limits.",
     "report": "Write the report of a stored run again.",
     "certify": "Issue a certificate on a stored run.",

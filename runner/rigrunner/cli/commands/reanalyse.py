@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode
+from rigrunner.cli.analysing import changes_in
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.reanalysis.changes import Changes
     from rigrunner.workflow.reanalysis.summary import Summary
 
 SHOWN = 20
@@ -64,7 +64,7 @@ def command(
     from rigrunner.workflow.reanalysis.batch import Batch
     from rigrunner.workflow.reanalysis.selection import choose
 
-    workers, changes, runs = workers_for(jobs, dask), _changes(file, primary), choose(paths)
+    workers, changes, runs = workers_for(jobs, dask), changes_in(file, primary), choose(paths)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
         found = Batch(out.resolve(), changes, station, workers, stop, progress).run(runs)
     if as_json:
@@ -72,15 +72,6 @@ def command(
     else:
         _show(found, out)
     return ExitCode.DATA if found.failed else ExitCode.PASS
-
-
-def _changes(file: Path | None, primary: str) -> Changes:
-    from rigrunner.procedure import AnalysisFile
-    from rigrunner.workflow.reanalysis.changes import Changes
-    from rigrunner.yamlfile import read, validate
-
-    given = None if file is None else validate(AnalysisFile, read(file)).analysis
-    return Changes(given, primary)
 
 
 def _show(found: Summary, out: Path) -> None:

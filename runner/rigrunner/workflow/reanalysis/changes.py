@@ -11,6 +11,8 @@ from rigrunner.procedure import AnalysisSpec, analysis_contradictions
 if TYPE_CHECKING:
     from rigrunner.procedure import Procedure
 
+_OF_COMPENSATIONS = ("compensations", "primary_", "no_load")
+
 
 @dataclass(frozen=True)
 class Changes:
@@ -22,11 +24,16 @@ class Changes:
     """The label of the method that the headline and the verdict use; '' leaves it."""
 
     def __call__(self, procedure: Procedure) -> Procedure:
-        """Return the changed procedure; raise DataError where its parts contradict each other."""
+        """Return the changed procedure; raise DataError where its parts contradict each other.
+
+        One without compensations, such as that of a no-load run, stays without.
+        """
         given = self.analysis
         named = {} if given is None else {n: getattr(given, n) for n in given.model_fields_set}
         if self.primary:
             named["primary_"] = self.primary
+        if not procedure.analysis.compensations:
+            named = {name: each for name, each in named.items() if name not in _OF_COMPENSATIONS}
         if not named:
             return procedure
         spec = procedure.analysis.model_copy(update=named)

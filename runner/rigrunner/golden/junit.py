@@ -1,0 +1,43 @@
+"""The check as a JUnit file, as servers of continuous integration read it: a case for each run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+from rigrunner.golden.comparing import Standing
+from rigrunner.golden.words import details
+
+if TYPE_CHECKING:
+    from rigrunner.golden.comparing import Compared
+    from rigrunner.golden.overall import Overall
+
+
+def junit(found: Overall) -> str:
+    """Return the check as XML."""
+    standings = [each.standing for each in found.runs]
+    errors = standings.count(Standing.NOT_COMPARED)
+    suite = Element(
+        "testsuite",
+        name="rigrunner golden",
+        tests=str(len(standings)),
+        failures=str(len(found.moved) - errors),
+        errors=str(errors),
+        skipped="0",
+    )
+    for each in found.runs:
+        _case(suite, each)
+    return tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _case(suite: Element, each: Compared) -> None:
+    case = SubElement(suite, "testcase", classname="golden", name=_xml(each.name))
+    if each.standing.moved:
+        kind = "error" if each.standing is Standing.NOT_COMPARED else "failure"
+        problem = SubElement(case, kind, message=str(each.standing), type=each.standing.name)
+        problem.text = _xml("\n".join(details(each)))
+
+
+def _xml(text: str) -> str:
+    """Return a text without the control characters that XML does not know."""
+    return "".join(char if char in "\n\t" or char.isprintable() else "\ufffd" for char in text)

@@ -1,0 +1,114 @@
+"""`rigrunner golden`: a changed compensation is told, however it is installed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from helpers_cli import call
+from helpers_golden import METHOD, lab_in
+from helpers_html import Page
+
+
+@pytest.fixture(scope="module")
+def recorded(quick, tmp_path_factory):
+    """A lab whose runs are golden, with copies of their files."""
+    lab = lab_in(tmp_path_factory.mktemp("lab"), [quick.no_load, quick.loaded])
+    done = call(
+        "golden", "record", lab.folder / "runs", "--out", lab.golden, "--copy", "--jobs", "1",
+        *lab.words,
+    )  # fmt: skip
+    assert (done.code, done.out) == (0, f"2 golden runs in {lab.golden}\n"), done.err
+    shutil.rmtree(lab.folder / "runs")
+    return lab
+
+
+@pytest.fixture
+def lab(recorded, tmp_path):
+    shutil.copytree(recorded.folder, tmp_path / "lab")
+    return type(recorded)(tmp_path / "lab")
+
+
+def check(lab, *more):
+    return call("golden", "check", lab.golden, "--jobs", "1", *lab.words, *more)
+
+
+def test_nothing_moved(lab, quick):
+    found = check(lab)
+    assert found.code == 0, found.err
+    assert found.out == "equal bit for bit  2\n\nNothing moved in 2 golden runs\n"
+    reference = json.loads((lab.golden / quick.loaded.name / "reference.json").read_text())
+    assert reference["found"]["method"] == METHOD
+    assert reference["at"] == f"{quick.loaded.name}/run.h5"
+
+
+def test_a_deliberately_changed_compensation(lab, quick, tmp_path):
+    before = json.loads((lab.golden / quick.loaded.name / "reference.json").read_text())["found"]
+    lab.change("raw.value - rig.value + 0.3")
+    page, cases = tmp_path / "report.html", tmp_path / "cases.xml"
+    found = check(lab, "--html", page, "--junit", cases, "--json")
+    assert found.code == 1, found.err
+    document = json.loads(found.out)
+    assert document["counts"] == {"verdict flipped": 1, "equal bit for bit": 1}
+    run = document["runs"][0]
+    assert run["verdict"] == {"reference": "pass", "now": "fail"}
+    moves = {each["figure"]: each for each in run["moves"]}
+    assert set(moves) == {"result", *(f"result at {hz} Hz" for hz in (8, 15, 20, 25, 35))}
+    for name, move in moves.items():
+        figure = before["figures"][name]
+        assert move["now"] - figure["value"] == pytest.approx(0.3)
+        assert move["shift_in_u"] == pytest.approx(0.3 / figure["expanded"])
+    read = Page()
+    read.feed(page.read_text(encoding="utf-8"))
+    for words in ("1 of 2 golden runs has to be looked at", "verdict: pass → fail", "+300 "):
+        assert words in read.words
+    suite = ET.fromstring(cases.read_text(encoding="utf-8"))  # noqa: S314  (we wrote it)
+    assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
+    assert suite.find("testcase/failure").get("message") == "verdict flipped"
+
+
+def test_a_move_within_the_tolerance_passes(lab):
+    lab.change("(raw.value - rig.value) * (1 + 1e-12)")
+    found = check(lab)
+    assert (found.code, "moved within the tolerance  1" in found.out) == (0, True)
+
+
+def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
+    lab.change("_refuse()")
+    found = check(lab)
+    assert found.code == 1
+    assert f"{quick.loaded.name}: newly refused" in found.out
+    (lab.golden / quick.no_load.name / "run.h5").unlink()
+    found = check(lab)
+    assert found.code == 5
+    assert f"{quick.no_load.name}: not compared" in found.out
+    assert "there is no " in found.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["check", "nowhere"], 2, "there is no golden run in nowhere"),
+        (["check"], 2, "FOLDER"),
+        (["check", "odd"], 5, "reference.json is no reference of a golden run: "),
+        (["record", "nowhere", "--out", "x"], 2, "there is no nowhere"),
+        (["chek", "nowhere"], 2, "Did you mean 'check'?"),
+        (["check", "nowhere", "--tolerance", "-1"], 2, "--tolerance"),
+    ],
+)
+def test_what_is_said_wrongly(arguments, code, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "odd").mkdir()
+    (tmp_path / "odd/reference.json").write_text('{"format": "rigrunner: golden/2"}')
+    found = call("golden", *arguments)
+    assert (found.code, "Traceback" in found.err) == (code, False)
+    assert words in found.err
+
+
+def test_a_golden_run_is_not_overwritten(lab):
+    found = call("golden", "record", lab.golden, "--out", lab.golden, *lab.words)
+    assert found.code == 2
+    assert "is golden already" in found.err
