@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import MISSING, fields
 from datetime import timedelta
-from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.events import Alarm, Event
@@ -86,8 +84,9 @@ class Emitter:
         self._latest = now
         if now < latest:
             self._tell_set_back(latest, now)
-        for text in self._bus.emit(self._stamp.at(now, kind, fields)):
-            self(Alarm, source="event sink", text=text)
+        if dropped := self._bus.emit(self._stamp.at(now, kind, fields)):
+            for text in dropped:
+                self(Alarm, source="event sink", text=text)
 
     def _tell_set_back(self, latest: datetime, now: datetime) -> None:
         if latest - now > SET_BACK:
@@ -102,8 +101,8 @@ class EventStamp:
         self._clock = clock
         self._seq = itertools.count(first_seq)
         self._utc_text = UtcTexts()
-        self._checked: set[tuple[object, ...]] = set()
-        """With which fields an event of each kind was made before, and so can be made again."""
+        self._made: dict[tuple[object, ...], Mapping[str, Any]] = {}
+        """The fields of an event that was made with these names before, of those not given too."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
@@ -111,34 +110,18 @@ class EventStamp:
 
     def at(self, now: datetime, kind: type[_E], given: Mapping[str, Any]) -> _E:
         """Return an event of that kind, stamped with a date and time that was just looked at."""
-        known = {
-            "seq": next(self._seq),
-            "monotonic_s": self._clock.monotonic_s(),
-            "utc": self._utc_text(now),
-            **_defaults(kind),  # type: ignore[arg-type]  # mypy: a class variable is not hashable
-            **given,
-        }
+        seq, monotonic_s, utc = next(self._seq), self._clock.monotonic_s(), self._utc_text(now)
         names = (kind, *given)
-        if names not in self._checked:
-            checked = kind(**known)
-            self._checked.add(names)
+        made = self._made.get(names)
+        if made is None:
+            checked = kind(seq=seq, monotonic_s=monotonic_s, utc=utc, **given)
+            self._made[names] = dict(vars(checked))
             return checked
-        # The __init__ of a frozen dataclass sets each field on its own, in three times the time.
+        known = {**made, **given, "seq": seq, "monotonic_s": monotonic_s, "utc": utc}
+        # The __init__ of a frozen dataclass sets each field on its own, in four times the time.
         event = kind.__new__(kind)
-        vars(event).update(known)
+        object.__setattr__(event, "__dict__", known)
         return event
-
-
-@cache
-def _defaults(kind: type[Event]) -> Mapping[str, Any]:
-    """Return the values of the fields that need not be given."""
-    known: dict[str, Any] = {}
-    for each in fields(kind):
-        if each.default is not MISSING:
-            known[each.name] = each.default
-        elif each.default_factory is not MISSING:
-            known[each.name] = each.default_factory()
-    return known
 
 
 def _name(sink: EventSink) -> str:

@@ -20,17 +20,18 @@ class UtcTexts:
     """Writes times as `utc_text` does; what is the same throughout a second is written once."""
 
     def __init__(self) -> None:
-        self._second = datetime.min.replace(tzinfo=UTC)
+        self._first = self._last = datetime.min.replace(tzinfo=UTC)
+        """The first and the last microsecond of the second whose text is known."""
         self._text = ""
 
     def __call__(self, moment: datetime) -> str:
         """Return the text of an aware time."""
-        since = moment - self._second
-        if since.days or since.seconds:  # another second, an earlier one too
-            self._second = moment.replace(microsecond=0)
-            self._text = utc_text(self._second).removesuffix("000Z")
-            since = moment - self._second
-        return self._text + _MILLISECONDS[since.microseconds // 1000]
+        if moment.tzinfo is not UTC:
+            return utc_text(moment)
+        if not self._first <= moment <= self._last:
+            self._first, self._last = (moment.replace(microsecond=us) for us in (0, 999_999))
+            self._text = utc_text(self._first).removesuffix("000Z")
+        return self._text + _MILLISECONDS[moment.microsecond // 1000]
 
 
 class WallClock:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
 MAGIC = b"RIGJ\x01\r\n\x00"
@@ -26,7 +26,7 @@ _HEAD = struct.Struct("<IBI")
 """Length of the payload, kind, CRC-32 over both and the payload."""
 _SYNC_EVERY_S = 1.0
 _SMALL = 4096
-"""Bytes of a payload that is copied rather than written after its head."""
+"""Bytes of parts that are copied rather than written after their head."""
 
 
 class Kind(IntEnum):
@@ -65,22 +65,17 @@ class JournalWriter:
             self._file.truncate(records_end)
             self._file.seek(records_end)
 
-    def append(self, kind: Kind, *parts: bytes | memoryview) -> None:
-        """Append one record whose payload is the parts in order; the system has it on return."""
+    def append(self, kind: Kind, payload: bytes) -> None:
+        """Append one record, in one write; the system has it on return."""
+        length = len(payload)
+        checksum = zlib.crc32(payload, zlib.crc32(_HEAD.pack(length, kind, 0)))
+        self._append((_HEAD.pack(length, kind, checksum) + payload,), length)
+
+    def append_parts(self, kind: Kind, parts: Sequence[bytes | memoryview]) -> None:
+        """Append one record whose payload is the parts in order; long ones are not copied."""
         length = sum(map(len, parts))
         record = (_HEAD.pack(length, kind, _checksum(length, kind, parts)), *parts)
-        try:
-            if length > _SMALL:
-                for part in record:
-                    self._write(part)
-            else:
-                self._write(b"".join(record))
-        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
-            with suppress(OSError):
-                self._file.seek(self._end)
-                self._file.truncate()
-            raise
-        self._end += _HEAD.size + length
+        self._append(record if length > _SMALL else (b"".join(record),), length)
 
     def sync(self) -> None:
         """Wait until all is on the disk."""
@@ -95,6 +90,17 @@ class JournalWriter:
     def close(self) -> None:
         """Close the file; idempotent."""
         self._file.close()
+
+    def _append(self, pieces: Sequence[bytes | memoryview], length: int) -> None:
+        try:
+            for each in pieces:
+                self._write(each)
+        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
+            with suppress(OSError):
+                self._file.seek(self._end)
+                self._file.truncate()
+            raise
+        self._end += _HEAD.size + length
 
     def _write(self, data: bytes | memoryview) -> None:
         written = self._file.write(data) or 0
@@ -157,7 +163,7 @@ def _next(file: BinaryIO, start: int, size: int) -> Record | None:
     return Record(kind, payload, end)
 
 
-def _checksum(length: int, kind: int, parts: tuple[bytes | memoryview, ...]) -> int:
+def _checksum(length: int, kind: int, parts: Sequence[bytes | memoryview]) -> int:
     checksum = zlib.crc32(_HEAD.pack(length, kind, 0))
     for part in parts:
         checksum = zlib.crc32(part, checksum)

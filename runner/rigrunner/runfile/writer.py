@@ -79,14 +79,16 @@ class RunWriter:
         self._folding.check()
         try:
             match event:
-                case Samples():
-                    self._take_samples(event)
                 case StepStarted(recording=name) if name:
                     self._begin_recording(event)
                 case StepEnded(recording=name) if name:
                     self._end_recording(event)
+                case StepStarted() | StepEnded() | RunStarted():
+                    self._append(event, urgent=self._is_urgent(event))
+                case Samples():
+                    self._take_samples(event)
                 case _:
-                    self._append(event)
+                    self._append(event, urgent=True)
         except OSError as error:
             raise cannot_write(self.folder, error) from error
 
@@ -107,12 +109,12 @@ class RunWriter:
         self._events.close()
         self._folding.wait()
 
-    def _append(self, event: Event) -> None:
+    def _append(self, event: Event, *, urgent: bool) -> None:
         self._events.append(Kind.EVENT, event_bytes(event))
-        if isinstance(event, (StepStarted, StepEnded, RunStarted)) and not self._is_urgent(event):
-            self._events.sync_sometimes()
-        else:
+        if urgent:
             self._events.sync()
+        else:
+            self._events.sync_sometimes()
 
     def _is_urgent(self, event: Event) -> bool:
         """Say whether the station wants it on the disk before its step is done."""
@@ -120,8 +122,7 @@ class RunWriter:
 
     def _begin_recording(self, event: StepStarted) -> None:
         self._close_samples()
-        self._append(event)
-        self._events.sync()
+        self._append(event, urgent=True)
         self._recordings += 1
         self._started = event
 
@@ -133,7 +134,7 @@ class RunWriter:
             self._samples = JournalWriter(self._files.samples(self._recordings))
             self._shape = Shape(block.rate_hz, tuple(block.channels), 0)
         assert self._shape is not None  # noqa: S101  (made with the journal)
-        self._samples.append(Kind.BLOCK, *block_bytes(event.recording, block))
+        self._samples.append_parts(Kind.BLOCK, block_bytes(event.recording, block))
         self._shape = replace(self._shape, samples=self._shape.samples + block.samples)
         self._samples.sync_sometimes()
 
@@ -142,8 +143,7 @@ class RunWriter:
         self._started = None
         if event.truth:
             self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
-        self._append(event)
-        self._events.sync()
+        self._append(event, urgent=True)
         if not event.ok:
             return
         if samples is None or shape is None or started is None:

@@ -7,11 +7,19 @@ import math
 from dataclasses import asdict
 from types import MappingProxyType
 
-from hypothesis import given
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic_core import to_json
 
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded
-from rigrunner.runfile.codec import event_bytes, event_from, event_text
+from rigrunner.runfile.codec import (
+    _KINDS,
+    event_bytes,
+    event_from,
+    event_text,
+    plain_event_bytes,
+)
 
 STAMP = {"seq": 3, "monotonic_s": 1.25, "utc": "2026-03-01T12:00:00.000Z"}
 STEP = {"step": "main[0].measure", "index": 0, "action": "measure", "ok": True}
@@ -52,3 +60,27 @@ def test_a_mapping_that_is_no_dict_is_kept():
 
 def test_text_for_the_run_file_is_ascii_alone():
     assert event_text(Answer(**STAMP, step="s", text="N·m", by="Zoë")).isascii()
+
+
+@given(st.dictionaries(any_text, st.floats(), max_size=4), any_text, st.booleans())
+def test_the_quick_encoder_says_what_the_plain_one_does(values, text, ok):
+    known = {**STEP, "step": text, "ok": ok, "setpoints": values, "values": values}
+    event = StepEnded(**STAMP, **known)
+    assert same(json.loads(event_bytes(event)), json.loads(plain_event_bytes(event)))
+
+
+@given(st.dictionaries(st.text(max_size=9), st.floats(), max_size=4), st.text(max_size=9))
+def test_usual_events_are_written_quickly_byte_by_byte_as_by_the_general_encoder(values, text):
+    event = StepEnded(**STAMP, **STEP, values=values, measurement=text)
+    document = {"event": "StepEnded", **vars(event)}
+    del document["truth"]
+    if "\N{REPLACEMENT CHARACTER}" not in text + "".join(values):
+        assert event_bytes(event) == to_json(document)
+
+
+@pytest.mark.parametrize("kind", _KINDS.values(), ids=lambda one: one.__name__)
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+def test_every_kind_of_event_is_written_quickly_and_as_plainly(kind, data):
+    event = data.draw(st.from_type(kind))
+    assert same(json.loads(event_bytes(event)), json.loads(plain_event_bytes(event)))
