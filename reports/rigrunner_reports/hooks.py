@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import CertificateFormatRecord, NoSettings, ReportFormatRecord, hookimpl
+from rigrunner.api.hooks import (
+    CertificateFormatRecord,
+    NoSettings,
+    ReportFormatRecord,
+    StudyFormatRecord,
+    hookimpl,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.results import ReportInput
+    from rigrunner.api.studies import StudyInput
 
 api_version = 1
 
@@ -47,8 +54,27 @@ def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
     ]
 
 
+@hookimpl
+def rigrunner_study_formats() -> list[StudyFormatRecord]:
+    """Return the formats that a study of many runs can be written in."""
+    return [
+        StudyFormatRecord(
+            name="html",
+            help="One self-contained page, for the screen and for A4",
+            suffix=".html",
+            factory=_study_html,
+        )
+    ]
+
+
 def _html(settings: NoSettings) -> Callable[[ReportInput], bytes]:  # noqa: ARG001  (nothing to set)
     from rigrunner_reports.render import html  # noqa: PLC0415  (matplotlib takes most of a second)
+
+    return html
+
+
+def _study_html(settings: NoSettings) -> Callable[[StudyInput], bytes]:  # noqa: ARG001  (nothing to set)
+    from rigrunner_reports.studies.render import html  # noqa: PLC0415  (loads matplotlib)
 
     return html
 

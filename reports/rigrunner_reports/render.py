@@ -19,12 +19,15 @@ PACKAGE = "rigrunner_reports"
 
 def html(report: ReportInput) -> bytes:
     """Return the report as UTF-8; the same input gives the same bytes."""
-    page = make_page(report)
+    return filled("report.html.j2", page=make_page(report))
+
+
+def filled(template: str, **values: object) -> bytes:
+    """Return a template of ours with the house's style, filled, as UTF-8."""
     style = files(PACKAGE).joinpath("templates", "style.css").read_text(encoding="utf-8")
-    template = _environment().get_template("report.html.j2")
     # the style sheet is ours; what a lab wrote enters it by css_string alone
-    text = template.render(page=page, style=Markup(style), css_string=css_string)  # noqa: S704
-    return text.encode("utf-8")
+    common = {"style": Markup(style), "css_string": css_string}  # noqa: S704
+    return _environment().get_template(template).render(**common, **values).encode("utf-8")
 
 
 def css_string(text: str) -> Markup:

@@ -30,6 +30,8 @@ RUN_ELSEWHERE = {
     "run by the test of the panel, in a browser",
     "run by the reader alone: there is no such server where this page is tested",
     "run by the reader alone: a part of a procedure",
+    "run by the reader alone: it needs more runs than there are where this page is tested",
+    "run by the reader alone: there is no such rig where this page is tested",
     "run by the reader alone: the extras are there where this page is tested",
 }
 IN_AN_ENVIRONMENT_OF_ITS_OWN = {ROOT / "docs/tutorial/first-device-plugin.md"}

@@ -161,7 +161,7 @@ def test_a_strangers_plugin_is_taken_by_the_wheel(author):
     )
     shutil.copytree(STRANGER, author.folder / "stranger", dirs_exist_ok=True)
     shown = succeeded(author.run("python", "-c", code))
-    kinds = sorted([*KINDS.values(), "certificate_format", "event_sink"])
+    kinds = sorted([*KINDS.values(), "certificate_format", "event_sink", "study_format"])
     assert shown.strip() == f"{kinds} ()"
 
 

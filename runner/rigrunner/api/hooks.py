@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
+    from rigrunner.api.studies import StudyInput
 
 API_VERSION = 1
 """The plugin API as it is now; a plugin's module says `api_version = 1` if it is made for it."""
@@ -177,6 +178,16 @@ class CertificateFormatRecord(PluginRecord):
 
 
 @dataclass(frozen=True, kw_only=True)
+class StudyFormatRecord(PluginRecord):
+    """A report on many runs: `factory(settings)` gives a function to the file's bytes."""
+
+    suffix: str
+    """Of the file, with its dot."""
+    factory: Callable[[Any], Callable[[StudyInput], bytes]]
+    """Makes the function that writes, of the settings."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ImporterExample:
     """A small file of which it is known what stands in it."""
 
@@ -250,6 +261,11 @@ class HookSpecs:
     @hookspec
     def rigrunner_certificate_formats(self) -> Iterable[CertificateFormatRecord]:
         """Return the printed forms of certificates that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_study_formats(self) -> Iterable[StudyFormatRecord]:
+        """Return the formats of reports on many runs that this plugin brings."""
         raise NotImplementedError
 
     @hookspec

@@ -36,6 +36,7 @@ HOOK_OF_KIND = {
     "compensation": "rigrunner_compensations",
     "report_format": "rigrunner_report_formats",
     "certificate_format": "rigrunner_certificate_formats",
+    "study_format": "rigrunner_study_formats",
     "importer": "rigrunner_importers",
     "event_sink": "rigrunner_event_sinks",
 }

@@ -30,6 +30,7 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "importer": importers.CHECKS,
     "report_format": FORMAT_CHECKS,
     "certificate_format": FORMAT_CHECKS,
+    "study_format": FORMAT_CHECKS,
     "event_sink": event_sinks.CHECKS,
 }
 
@@ -64,7 +65,7 @@ def subject(
         return DeviceSubject(plugin, known, told, folder=folder or Path())
     if kind == "compensation":
         return CompensationSubject(plugin, known, told)
-    if kind in {"report_format", "certificate_format"}:
+    if kind in {"report_format", "certificate_format", "study_format"}:
         return FormatSubject(plugin, known, told)
     return Subject(plugin, known, told)
 

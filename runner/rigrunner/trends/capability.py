@@ -6,7 +6,6 @@ t distribution, that of Cpk after Bissell, Appl. Stat. 39 (1990) 331-340.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -14,30 +13,13 @@ import numpy as np
 from scipy import optimize, stats
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.studies import Capability, Index
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-
-@dataclass(frozen=True)
-class Index:
-    """A capability index with the ends of its two-sided confidence interval."""
-
-    name: str
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Capability:
-    """What a process is capable of: its mean, its standard deviation, and the indices."""
-
-    count: int
-    mean: float
-    standard_deviation: float
-    confidence: float
-    indices: tuple[Index, ...]
+_BRACKET = 6.0
+"""Standard deviations of t within which its non-centrality is looked for."""
 
 
 def capability(
@@ -102,7 +84,7 @@ def _non_centrality(t: float, dof: int, probability: float) -> float:
     def off(delta: float) -> float:
         return float(stats.nct.cdf(t, dof, delta)) - probability
 
-    reach = 10.0 + abs(t)
+    reach = _BRACKET * sqrt(1.0 + t**2 / (2.0 * dof))  # farther out, SciPy's cdf ends in NaN
     return float(optimize.brentq(off, t - reach, t + reach, xtol=1e-10))
 
 

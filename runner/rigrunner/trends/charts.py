@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.studies import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,16 +27,6 @@ D4 = 1.0 + 3.0 * D3 / D2
 """Upper limit of the moving range over its mean, 3.267 (ASTM E2587)."""
 FEWEST = 10
 """Baseline values below which limits say next to nothing; 20 to 25 are advised (ASTM E2587)."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """The centre of a chart, its limits, and the standard deviation that they stand for."""
-
-    centre: float
-    sigma: float
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ intervals after Burdick, Borror and Montgomery, Design and Analysis of Gauge R&R
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -14,68 +13,16 @@ import numpy as np
 from scipy import stats
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.studies import Components, GaugeAnalysis, Row
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
 POOLING_LEVEL = 0.25
 """The interaction is pooled with the error where its p-value is above it (AIAG, appendix A)."""
-DISTINCT = sqrt(2.0)
-"""ndc = 1.41 PV / GRR (AIAG, chapter III)."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the table of the analysis of variance."""
-
-    source: str
-    degrees_of_freedom: int
-    sum_of_squares: float
-    mean_square: float
-    f: float | None = None
-    p: float | None = None
-
-
-@dataclass(frozen=True)
-class Components:
-    """Standard deviations of what a reading consists of, in the unit of the readings."""
-
-    repeatability: float
-    operator: float
-    interaction: float
-    part: float
-
-    @property
-    def reproducibility(self) -> float:
-        """Of operators, their interaction with the parts included."""
-        return sqrt(self.operator**2 + self.interaction**2)
-
-    @property
-    def gauge(self) -> float:
-        """Repeatability and reproducibility together."""
-        return sqrt(self.repeatability**2 + self.reproducibility**2)
-
-    @property
-    def total(self) -> float:
-        """The gauge and the parts together."""
-        return sqrt(self.gauge**2 + self.part**2)
-
-    @property
-    def distinct_categories(self) -> float:
-        """The number of categories that the gauge can tell apart, not rounded down."""
-        return DISTINCT * self.part / self.gauge if self.gauge > 0.0 else float("inf")
-
-
-@dataclass(frozen=True)
-class GaugeStudy:
-    """The result of a study: the full table, whether the interaction was pooled, components."""
-
-    table: tuple[Row, ...]
-    pooled: bool
-    components: Components
-
-
-def gauge_rr(readings: npt.ArrayLike) -> GaugeStudy:
+def gauge_rr(readings: npt.ArrayLike) -> GaugeAnalysis:
     """Analyse readings of shape (parts, operators, trials), at least 2 of each.
 
     Negative estimates of a variance are taken as zero (AIAG, appendix A). Raises DataError for
@@ -100,7 +47,7 @@ def gauge_rr(readings: npt.ArrayLike) -> GaugeStudy:
         interaction=sqrt(interaction),
         part=sqrt(max(0.0, (part.mean_square - against) / (operators * trials))),
     )
-    return GaugeStudy(rows, pooled, found)
+    return GaugeAnalysis(rows, pooled, found)
 
 
 def _table(values: npt.NDArray[np.float64]) -> tuple[Row, ...]:

@@ -64,6 +64,7 @@ from rigrunner.api.hooks import (
     NoSettings,
     OutlierRuleRecord,
     ReportFormatRecord,
+    StudyFormatRecord,
     hookimpl,
 )
 from rigrunner.api.importing import Column, Importer, NotInFileError
@@ -83,6 +84,7 @@ from rigrunner.api.settings import (
     WrapperSettings,
     YesNo,
 )
+from rigrunner.api.studies import StudyInput
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.kinematics import angular_velocity
@@ -355,6 +357,10 @@ def _certificate(_: NoSettings) -> Callable[[CertificateInput], bytes]:
     raise MissingPackageError("needs a package", hint="pip install it")
 
 
+def _study(_: NoSettings) -> Callable[[StudyInput], bytes]:
+    return lambda study: f"{study.quantity} / {study.unit}".encode()
+
+
 def _sink(_: NoSettings) -> EventSink:
     return Counting()
 
@@ -432,6 +438,12 @@ def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
             name="stranger_text", help="Text.", suffix=".txt", factory=_certificate
         )
     ]
+
+
+@hookimpl
+def rigrunner_study_formats() -> list[StudyFormatRecord]:
+    """One report on many runs."""
+    return [StudyFormatRecord(name="stranger_text", help="Text.", suffix=".txt", factory=_study)]
 
 
 @hookimpl

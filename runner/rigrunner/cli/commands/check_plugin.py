@@ -34,6 +34,7 @@ KINDS = (
     "importer",
     "report_format",
     "certificate_format",
+    "study_format",
     "event_sink",
 )
 

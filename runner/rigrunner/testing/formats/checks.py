@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from rigrunner.api.hooks import CertificateFormatRecord, ReportFormatRecord
+from rigrunner.api.hooks import CertificateFormatRecord, ReportFormatRecord, StudyFormatRecord
 from rigrunner.testing.check import AnyCheck, applies, check, demand
 from rigrunner.testing.device.watching import census
 from rigrunner.testing.formats.inputs import TAG
@@ -27,7 +27,8 @@ FETCHED = re.compile(
 def makes_a_file(subject: FormatSubject) -> None:
     """It makes bytes of every run, one with a verdict and one without, for a file with a suffix."""
     record = subject.any_record
-    assert isinstance(record, (ReportFormatRecord, CertificateFormatRecord))  # noqa: S101  (the kind)
+    kinds = (ReportFormatRecord, CertificateFormatRecord, StudyFormatRecord)
+    assert isinstance(record, kinds)  # noqa: S101  (the kind says so)
     demand(SUFFIX.fullmatch(record.suffix), f"the suffix is '{record.suffix}'")
     for each in subject.written:
         demand(isinstance(each.made, bytes), f"it makes {type(each.made).__name__}, not bytes")

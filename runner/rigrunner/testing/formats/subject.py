@@ -10,10 +10,18 @@ from rigrunner.api.errors import MissingPackageError
 from rigrunner.testing.check import NotApplicable
 from rigrunner.testing.device.watching import watched
 from rigrunner.testing.formats.inputs import certificate_inputs, report_inputs
+from rigrunner.testing.formats.studies import study_inputs
 from rigrunner.testing.subject import Subject
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+
+_INPUTS: dict[str, Callable[[], tuple[Any, ...]]] = {
+    "report_format": report_inputs,
+    "certificate_format": certificate_inputs,
+    "study_format": study_inputs,
+}
 
 
 @dataclass(frozen=True)
@@ -28,12 +36,12 @@ class Written:
 
 @dataclass(frozen=True)
 class FormatSubject(Subject):
-    """A format of reports or of certificates."""
+    """A format of reports, of certificates, or of reports on many runs."""
 
     @property
     def inputs(self) -> tuple[Any, ...]:
-        """What it is given: ReportInputs or CertificateInputs."""
-        return report_inputs() if self.kind == "report_format" else certificate_inputs()
+        """What it is given: ReportInputs, CertificateInputs or StudyInputs."""
+        return _INPUTS[self.kind]()
 
     @property
     def writer(self) -> Callable[[Any], Any]:

@@ -1,0 +1,1 @@
+"""Reports on many runs: control charts, capabilities, gauge studies."""

@@ -1,0 +1,16 @@
+"""Numbers of studies: with the decimals that their scatter bears."""
+
+from __future__ import annotations
+
+from rigrunner.signal.rounding import places
+from rigrunner_reports.numbers import fixed
+
+
+def as_scattered(value: float, deviation: float) -> str:
+    """Return a value with one decimal more than its standard deviation deserves."""
+    return fixed(value, max(0, places(deviation) + 1))
+
+
+def percent(part: float, of: float) -> str:
+    """Return a share in percent."""
+    return fixed(100.0 * part / of, 1)

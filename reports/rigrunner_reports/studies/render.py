@@ -1,0 +1,50 @@
+"""From a study to the bytes of one self-contained HTML file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.studies import CapabilityStudy, GaugeStudy, Trend
+from rigrunner_reports.numbers import fixed, significant
+from rigrunner_reports.render import filled
+from rigrunner_reports.studies.control_chart import control_chart
+from rigrunner_reports.studies.numbers import as_scattered, percent
+from rigrunner_reports.studies.other_plots import components, distribution, letter, readings
+
+if TYPE_CHECKING:
+    from rigrunner.api.studies import StudyInput
+
+TITLES = {
+    Trend: ("Trend", "trend.html.j2"),
+    CapabilityStudy: ("Capability", "capability.html.j2"),
+    GaugeStudy: ("Gauge repeatability and reproducibility", "gauge.html.j2"),
+}
+MOST_LISTED = 60
+"""Alarms of a chart that are listed."""
+
+
+def html(study: StudyInput) -> bytes:
+    """Return the report as UTF-8; the same study gives the same bytes."""
+    title, template = TITLES[type(study)]
+    return filled(
+        template,
+        study=study,
+        title=f"{title}: {study.quantity}",
+        reasons=Counter(each.reason for each in study.excluded).most_common(),
+        most_listed=MOST_LISTED,
+        **_figures(study),
+        scattered=as_scattered,
+        percent=percent,
+        fixed=fixed,
+        significant=significant,
+    )
+
+
+def _figures(study: StudyInput) -> dict[str, Any]:
+    if isinstance(study, Trend):
+        return {"chart": partial(control_chart, study)}
+    if isinstance(study, CapabilityStudy):
+        return {"chart": partial(distribution, study)}
+    return {"readings": readings(study), "components": components(study), "letter": letter}

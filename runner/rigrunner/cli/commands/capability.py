@@ -1,0 +1,66 @@
+"""`rigrunner capability`: how what many runs found compares with its limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.archiving import filter_options
+from rigrunner.cli.studying import by_option, output_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="capability")
+@click.argument("quantity")
+@click.option("--upper", default="", metavar="QUANTITY", help="The upper limit, as '0.95 N·m'.")
+@click.option("--lower", default="", metavar="QUANTITY", help="The lower limit.")
+@click.option(
+    "--confidence",
+    type=click.FloatRange(0.5, 0.9999),
+    default=0.95,
+    show_default=True,
+    help="Of the two-sided intervals.",
+)
+@by_option
+@filter_options
+@output_options
+def command(
+    *,
+    quantity: str,
+    upper: str,
+    lower: str,
+    confidence: float,
+    by: tuple[str, ...],
+    runs: Path,
+    database: str,
+    limit: int | None,
+    out: Path | None,
+    as_json: bool,
+    **words: Any,
+) -> None:
+    """State the capability of QUANTITY, as `trend` names them, with its confidence intervals.
+
+    With an upper limit alone that is Cpu, with a lower one Cpl, with both Cp and Cpk besides.
+    """
+    from rigrunner.cli.studied import capability_text
+    from rigrunner.cli.studying import finish, in_words, observed, refuse_limit
+    from rigrunner.monitoring.capability import capability_study
+    from rigrunner.monitoring.limits import limit_in
+    from rigrunner.monitoring.quantities import Quantity
+
+    refuse_limit(limit)
+    by = by or (("type", "lot") if Quantity(quantity).is_result else ("rig",))
+    found = observed(quantity, words, by, runs, database)
+    asked = in_words(quantity, words, by=", ".join(by), upper=upper, lower=lower)
+    made = capability_study(
+        Quantity(quantity),
+        found,
+        asked,
+        lower=limit_in(lower, found.unit),
+        upper=limit_in(upper, found.unit),
+        confidence=confidence,
+    )
+    finish(made, capability_text(made), out, as_json=as_json)

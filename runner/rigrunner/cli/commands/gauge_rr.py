@@ -1,0 +1,58 @@
+"""`rigrunner gauge-rr`: the repeatability and reproducibility of a gauge."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.archiving import filter_options
+from rigrunner.cli.studying import output_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(name="gauge-rr")
+@click.argument("quantity", type=click.Choice(["torque", "raw_peak"]), default="torque")
+@click.option(
+    "--tolerance",
+    default="",
+    metavar="QUANTITY",
+    help="Upper limit less lower limit, to which the gauge is compared, as '0.5 N·m'.",
+)
+@filter_options
+@output_options
+def command(
+    *,
+    quantity: str,
+    tolerance: str,
+    runs: Path,
+    database: str,
+    limit: int | None,
+    out: Path | None,
+    as_json: bool,
+    **words: Any,
+) -> None:
+    """Analyse a crossed gauge study, of sessions such as those of the procedure gauge_rr.
+
+    The specimen of a run is the part, its operator the operator, and each of its set-points a
+    trial. Every operator must have measured every part, equally often; what is missing is named.
+    """
+    from rigrunner.archive import open_archive
+    from rigrunner.cli.archiving import filters_in
+    from rigrunner.cli.studied import gauge_text
+    from rigrunner.cli.studying import finish, in_words, refuse_limit
+    from rigrunner.monitoring.gauge import gauge_study, sessions
+    from rigrunner.monitoring.limits import limit_in
+    from rigrunner.monitoring.observing import TORQUE_UNIT
+    from rigrunner.monitoring.quantities import Quantity
+
+    refuse_limit(limit)
+    width = limit_in(tolerance, TORQUE_UNIT)
+    with closing(open_archive(runs, database)) as archive:
+        found = sessions(archive, Quantity(quantity), filters_in(words))
+    asked = in_words(quantity, words, tolerance=tolerance)
+    made = gauge_study(Quantity(quantity), found, asked, width)
+    finish(made, gauge_text(made), out, as_json=as_json)

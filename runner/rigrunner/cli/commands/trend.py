@@ -1,0 +1,94 @@
+"""`rigrunner trend`: control charts of what many runs found."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rigrunner.cli.archiving import filter_options
+from rigrunner.cli.studying import by_option, output_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.api.errors import ExitCode
+
+
+@click.command(name="trend")
+@click.argument("quantity")
+@by_option
+@click.option(
+    "--chart",
+    type=click.Choice(["i-mr", "ewma"]),
+    default="i-mr",
+    show_default=True,
+    help="Individuals and moving range, or an exponentially weighted moving average.",
+)
+@click.option(
+    "--rules",
+    type=click.Choice(["nelson", "western-electric", "shewhart"]),
+    default="nelson",
+    show_default=True,
+    help="The set of rules for individuals; shewhart is the limits alone.",
+)
+@click.option(
+    "--baseline",
+    default="20",
+    show_default=True,
+    metavar="N|FROM..TO",
+    help="What the limits are made of: the first N values, or those of these days (UTC).",
+)
+@click.option(
+    "--weight",
+    type=click.FloatRange(0.0, 1.0, min_open=True),
+    default=0.2,
+    show_default=True,
+    help="Of an EWMA: what a new value weighs.",
+)
+@filter_options
+@output_options
+def command(
+    *,
+    quantity: str,
+    by: tuple[str, ...],
+    chart: str,
+    rules: str,
+    baseline: str,
+    weight: float,
+    runs: Path,
+    database: str,
+    limit: int | None,
+    out: Path | None,
+    as_json: bool,
+    **words: Any,
+) -> ExitCode:
+    """Make control charts of QUANTITY over the runs of an archive.
+
+    QUANTITY is torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or another one by
+    its name, as 'source/name' where several are called so. Without --by, torque goes by type and
+    lot, a figure by rig. Ends with 1 where a rule is met after the baseline.
+    """
+    from rigrunner.api.errors import ExitCode
+    from rigrunner.cli.studied import trend_text
+    from rigrunner.cli.studying import finish, in_words, observed, refuse_limit
+    from rigrunner.monitoring.baseline import baseline_of
+    from rigrunner.monitoring.quantities import Quantity
+    from rigrunner.monitoring.trending import trend
+    from rigrunner.trends.charting import Charting
+
+    refuse_limit(limit)
+    how = Charting(chart, rules, baseline_of(baseline), weight)
+    by = by or (("type", "lot") if Quantity(quantity).is_result else ("rig",))
+    found = observed(quantity, words, by, runs, database)
+    asked = in_words(
+        quantity,
+        words,
+        by=", ".join(by),
+        chart=chart,
+        rules=rules if chart == "i-mr" else f"EWMA, weight {weight:g}",
+        baseline=f"the first {baseline}" if baseline.isdecimal() else baseline,
+    )
+    made = trend(Quantity(quantity), found, how, asked)
+    finish(made, trend_text(made), out, as_json=as_json)
+    return ExitCode.FAIL if any(each.alarms for each in made.series) else ExitCode.PASS

@@ -1,0 +1,181 @@
+"""Trends, capabilities and gauge studies, for a terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from rigrunner.cli.table import pairs, table
+from rigrunner.signal.rounding import places
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.studies import (
+        CapabilitySeries,
+        CapabilityStudy,
+        GaugeStudy,
+        Index,
+        Study,
+        Trend,
+        TrendSeries,
+    )
+
+_SHOWN = 20
+"""Alarms of a series that are listed before the rest is counted."""
+
+
+def trend_text(trend: Trend) -> str:
+    """Return the limits of each chart, and where a rule is met."""
+    lines = [f"{trend.quantity} / {trend.unit}, {trend.chart} chart"]
+    for each in trend.series:
+        lines += ["", *_series(each, trend)]
+    lines += _left_out(trend, "No chart of", trend.not_charted)
+    return "\n".join(lines)
+
+
+def capability_text(study: CapabilityStudy) -> str:
+    """Return the indices of each group with their intervals."""
+    limits = [
+        f"{name} {value:g} {study.unit}"
+        for name, value in (("lower limit", study.lower), ("upper limit", study.upper))
+        if value is not None
+    ]
+    lines = [f"{study.quantity} / {study.unit}, {', '.join(limits)}"]
+    for each in study.series:
+        lines += ["", *_capable(each)]
+    lines += _left_out(study, "No capability of", study.not_stated)
+    return "\n".join(lines)
+
+
+def gauge_text(study: GaugeStudy) -> str:
+    """Return the table of the analysis of variance, and the components."""
+    rows = [
+        [
+            each.source,
+            str(each.degrees_of_freedom),
+            f"{each.sum_of_squares:.6g}",
+            f"{each.mean_square:.6g}",
+            "" if each.f is None else f"{each.f:.2f}",
+            "" if each.p is None else f"{each.p:.3f}",
+        ]
+        for each in study.analysis.table
+    ]
+    header = ["source", "dof", "sum of squares", "mean square", "F", "p"]
+    size = f"{len(study.parts)} parts x {len(study.operators)} operators x {study.trials} trials"
+    lines = [f"{study.quantity} / {study.unit}, {size}", "", table(header, rows, "lrrrrr"), ""]
+    lines += [_components(study), "", *_verdicts(study)]
+    lines += _left_out(study, "", {})
+    return "\n".join(lines)
+
+
+def number(value: float, width: float) -> str:
+    """Return a value with as many decimals as its scatter bears."""
+    return f"{value:.{max(0, places(width, 2) + 1)}f}" if isfinite(value) else str(value)
+
+
+def _series(each: TrendSeries, trend: Trend) -> Iterator[str]:
+    limits, ranges = each.individuals, each.moving_range
+    first, last = each.points[0], each.points[-1]
+    base = [point.observed for point in each.points if point.baseline]
+    sigma = limits.sigma
+    yield each.name
+    yield pairs(
+        [
+            ("  runs", f"{len(each.points)}, {first.observed.run_id} to {last.observed.run_id}"),
+            ("  baseline", f"{len(base)}, {base[0].run_id} to {base[-1].run_id}"),
+            ("  centre", number(limits.centre, sigma)),
+            ("  limits", f"{number(last.lower, sigma)} to {number(last.upper, sigma)}"),
+            ("  moving range", f"up to {number(ranges.upper, ranges.sigma)}"),
+            ("  stated U", _stated(each)),
+            ("  correlation", f"{each.lag_one:.2f} between neighbours of the baseline"),
+        ]
+    )
+    yield from (f"  note: {text}" for text in each.warnings)
+    if not each.after:
+        yield "  Nothing is beyond the baseline as yet."
+    elif not each.alarms:
+        yield f"  In control: no rule is met at {len(each.after)} values after the baseline."
+    else:
+        yield f"  OUT OF CONTROL at {len(each.alarms)} of {len(each.after)} values:"
+        yield from _alarms(each, trend)
+
+
+def _alarms(each: TrendSeries, trend: Trend) -> Iterator[str]:
+    sigma = each.individuals.sigma
+    for point in each.alarms[:_SHOWN]:
+        rules = ", ".join(point.rules)
+        yield f"    {point.observed.run_id}  {number(point.observed.value, sigma)}  {rules}"
+    if len(each.alarms) > _SHOWN:
+        yield f"    and {len(each.alarms) - _SHOWN} more"
+    met = {rule for point in each.alarms for rule in point.rules}
+    yield from (f"    {name}: {text}" for name, text in trend.rules.items() if name in met)
+
+
+def _stated(each: TrendSeries) -> str:
+    known = sorted(point.observed.expanded for point in each.points if point.observed.expanded)
+    return f"{known[len(known) // 2]:.2g}, the median" if known else "none"
+
+
+def _capable(each: CapabilitySeries) -> Iterator[str]:
+    found = each.capability
+    deviation = found.standard_deviation
+    yield each.name
+    yield pairs(
+        [
+            ("  runs", str(found.count)),
+            ("  mean", number(found.mean, deviation)),
+            ("  deviation", f"{deviation:.3g}"),
+            ("  confidence", f"{100 * found.confidence:g} %"),
+            *((f"  {index.name}", _interval(index)) for index in found.indices),
+        ]
+    )
+    yield from (f"  note: {text}" for text in each.warnings)
+
+
+def _interval(index: Index) -> str:
+    return f"{index.value:.2f}, from {index.low:.2f} to {index.high:.2f}"
+
+
+def _components(study: GaugeStudy) -> str:
+    found = study.analysis.components
+    header = ["component", "deviation", "% of variance", "% of total"]
+    parts = [
+        ("gauge R&R", found.gauge),
+        ("  repeatability", found.repeatability),
+        ("  reproducibility", found.reproducibility),
+        ("    operator", found.operator),
+        ("    part x operator", found.interaction),
+        ("part", found.part),
+        ("total", found.total),
+    ]
+    rows = [
+        [name, f"{s:.4g}", f"{100 * s**2 / found.total**2:.1f}", f"{100 * s / found.total:.1f}"]
+        for name, s in parts
+    ]
+    if study.tolerance is not None:
+        header.append("% of tolerance")
+        rows = [
+            [*row, f"{600 * s / study.tolerance:.1f}"]
+            for row, (_, s) in zip(rows, parts, strict=True)
+        ]
+    return table(header, rows, "lrrrr"[: len(header)])
+
+
+def _verdicts(study: GaugeStudy) -> Iterator[str]:
+    categories = study.analysis.components.distinct_categories
+    shown = f"{int(categories)}" if isfinite(categories) else "any number of"
+    yield f"{shown} distinct categories (5 or more are advised: AIAG MSA)"
+    if study.analysis.pooled:
+        yield "The interaction is pooled with the repeatability: its p-value is above 0.25."
+    if study.expanded is not None:
+        yield f"The stated U of a reading is {study.expanded:.2g} {study.unit}, the median."
+
+
+def _left_out(study: Study, title: str, groups: Mapping[str, str]) -> list[str]:
+    lines = [f"{title} {name}: {reason}" for name, reason in groups.items()]
+    lines += [f"note: {text}" for text in study.warnings]
+    reasons = Counter(each.reason for each in study.excluded)
+    lines += [f"{count} left out: {reason}" for reason, count in reasons.most_common()]
+    return ["", *lines] if lines else []

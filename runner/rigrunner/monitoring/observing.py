@@ -1,0 +1,194 @@
+"""What an archive has of a quantity: the values of each group of runs, and the runs left out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.studies import Excluded, Observed
+from rigrunner.archive.querying import rows
+from rigrunner.archive.rows import FOLDER
+from rigrunner.monitoring.quantities import RESULTS
+from rigrunner.signal.uncertainty import coverage_factor
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.archive.database import Database
+    from rigrunner.archive.filters import Filters
+    from rigrunner.monitoring.quantities import Quantity
+
+TORQUE_UNIT = "N·m"
+NOT_STATED = "not stated"
+_OF_POINTS = ("frequency", "load")
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A value with its unit, before it is known whether its run counts."""
+
+    value: float
+    expanded: float | None
+    unit: str
+    source: str = ""
+
+
+@dataclass
+class Group:
+    """The values of some runs, oldest first, and what they must have in common."""
+
+    observed: list[Observed] = field(default_factory=list)
+    kinds: Counter[str] = field(default_factory=Counter)
+
+
+@dataclass(frozen=True)
+class Observations:
+    """The values of each group of runs, and what is to be said of them."""
+
+    unit: str
+    groups: Mapping[str, Group]
+    excluded: tuple[Excluded, ...]
+    warnings: tuple[str, ...]
+
+
+def observe(
+    archive: Database,
+    quantity: Quantity,
+    filters: Filters,
+    by: Sequence[str],
+    limit: int | None = None,
+) -> Observations:
+    """Return what the runs that fit found of a quantity; by the values of `by`, of GROUPS.
+
+    A run that was not completed, cannot be read, is gone, was replayed from a tape or has no such
+    value is left out and named; so is one whose figure is that of a no-load run already counted.
+    Raises DataError where nothing is left, and UsageError where several figures fit.
+    """
+    values = _values(archive, quantity, filters, limit)
+    groups: dict[str, Group] = {}
+    excluded, simulated = [], set()
+    counted: dict[tuple[str, float], str] = {}
+    for run in rows(archive, "runs", filters, limit=limit):
+        name = run["run_id"] or run["path"]
+        found = values.get(run[FOLDER], [])
+        reason = unfit(run) or _unclear(found)
+        if not (reason or quantity.is_result):
+            reason = _twice(run, found, counted)
+        if reason:
+            excluded.append(Excluded(name, reason))
+            continue
+        simulated.add(bool(run["simulated"]))
+        group = groups.setdefault(_name(run, by), Group())
+        group.observed.append(Observed(name, run["started_utc"], found[0].value, found[0].expanded))
+        group.kinds[_kind(run, quantity)] += 1
+    if not groups:
+        raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
+    units = {each.unit for several in values.values() for each in several}
+    mixed = ("simulated runs are among real ones: --real leaves them out",)
+    return Observations(
+        " or ".join(sorted(units)), groups, tuple(excluded), mixed if len(simulated) > 1 else ()
+    )
+
+
+def of_one_kind(group: Group, quantity: Quantity) -> None:
+    """Raise DataError where values of a group cannot be compared with each other."""
+    if len(group.kinds) < 2:  # noqa: PLR2004  (of one kind, all can be compared)
+        return
+    kinds = ", ".join(f"{name} ({count})" for name, count in sorted(group.kinds.items()))
+    if quantity.is_result:
+        raise DataError(f"results of several kinds: {kinds}", hint="choose by --procedure")
+    raise DataError(f"rigs with several mandrels: {kinds}", hint="add --by mandrel")
+
+
+def _values(
+    archive: Database, quantity: Quantity, filters: Filters, limit: int | None
+) -> dict[str, list[_Found]]:
+    if not quantity.is_result:
+        return _figures(archive, quantity, filters, limit)
+    at_points = any(name in filters.ranges for name in _OF_POINTS)
+    value, expanded = RESULTS[quantity.name]
+    found: dict[str, list[_Found]] = {}
+    for row in rows(archive, "points" if at_points else "runs", filters, limit=limit):
+        if row[value] is not None:
+            each = _Found(row[value], row[expanded] if expanded else None, TORQUE_UNIT)
+            found.setdefault(row[FOLDER], []).append(each)
+    return found
+
+
+def _figures(
+    archive: Database, quantity: Quantity, filters: Filters, limit: int | None
+) -> dict[str, list[_Found]]:
+    found: dict[str, list[_Found]] = {}
+    names, known = set(), set()
+    for row in rows(archive, "figures", filters, limit=limit):
+        known.add(row["name"])
+        if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
+            names.add(f"{row['source']}/{row['name']}")
+            each = _Found(row["value"], _expanded(row), row["unit"] or "", row["source"])
+            found.setdefault(row[FOLDER], []).append(each)
+    if len(names) > 1:
+        raise UsageError(
+            f"several figures are called '{quantity.name}'",
+            hint=f"name one: {', '.join(sorted(names))}",
+        )
+    if not found and known:
+        raise UsageError(
+            f"no run that fits has a figure '{quantity.name}'",
+            hint=f"there are: {', '.join([*RESULTS, *sorted(known)])}",
+        )
+    return found
+
+
+def _expanded(row: Mapping[str, Any]) -> float | None:
+    if row["u"] is None or not isfinite(row["u"]):
+        return None
+    dof = float("inf") if row["dof"] is None else row["dof"]
+    return float(row["u"] * coverage_factor(dof))
+
+
+def unfit(run: Mapping[str, Any]) -> str:
+    """Return why a run of an archive does not count in a study; empty where it does."""
+    if run["problem"]:
+        return "it cannot be read"
+    if run["missing"]:
+        return "its files are gone"
+    if run["outcome"] != "completed" or not run["sealed"]:
+        return f"it was not completed: {run['outcome'] or 'not sealed'}"
+    return "it played a tape" if run["replayed"] else ""
+
+
+def _unclear(found: Sequence[_Found]) -> str:
+    """Return why what a run found is no value; empty where it is one."""
+    if len(found) != 1:
+        return "it has no such value" if not found else "several of its set-points fit"
+    return "" if isfinite(found[0].value) else "its value is not a finite number"
+
+
+def _twice(
+    run: Mapping[str, Any], found: Sequence[_Found], counted: dict[tuple[str, float], str]
+) -> str:
+    """Return why a figure is none of its own: what a no-load run told stands in each run on it."""
+    key = (run["no_load_run"] or run["run_id"], found[0].value)
+    first = counted.setdefault(key, run["run_id"])
+    return "" if first == run["run_id"] else f"its value is that of {first}: the same no-load run"
+
+
+def _name(run: Mapping[str, Any], by: Sequence[str]) -> str:
+    return ", ".join(f"{each} {run[each] or NOT_STATED}" for each in by) or "all runs"
+
+
+def _kind(run: Mapping[str, Any], quantity: Quantity) -> str:
+    if quantity.is_result:
+        return " by ".join(filter(None, (run["procedure"], run["method"])))
+    return "" if quantity.is_zero else run["mandrel"] or ""
+
+
+def _nothing(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
+    if not excluded:
+        return "no run fits"
+    reasons = Counter(each.reason for each in excluded).most_common(3)
+    told = "; ".join(f"{count} x {reason}" for reason, count in reasons)
+    return f"no run that fits has a '{quantity.name}' that counts: {told}"

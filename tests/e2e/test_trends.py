@@ -1,0 +1,204 @@
+"""Trends, capabilities and gauge studies as a person asks for them, with their mistakes."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from helpers_archive import estimate, result_document, store_run
+from helpers_cli import call
+from helpers_trends import index_all, on_day, store_results
+
+SHIFTED_FROM = 34
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Forty runs of one lot with a shift of the torque, and three that do not count."""
+    runs = tmp_path_factory.mktemp("trends") / "runs"
+    rng = np.random.default_rng(5)
+    torques = 0.72 + 0.01 * rng.normal(size=40)
+    torques[SHIFTED_FROM:] += 0.05
+    store_results(runs, torques, frequencies=400 + 0.1 * rng.normal(size=40))
+    inputs = {"type": "GE20", "lot": "L1"}
+    store_run(runs, "void", {"measurand": {"name": "none"}}, inputs=inputs)
+    (runs / "bad").mkdir()
+    (runs / "bad" / "run.h5").write_text("no")
+    again = result_document(0.9)
+    again["no_load_run"] = {"id": "no-load 39"}
+    figures = again["compensations"]["template_inverse"]["parameters"]
+    figures["inertia"] = estimate(0.00232 + 1e-7 * (7 * 40 % 13), 1e-6, "kg·m²")
+    store_run(runs, "few", again, started_utc=on_day(41), inputs={"type": "GE20", "lot": "L2"})
+    index_all(runs)
+    return runs
+
+
+def test_a_shift_is_told_with_the_rule_that_is_met(folder):
+    done = call("trend", "torque", "--runs", folder)
+    assert done.code == 1
+    assert "type GE20, lot L1" in done.out
+    assert "OUT OF CONTROL" in done.out
+    assert "Nelson 1: one value beyond 3 standard deviations" in done.out
+    assert "No chart of type GE20, lot L2: there is 1 value, and the baseline is" in done.out
+    assert "1 left out: it has no such value" in done.out
+
+
+def test_the_limits_are_those_of_the_baseline_alone(folder):
+    found = json.loads(call("trend", "torque", "--runs", folder, "--json").out)
+    (series,) = found["series"]
+    values = [each["observed"]["value"] for each in series["points"]]
+    mean_range = np.abs(np.diff(values[:20])).mean()
+    assert series["individuals"]["centre"] == pytest.approx(np.mean(values[:20]))
+    assert series["individuals"]["upper"] == pytest.approx(
+        np.mean(values[:20]) + 3 * mean_range / 1.128379, rel=1e-6
+    )
+    assert [each["baseline"] for each in series["points"]] == [True] * 20 + [False] * 20
+    first = next(i for i, each in enumerate(series["points"]) if i > 19 and each["rules"])
+    assert first in range(SHIFTED_FROM, SHIFTED_FROM + 2)
+    assert series["points"][0]["observed"]["expanded"] == pytest.approx(0.01)
+
+
+def test_a_baseline_of_days_leaves_the_limits_where_they_were(folder):
+    of_days = ("--baseline", "2026-01-01..2026-01-20")
+    first = json.loads(call("trend", "torque", "--runs", folder, "--json").out)["series"]
+    again = json.loads(call("trend", "torque", "--runs", folder, "--json", *of_days).out)["series"]
+    assert first[0]["individuals"] == again[0]["individuals"]
+
+
+def test_what_is_in_control_ends_with_0(folder):
+    done = call("trend", "fn", "--runs", folder, "--chart", "ewma")
+    assert done.code == 0, done.out
+    assert "In control: no rule is met at 20 values after the baseline." in done.out
+    assert call("trend", "torque", "--runs", folder, "--until", "2026-01-30").code == 0
+
+
+def test_figures_of_one_no_load_run_count_once(folder):
+    """The run 'few' was compensated with the no-load run of the last day: the same inertia."""
+    found = json.loads(call("trend", "J", "--runs", folder, "--baseline", "10", "--json").out)
+    reasons = [each["reason"] for each in found["excluded"] if each["run_id"] == "few"]
+    assert reasons == ["its value is that of day-39: the same no-load run"]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        (["torqe"], 2, "no run that fits has a figure 'torqe'"),
+        (["torque", "--baseline", "5"], 2, "a baseline of 5 values is too short"),
+        (["torque", "--baseline", "yesterday"], 2, "'yesterday' is no baseline"),
+        (["torque", "--baseline", "2026-02-01..2026-01-01"], 2, "is empty"),
+        (["torque", "--baseline", "2026-01-01..2026-01-05"], 5, "too short for limits"),
+        (
+            ["torque", "--baseline", "50"],
+            5,
+            "there are 40 values, and the baseline is the first 50",
+        ),
+        (["torque", "--limit", "30"], 2, "--limit does not go with a study"),
+        (["torque", "--lot", "L9"], 5, "no run fits"),
+        (["torque", "--by", "colour"], 2, "Invalid value for '--by'"),
+        (["torque", "--out", "no/trend.docx"], 2, "no report is written as 'trend.docx'"),
+    ],
+)
+def test_what_cannot_be_charted_is_refused_in_words(folder, words, code, told):
+    done = call("trend", *words, "--runs", folder)
+    assert (done.code, "Traceback" in done.err) == (code, False), done.err
+    assert told in done.err
+
+
+def test_results_of_several_procedures_are_not_mixed(tmp_path):
+    for number in range(24):
+        procedure = "SSPB-A" if number % 2 else "SSPB-B"
+        store_run(
+            tmp_path / "runs",
+            f"r{number}",
+            result_document(0.7 + number / 1000),
+            procedure_id=procedure,
+        )
+    index_all(tmp_path / "runs")
+    done = call("trend", "torque", "--runs", tmp_path / "runs")
+    assert done.code == 5
+    assert "SSPB-A by template_inverse (12), SSPB-B by template_inverse (12)" in done.err
+
+
+def test_a_capability_has_its_interval_and_what_speaks_against_it(folder):
+    done = call("capability", "torque", "--upper", "0.95 N·m", "--runs", folder)
+    assert done.code == 0, done.err
+    assert "Cpu" in done.out
+    assert "the process was not in control" in done.out
+    found = json.loads(
+        call("capability", "torque", "--upper", "0.95 N·m", "--lower", "0.5 N·m",
+             "--until", "2026-01-30", "--runs", folder, "--json").out
+    )  # fmt: skip
+    indices = {each["name"]: each for each in found["series"][0]["capability"]["indices"]}
+    assert list(indices) == ["Cp", "Cpk", "Cpu", "Cpl"]
+    assert all(each["low"] < each["value"] < each["high"] for each in indices.values())
+    assert "in control" not in str(found["series"][0]["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        ([], 5, "a capability needs a limit"),
+        (["--upper", "0.95"], 2, "'0.95' has no unit"),
+        (["--upper", "5 Hz"], 2, "'5 Hz' is a frequency, and the values are in N·m"),
+        (["--upper", "0.2 N·m", "--lower", "0.3 N·m"], 5, "is not below the upper one"),
+    ],
+)
+def test_a_capability_without_a_limit_that_fits_is_refused(folder, words, code, told):
+    done = call("capability", "torque", *words, "--runs", folder)
+    assert done.code == code
+    assert told in done.err
+
+
+def session(runs, part, operator, torques):
+    document = result_document(float(np.mean(torques)))
+    point = document["points"][0]
+    document["points"] = [point] * len(torques)
+    made = document["compensations"]["template_inverse"]
+    (first, *_) = made["points"]
+    made["points"] = [{**first, "torque": estimate(float(each))} for each in torques]
+    store_run(
+        runs, f"{part} by {operator}", document, inputs={"specimen": part, "operator": operator}
+    )
+
+
+@pytest.fixture(scope="module")
+def sessions(tmp_path_factory):
+    """Three parts by two operators, three trials of each."""
+    runs = tmp_path_factory.mktemp("gauge") / "runs"
+    for part, torque in (("P1", 0.6), ("P2", 0.7), ("P3", 0.8)):
+        for operator, shift in (("A", 0.0), ("B", 0.01)):
+            session(runs, part, operator, torque + shift + np.array([-0.002, 0.0, 0.002]))
+    index_all(runs)
+    return runs
+
+
+def test_a_gauge_study_of_sessions(sessions):
+    done = call("gauge-rr", "--runs", sessions, "--tolerance", "0.5 N·m")
+    assert done.code == 0, done.err
+    assert "3 parts x 2 operators x 3 trials" in done.out
+    found = json.loads(call("gauge-rr", "--runs", sessions, "--json").out)
+    assert found["readings"][1][1] == pytest.approx([0.708, 0.71, 0.712])
+    components = found["analysis"]["components"]
+    # worked by hand: no interaction, so 2 dof join those of the error: 12 x 0.002^2 / 14
+    error = 12 * 0.002**2 / 14
+    assert components["repeatability"] ** 2 == pytest.approx(error)
+    assert components["operator"] ** 2 == pytest.approx((9 * 2 * 0.005**2 - error) / 9)
+    assert components["part"] ** 2 == pytest.approx((6 * 0.1**2 * 2 / 2 - error) / 6)
+
+
+def test_a_study_that_is_not_crossed_or_not_balanced_names_what_is_missing(tmp_path):
+    runs = tmp_path / "runs"
+    session(runs, "P1", "A", [0.6, 0.61])
+    session(runs, "P1", "B", [0.6, 0.61])
+    index_all(runs)
+    assert "1 part and 2 operators are no crossed study" in call("gauge-rr", "--runs", runs).err
+    session(runs, "P2", "A", [0.7, 0.72, 0.71])
+    index_all(runs)
+    done = call("gauge-rr", "--runs", runs)
+    assert done.code == 5
+    assert "the study is not crossed: P2 by B is missing" in done.err
+    session(runs, "P2", "B", [0.7, 0.72])
+    index_all(runs)
+    assert "most have 2 trials, P2 by A has 3" in call("gauge-rr", "--runs", runs).err
