@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import UsageError
-from rigrunner.archive.filters import CHOICES, RANGES, TEXTS, filters_of
+from rigrunner.api.events import Outcome
+from rigrunner.api.results import Verdict
 from rigrunner.cli.options import runs_option
 from rigrunner.cli.output import message
 
@@ -40,7 +41,7 @@ jobs_option = click.option(
     type=click.IntRange(min=1),
     help="Processes to read with; as many as there are cores if it is left out.",
 )
-_HELP: Mapping[str, str] = {
+_TEXTS: Mapping[str, str] = {
     "specimen": "The specimen; * stands for any characters, ? for one.",
     "type": "The specimen's type, where the procedure asks for it.",
     "lot": "The specimen's lot, where the procedure asks for it.",
@@ -48,8 +49,10 @@ _HELP: Mapping[str, str] = {
     "procedure": "The procedure's id.",
     "revision": "The procedure's revision.",
     "operator": "Who did the run.",
-    "verdict": f"The verdict in force: {', '.join(CHOICES['verdict'])}.",
-    "outcome": f"How the run ended: {', '.join(CHOICES['outcome'])}.",
+    "verdict": f"The verdict in force: {', '.join(Verdict)} or none.",
+    "outcome": f"How the run ended: {', '.join(Outcome)}.",
+}
+_RANGES: Mapping[str, str] = {
     "torque": "The result, such as '0.5..0.8 N·m'; at that set-point where one is asked for.",
     "uncertainty": "Its expanded uncertainty.",
     "raw_peak": "The raw peak.",
@@ -61,8 +64,8 @@ _HELP: Mapping[str, str] = {
 def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options that say which runs are meant."""
     options = [
-        *(_option(name, "TEXT", multiple=True) for name in (*TEXTS, *CHOICES)),
-        *(_option(name, "RANGE") for name in RANGES),
+        *(_option(name, "TEXT", line, multiple=True) for name, line in _TEXTS.items()),
+        *(_option(name, "RANGE", line) for name, line in _RANGES.items()),
         click.option("--since", metavar="DATE", help="Begun on that day or later (UTC)."),
         click.option("--until", metavar="DATE", help="Begun on that day or before (UTC)."),
         click.option(
@@ -86,13 +89,15 @@ def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def _option(name: str, metavar: str, *, multiple: bool = False) -> Callable[..., Any]:
+def _option(name: str, metavar: str, line: str, *, multiple: bool = False) -> Callable[..., Any]:
     flag = f"--{name.replace('_', '-')}"
-    return click.option(flag, name, multiple=multiple, metavar=metavar, help=_HELP[name])
+    return click.option(flag, name, multiple=multiple, metavar=metavar, help=line)
 
 
 def filters_in(words: Mapping[str, Any]) -> Filters:
     """Return the filters that the options gave; raise UsageError."""
+    from rigrunner.archive.filters import filters_of  # noqa: PLC0415  (help needs no database)
+
     inputs, figures = _pairs("--input", words["inputs"]), _pairs("--figure", words["figures"])
     twice = next((name for name, ranges in figures.items() if len(ranges) > 1), "")
     if twice:

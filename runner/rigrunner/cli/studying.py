@@ -11,13 +11,15 @@ import click
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.options import json_option
 from rigrunner.cli.output import message, result, result_json
-from rigrunner.monitoring.quantities import GROUPS, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner.api.studies import StudyInput
     from rigrunner.monitoring.observing import Observations
+
+GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
+"""What runs may have in common: columns of the archive."""
 
 _out_option = click.option(
     "--out",
@@ -45,6 +47,7 @@ def observed(
     from rigrunner.archive import open_archive  # noqa: PLC0415  (SQLAlchemy takes a while)
     from rigrunner.cli.archiving import filters_in  # noqa: PLC0415  (so does it)
     from rigrunner.monitoring.observing import observe  # noqa: PLC0415  (so does SciPy)
+    from rigrunner.monitoring.quantities import Quantity  # noqa: PLC0415  (help needs no other floor)
 
     with closing(open_archive(runs, database)) as archive:
         return observe(archive, Quantity(quantity), filters_in(words), by)

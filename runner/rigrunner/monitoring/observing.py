@@ -61,7 +61,7 @@ def observe(
     by: Sequence[str],
     limit: int | None = None,
 ) -> Observations:
-    """Return what the runs that fit found of a quantity; by the values of `by`, of GROUPS.
+    """Return what the runs that fit found of a quantity; by the columns of runs in `by`.
 
     A run that was not completed, cannot be read, is gone, was replayed from a tape or has no such
     value is left out and named; so is one whose figure is that of a no-load run already counted.

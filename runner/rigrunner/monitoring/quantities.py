@@ -9,8 +9,6 @@ RESULTS = {"torque": ("torque_nm", "expanded_nm"), "raw_peak": ("raw_peak_nm", "
 SHORT = {"J": "inertia", "fn": "natural frequency", "damping": "damping ratio"}
 """Short names of the rig's figures."""
 ZERO = "zero"
-GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
-"""What runs may have in common."""
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,10 @@ def command(
     as_json: bool,
     **words: Any,
 ) -> None:
-    """State the capability of QUANTITY, as `trend` names them, with its confidence intervals.
+    """Compare what many runs found with limits.
 
-    With an upper limit alone that is Cpu, with a lower one Cpl, with both Cp and Cpk besides.
+    QUANTITY is as of `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
+    with both there are Cp and Cpk besides; each has its confidence interval.
     """
     from rigrunner.cli.studied import capability_text
     from rigrunner.cli.studying import finish, in_words, observed, refuse_limit

@@ -35,10 +35,11 @@ def command(
     as_json: bool,
     **words: Any,
 ) -> None:
-    """Analyse a crossed gauge study, of sessions such as those of the procedure gauge_rr.
+    """Study how well a gauge repeats, and reproduces between operators.
 
-    The specimen of a run is the part, its operator the operator, and each of its set-points a
-    trial. Every operator must have measured every part, equally often; what is missing is named.
+    The study is crossed, of sessions such as those of the procedure gauge_rr: the specimen of a
+    run is the part, its operator the operator, and each of its set-points a trial. Every operator
+    must have measured every part, equally often; what is missing is named.
     """
     from rigrunner.archive import open_archive
     from rigrunner.cli.archiving import filters_in
