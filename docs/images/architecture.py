@@ -1,0 +1,229 @@
+#!/usr/bin/env python3
+"""Draws the floors of Rigrunner, and lists its packages, from the code itself.
+
+    python docs/images/architecture.py docs
+
+Floors are those of the import contract in `pyproject.toml`, arrows the imports of the source. It
+writes `images/architecture.svg`, and the table of `architecture.md` below its mark.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+OURS = ROOT / "runner/rigrunner"
+GUESTS = {
+    "rigrunner_plugins": ROOT / "plugins/rigrunner_plugins",
+    "rigrunner_reports": ROOT / "reports/rigrunner_reports",
+}
+MARK = "<!-- below: made by docs/images/architecture.py -->\n"
+WIDTH, BAND, BOX, LEFT = 1180, 78, 34, 16
+GUESTS_X = 1000  # where the column of plugins and reports begins
+INSIDE = GUESTS_X - 40 - LEFT
+ASIDE = {
+    "panel": 0.16, "testing": 0.36, "notebook": 0.91, "golden": 0.57, "archive": 0.74,
+    "tape": 0.19, "engine": 0.24, "procedure": 0.3, "station": 0.13, "interlock": 0.13,
+    "signal": 0.5, "blas": 0.8,
+}  # fmt: skip
+"""How far to the right a box stands that would hide lines in the middle; others share a floor."""
+INK, LINE, FILL, FLOOR, GUEST = "#1f2933", "#7b8794", "#ffffff", "#f0f4f8", "#fff7e6"
+
+
+@dataclass(frozen=True)
+class Package:
+    """A part of the program that has a floor: a package, or a module of its own."""
+
+    name: str
+    path: Path
+
+    @cached_property
+    def files(self) -> list[Path]:
+        """Its modules."""
+        single = self.path.with_suffix(".py")
+        return [single] if single.exists() else sorted(self.path.rglob("*.py"))
+
+    @property
+    def summary(self) -> str:
+        """The first line of its docstring."""
+        start = next(path for path in self.files if path.stem in {"__init__", self.name})
+        return (ast.get_docstring(_tree(start)) or "").partition("\n")[0]
+
+    @cached_property
+    def imports(self) -> set[str]:
+        """The parts of rigrunner that it imports, without itself."""
+        return {part for path in self.files for part in _imported(_tree(path))} - {self.name}
+
+
+def floors() -> list[list[str]]:
+    """Return the layers of the contract, the top first."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
+    (layers,) = (each["layers"] for each in contracts if each["type"] == "layers")
+    return [layer.split(" : ") for layer in layers]
+
+
+def packages() -> dict[str, Package]:
+    """Return all parts of rigrunner by name, and the plugins and reports that ship."""
+    own = {name: Package(name, OURS / name) for floor in floors() for name in floor}
+    return own | {name: Package(name, path) for name, path in GUESTS.items()}
+
+
+def arrows(parts: dict[str, Package]) -> list[tuple[str, str]]:
+    """Return who imports whom, without what follows: a to c, where a to b to c leads there too."""
+    below: dict[str, set[str]] = {}
+
+    def reach(name: str) -> set[str]:
+        if name not in below:
+            found = parts[name].imports
+            below[name] = found.union(*map(reach, found))
+        return below[name]
+
+    return [
+        (name, target)
+        for name, part in parts.items()
+        for target in sorted(part.imports)
+        if not any(target in reach(other) for other in part.imports - {target})
+    ]
+
+
+def drawing() -> str:
+    """Return the SVG."""
+    parts, rows = packages(), floors()
+    boxes = _places(rows)
+    lines = arrows(parts)
+    height = BAND * len(rows) + 16
+    body = [
+        f'<rect x="{LEFT}" y="{16 + BAND * row}" width="{INSIDE}" height="{BOX + 16}" rx="8"'
+        f' fill="{FLOOR}"/>'
+        for row in range(len(rows))
+    ]
+    body += [_arrow(boxes, lines, each) for each in lines]
+    body += [_box(parts[name], place) for name, place in boxes.items()]
+    body.append(_doors(boxes))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}"'
+        f' font-family="sans-serif" role="img">\n<title>The floors of Rigrunner</title>\n'
+        '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7"'
+        f' markerHeight="7" orient="auto"><path d="M0 0 8 4 0 8z" fill="{LINE}"/></marker></defs>\n'
+        f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>\n'
+        + "\n".join(body)
+        + "\n</svg>\n"
+    )
+
+
+def table() -> str:
+    """Return the rows of all packages, the top floor first."""
+    lines = ["| package | what it is | imports |", "|---|---|---|"]
+    for name, part in packages().items():
+        imports = ", ".join(f"`{each}`" for each in sorted(part.imports)) or "none of ours"
+        lines.append(f"| `{name}` | {part.summary} | {imports} |")
+    return "\n".join(lines) + "\n"
+
+
+def page(text: str) -> str:
+    """Return the page with its table made anew."""
+    head, mark, _ = text.partition(MARK)
+    if not mark:
+        raise SystemExit(f"the page has no line {MARK.strip()}")
+    return f"{head}{mark}\n{table()}"
+
+
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _imported(tree: ast.Module) -> set[str]:
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module == "rigrunner":
+            names |= {f"rigrunner.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module)
+    parts = {name.split(".")[1] for name in names if name.startswith("rigrunner.")}
+    return {part for part in parts if not part.startswith("__v")}  # __version__ is a text
+
+
+def _places(rows: list[list[str]]) -> dict[str, tuple[float, float, float]]:
+    """Return left, top and width of each box."""
+    places: dict[str, tuple[float, float, float]] = {}
+    for row, names in enumerate(rows):
+        step = INSIDE / len(names)
+        width = min(step - 10, 150)
+        for column, name in enumerate(names):
+            middle = INSIDE * ASIDE[name] if name in ASIDE else step * (column + 0.5)
+            places[name] = (LEFT + middle - width / 2, 24 + BAND * row, width)
+    for row, name in enumerate(GUESTS, len(rows) - 4):
+        places[name] = (GUESTS_X, 24 + BAND * row, WIDTH - GUESTS_X - 16)
+    return places
+
+
+def _arrow(
+    boxes: dict[str, tuple[float, float, float]],
+    lines: list[tuple[str, str]],
+    line: tuple[str, str],
+) -> str:
+    start, end = line
+    x1 = _port(boxes, start, [e for s, e in lines if s == start], end)
+    x2 = _port(boxes, end, [s for s, e in lines if e == end], start)
+    y1, y2 = boxes[start][1] + BOX, boxes[end][1] - 1
+    bend = (y2 - y1) / 2
+    if boxes[start][1] == boxes[end][1]:  # a neighbour: below both boxes
+        y2, bend = y1 + 1, 0
+        curve = f"C{x1:.1f} {y1 + 24:.1f} {x2:.1f} {y1 + 24:.1f}"
+    else:
+        curve = f"C{x1:.1f} {y1 + bend:.1f} {x2:.1f} {y2 - bend:.1f}"
+    return (
+        f'<path d="M{x1:.1f} {y1:.1f}{curve} {x2:.1f} {y2:.1f}" fill="none" stroke="{LINE}"'
+        f' stroke-width="1.3" marker-end="url(#tip)"/>'
+    )
+
+
+def _port(
+    boxes: dict[str, tuple[float, float, float]], name: str, others: list[str], other: str
+) -> float:
+    """Return where on a box's edge the line to another box ends: side by side, as those stand."""
+    others = sorted(others, key=lambda each: boxes[each][0])
+    left, _, width = boxes[name]
+    return left + width * (others.index(other) + 1) / (len(others) + 1)
+
+
+def _box(part: Package, place: tuple[float, float, float]) -> str:
+    left, top, width = place
+    fill = GUEST if part.name in GUESTS else FILL
+    return (
+        f'<g><title>{escape(part.summary)}</title><rect x="{left:.1f}" y="{top}"'
+        f' width="{width:.1f}" height="{BOX}" rx="5" fill="{fill}" stroke="{INK}"/>'
+        f'<text x="{left + width / 2:.1f}" y="{top + 22}" text-anchor="middle" font-size="15"'
+        f' font-weight="600" fill="{INK}">{part.name}</text></g>'
+    )
+
+
+def _doors(boxes: dict[str, tuple[float, float, float]]) -> str:
+    """Return what is written above the guests: how they come in."""
+    left, top, width = boxes[next(iter(GUESTS))]
+    middle = left + width / 2
+    return "\n".join(
+        f'<text x="{middle:.1f}" y="{top - 34 + 16 * row}" text-anchor="middle" font-size="12"'
+        f' fill="{INK}">{text}</text>'
+        for row, text in enumerate(("found by the registry,", "through entry points:"))
+    )
+
+
+def main(folder: Path) -> None:
+    """Write the drawing and the table."""
+    (folder / "images/architecture.svg").write_text(drawing(), encoding="utf-8")
+    text = (folder / "architecture.md").read_text(encoding="utf-8")
+    (folder / "architecture.md").write_text(page(text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,77 @@
+"""The page on the architecture shows the code as it is."""
+
+from __future__ import annotations
+
+import runpy
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from helpers_docs import ROOT
+
+DOCS = ROOT / "docs"
+AGAIN = "python docs/images/architecture.py docs"
+made = runpy.run_path(str(DOCS / "images/architecture.py"))
+
+
+def test_the_drawing_is_that_of_the_code():
+    drawn = (DOCS / "images/architecture.svg").read_text(encoding="utf-8")
+    assert drawn == made["drawing"](), AGAIN
+
+
+def test_the_table_is_that_of_the_code():
+    text = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    assert text == made["page"](text), AGAIN
+
+
+def test_every_package_has_its_box_and_no_arrow_goes_up():
+    floor_of = {name: row for row, names in enumerate(made["floors"]()) for name in names}
+    there = {path.stem for path in (ROOT / "runner/rigrunner").glob("*.py")} | {
+        path.parent.name for path in (ROOT / "runner/rigrunner").glob("*/__init__.py")
+    }
+    assert set(floor_of) == there - {"__init__"}
+    arrows = made["arrows"](made["packages"]())
+    for start, end in arrows:
+        assert floor_of.get(start, -1) <= floor_of[end], (start, end)
+        assert (end, start) not in arrows
+
+
+def test_the_arrows_reach_all_that_is_imported_and_no_more():
+    parts = made["packages"]()
+    arrows = made["arrows"](parts)
+
+    def reached(name, without=None):
+        found, todo = set(), [name]
+        while todo:
+            here = todo.pop()
+            for start, end in arrows:
+                if start == here and (start, end) != without and end not in found:
+                    found.add(end)
+                    todo.append(end)
+        return found
+
+    for name, part in parts.items():
+        assert part.imports <= reached(name)
+    for start, end in arrows:
+        assert end not in reached(start, without=(start, end)), "it follows from others"
+
+
+def test_imports_are_read_as_python_reads_them(tmp_path):
+    (tmp_path / "part.py").write_text(
+        "import rigrunner.engine\nfrom rigrunner.plan import a\nfrom rigrunner import rig\n"
+        "from rigrunner import __version__\nimport numpy\n"
+        "def late():\n    from rigrunner.panel.web import b\n"
+    )
+    part = made["Package"]("part", tmp_path / "part")
+    assert part.imports == {"engine", "plan", "rig", "panel"}
+
+
+def test_the_drawing_has_a_box_for_each_package():
+    root = ET.fromstring(made["drawing"]())  # noqa: S314  (made just now)
+    texts = {text.text for text in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert set(made["packages"]()) <= texts
+
+
+def test_a_page_without_the_mark_is_refused():
+    with pytest.raises(SystemExit, match="has no line"):
+        made["page"]("# Architecture\n")
