@@ -179,6 +179,9 @@ class Screen:
     def fill_in(self, specimen: str = "B-17", operator: str = NAME) -> None:
         """Answer what the procedure asks."""
         self.page.get_by_label("Bearing serial number").fill(specimen)
+        if self.page.get_by_label("Bearing type").count():
+            self.page.get_by_label("Bearing type").fill("GE20")
+            self.page.get_by_label("Lot").fill("L-7")
         self.page.get_by_label("Your name").fill(operator)
 
     def say_name(self, name: str = NAME) -> None:

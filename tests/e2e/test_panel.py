@@ -54,7 +54,7 @@ def screen(server):
 
 def start(screen, *, realtime=True, **more):
     pair = ready(screen, LOADED)
-    inputs = {"specimen": "SN-1", "operator": "Ann"}
+    inputs = {"specimen": "SN-1", "type": "GE20", "lot": "L-7", "operator": "Ann"}
     screen.post("run/start", 202, **pair, inputs=inputs, realtime=realtime, operator="Ann", **more)
 
 
@@ -75,7 +75,7 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert [each["kind"] for each in items] == kinds
     refused = watcher.post("run/start", 403, **pair)
     assert refused["message"] == "Ann has control"
-    inputs = {"specimen": hostile, "operator": "Ann"}
+    inputs = {"specimen": hostile, "type": "GE20", "lot": "L-7", "operator": "Ann"}
     screen.post("run/start", 202, **pair, inputs=inputs, realtime=False)
     second = screen.post("run/start", 409, **pair)
     assert second["message"] == "the rig is in use"

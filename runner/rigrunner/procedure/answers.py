@@ -13,6 +13,8 @@ _BARE_NUMBER = re.compile(
     r"[+\N{MINUS SIGN}-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII
 )
 _LONGEST = 60
+_UNSTORABLE = re.compile("[\\x00-\\x08\\x0e-\\x1f\\x7f\\ud800-\\udfff]")
+"""What a run file cannot hold, or a page not show: NUL, an escape, a lone surrogate."""
 
 
 class AnswerError(RigrunnerError, ValueError):
@@ -43,6 +45,9 @@ class Expected:
         A number without a unit is in the unit of the question, which the person sees.
         """
         text = answer.strip()
+        if _UNSTORABLE.search(text):
+            shown = text[:_LONGEST].encode("unicode_escape").decode()
+            raise AnswerError(f"got '{shown}', allowed is a text without control characters")
         if self.choices:
             return self._choice(text)
         return self._quantity(text) if self.unit else text

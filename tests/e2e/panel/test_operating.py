@@ -53,6 +53,8 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     page.get_by_role("button", name="Next specimen").click()
     page.wait_for_selector(".preflight")
     assert page.get_by_label("Bearing serial number").input_value() == ""
+    assert page.get_by_label("Bearing type").input_value().endswith("GE20")
+    assert page.get_by_label("Lot").input_value()
     assert page.get_by_label("Your name").input_value() == run["operator"]
     page.get_by_label("Bearing serial number").fill("SECOND-2")
     screen.check_rig()
@@ -98,8 +100,9 @@ def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
     page.wait_for_selector(".preflight")
     focus_on(page, "Bearing serial number")
     write("KEYS-1")
-    press("Enter")  # as a barcode scanner ends; the next field has the focus
-    write(NAME)
+    for text in ("GE20", "L-7", NAME):
+        press("Enter")  # as a barcode scanner ends; the next field has the focus
+        write(text)
     focus_on(page, "At the pace of the signal")
     press("Space")
     focus_on(page, "Check the rig")

@@ -103,7 +103,7 @@ def test_nothing_starts_without_the_answers(screen):
     page = screen.page
     screen.open()
     screen.choose()
-    page.get_by_label("Your name").fill(NAME)
+    screen.fill_in(specimen="")
     screen.check_rig(ready=False)
     for empty in ("   ", ""):
         page.get_by_label("Bearing serial number").fill(empty)

@@ -85,7 +85,7 @@ def test_a_plan_that_needs_a_no_load_run_says_that_there_is_none(client):
     found = client.post("/api/plan", json={**PAIR, "procedure": "starting_torque_1000n"}).json()
     assert (found["no_load"]["needed"], found["no_load"]["run"]) == (True, "")
     assert "SSPB-NLI" in found["no_load"]["problem"] + found["no_load"]["hint"]
-    assert [each["name"] for each in found["inputs"]] == ["specimen", "operator"]
+    assert [each["name"] for each in found["inputs"]] == ["specimen", "type", "lot", "operator"]
 
 
 def test_problems_of_files_come_with_their_places(client, folder):
@@ -394,7 +394,7 @@ class TestHistory:
         assert found == {
             "procedure": "starting_torque_1000n",
             "station": "simulated",
-            "inputs": {"operator": "Demo operator"},
+            "inputs": {"type": "DEMO-GE20", "lot": "DEMO-LOT-1", "operator": "Demo operator"},
             "operator": "Demo operator",
         }
 

@@ -46,6 +46,8 @@ def test_an_answer_that_is_taken(expected, answer, taken):
          "did you mean 'left side'?"),
         (SIDE, "", "got '', allowed is one of: left side, right side", ""),
         (SIDE, "1", "allowed is one of", ""),
+        (Expected(), "SN\x00", r"got 'SN\x00', allowed is a text without control characters", ""),
+        (Expected(), "SN\udcff", r"got 'SN\udcff', allowed is a text without control", ""),
         (ROOM, "", "'' is not a number with a unit", "units of temperature: K, °C"),
         (ROOM, "warm", "'warm' is not a number with a unit", ""),
         (ROOM, "23,5", "'23,5' has a decimal comma", "write '23.5'"),
