@@ -55,7 +55,7 @@ def client(folder):
 def test_what_is_there_to_choose_can_be_searched(client):
     names = [each["name"] for each in client.get("/api/procedures").json()["items"]]
     assert "starting_torque_1000n" in names
-    found = client.get("/api/procedures", params={"search": "TORQUE 1000"}).json()["items"]
+    found = client.get("/api/procedures", params={"search": "TORQUE STT-1000"}).json()["items"]
     assert [each["id"] for each in found] == ["SSPB-STT-1000"]
     stations = client.get("/api/stations", params={"search": "bench"}).json()["items"]
     assert [each["name"] for each in stations] == ["simulated_bench"]
