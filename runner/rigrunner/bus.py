@@ -78,13 +78,20 @@ class Emitter:
         self._latest = clock.utc()
         self._stamp = EventStamp(clock, first_seq)
 
-    def __call__(self, kind: type[Event], **fields: Any) -> None:
-        """Emit one event; an Alarm follows for each guarded sink that failed on it."""
+    def __call__(
+        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+    ) -> None:
+        """Emit one event; an Alarm follows for each guarded sink that failed on it.
+
+        `whole`: all of its fields but the stamp, those with a default among them.
+        """
         now, latest = self._clock.utc(), self._latest
         self._latest = now
         if now < latest:
             self._tell_set_back(latest, now)
-        if dropped := self._bus.emit(self._stamp.at(now, kind, fields)):
+        stamp = self._stamp
+        event = stamp.at(now, kind, fields) if whole is None else stamp.on(now, kind, whole)
+        if dropped := self._bus.emit(event):
             for text in dropped:
                 self(Alarm, source="event sink", text=text)
 
@@ -101,8 +108,8 @@ class EventStamp:
         self._clock = clock
         self._seq = itertools.count(first_seq)
         self._utc_text = UtcTexts()
-        self._made: dict[tuple[object, ...], Mapping[str, Any]] = {}
-        """The fields of an event that was made with these names before, of those not given too."""
+        self._seen: set[type[Event]] = set()
+        """The kinds of which a whole one was looked at."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
@@ -111,14 +118,24 @@ class EventStamp:
     def at(self, now: datetime, kind: type[_E], given: Mapping[str, Any]) -> _E:
         """Return an event of that kind, stamped with a date and time that was just looked at."""
         seq, monotonic_s, utc = next(self._seq), self._clock.monotonic_s(), self._utc_text(now)
-        names = (kind, *given)
-        made = self._made.get(names)
-        if made is None:
-            checked = kind(seq=seq, monotonic_s=monotonic_s, utc=utc, **given)
-            self._made[names] = dict(vars(checked))
-            return checked
-        known = {**made, **given, "seq": seq, "monotonic_s": monotonic_s, "utc": utc}
-        # The __init__ of a frozen dataclass sets each field on its own, in four times the time.
+        return kind(seq=seq, monotonic_s=monotonic_s, utc=utc, **given)
+
+    def on(self, now: datetime, kind: type[_E], whole: Mapping[str, Any]) -> _E:
+        """Return the same of all fields, in their order: for those of which there are very many.
+
+        The __init__ of a frozen dataclass sets each field on its own, in four times the time. What
+        is given is looked at when the first event of a kind is made.
+        """
+        known = {
+            "seq": next(self._seq),
+            "monotonic_s": self._clock.monotonic_s(),
+            "utc": self._utc_text(now),
+            **whole,
+        }
+        if kind not in self._seen:
+            if list(known) != list(vars(kind(**known))):
+                raise TypeError(f"{kind.__name__} is not whole: {', '.join(whole)}")
+            self._seen.add(kind)
         event = kind.__new__(kind)
         object.__setattr__(event, "__dict__", known)
         return event

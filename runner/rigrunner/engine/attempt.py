@@ -6,11 +6,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, DeviceError
-from rigrunner.engine.steps import action_name
+from rigrunner.engine.steps import NOTHING, action_name
 from rigrunner.plan.actions import Measure, Record
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.engine.steps import Measured
     from rigrunner.plan.actions import PlannedStep
+
+_NONE: Mapping[str, Any] = {}
 
 
 class Attempt:
@@ -22,32 +27,45 @@ class Attempt:
     def __init__(self, index: int, step: PlannedStep, number: int, total: int) -> None:
         self.step = step
         self.number = number
-        action = step.action
-        known: dict[str, Any] = {"step": step.path, "index": index, "action": action_name(action)}
-        if isinstance(action, Record):
-            if total > 1:  # each try makes a recording of its own
-                action = replace(action, name=f"{action.name}_try{total}")
-            known["recording"] = action.name
-        self.action = action
-        self._identity = known
-
-    @property
-    def started(self) -> dict[str, Any]:
-        """The fields of its StepStarted."""
-        action = self.action
-        known = {**self._identity, "text": self.step.text}
-        if isinstance(action, (Measure, Record)):
-            known["setpoints"], known["units"] = action.setpoints, action.units
-        return known
-
-    @property
-    def ended(self) -> dict[str, Any]:
-        """The fields of its StepEnded that do not depend on how it went."""
-        action = self.action
+        self.action = action = step.action
+        self.recording = self._measurement = ""
+        self._index = index
+        self._setpoints = self._units = _NONE
         if isinstance(action, Measure):
-            measured = {"measurement": action.name, "setpoints": action.setpoints}
-            return {**self._identity, **measured}
-        return self._identity
+            self._measurement = action.name
+            self._setpoints, self._units = action.setpoints, action.units
+        elif isinstance(action, Record):
+            if total > 1:  # each try makes a recording of its own
+                self.action = action = replace(action, name=f"{action.name}_try{total}")
+            self.recording = action.name
+            self._setpoints, self._units = action.setpoints, action.units
+
+    def started(self) -> dict[str, Any]:
+        """Return all fields of its StepStarted but the stamp."""
+        return {
+            "step": self.step.path,
+            "index": self._index,
+            "action": action_name(self.action),
+            "text": self.step.text,
+            "recording": self.recording,
+            "setpoints": self._setpoints,
+            "units": self._units,
+        }
+
+    def ended(self, found: Measured = NOTHING, *, ok: bool) -> dict[str, Any]:
+        """Return all fields of its StepEnded but the stamp."""
+        return {
+            "step": self.step.path,
+            "index": self._index,
+            "action": action_name(self.action),
+            "ok": ok,
+            "recording": self.recording,
+            "measurement": self._measurement,
+            "setpoints": self._setpoints if self._measurement else _NONE,
+            "values": found.values,
+            "units": found.units,
+            "truth": found.truth if ok else _NONE,
+        }
 
     def is_tried_again(self, error: BaseException) -> bool:
         """Say whether another try follows upon an error."""

@@ -39,6 +39,8 @@ class Guard:
         self._emit = emit
         now_s = rig.clock.monotonic_s()
         self._watches = [Watch(each, now_s) for each in interlocks]
+        self.watching = bool(self._watches)
+        """Whether there is any: where not, a step need not ask."""
 
     @property
     def tripped(self) -> list[Watch]:
@@ -81,8 +83,6 @@ class Guard:
 
     def check(self, *, anew: bool = False) -> None:
         """Look, then raise InterlockError or PauseWantedError for what is tripped."""
-        if not self._watches:
-            return
         self.look(anew=anew)
         acting = [each for each in self.tripped if each.interlock.does != "forbid"]
         for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
@@ -92,8 +92,6 @@ class Guard:
 
     def allow(self, role: str, drive: str, value: float) -> None:
         """Raise InterlockError if a set-point leads away from safe and is forbidden now."""
-        if not self._watches:
-            return
         member = f"{role}.{drive}"
         against = [each for each in self.tripped if member in each.interlock.forbids]
         for each in against:

@@ -18,8 +18,6 @@ def judge(limits: Sequence[Limit], values: Mapping[str, float]) -> list[str]:
 
     `values` are in SI units, by 'role.channel'.
     """
-    if not limits:
-        return []
     near = [limit for limit in limits if not _is_clear(limit, values[limit.member])]
     beyond = [text for limit in near if (text := _beyond(limit, values[limit.member]))]
     if beyond:

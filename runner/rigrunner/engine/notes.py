@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import AbortedError, RigrunnerError
 from rigrunner.api.events import Alarm, Intervention, Outcome
 from rigrunner.engine.pausing import StopNow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
@@ -26,12 +26,9 @@ class Notes:
         self._emit = emit
         self._stop = stop
         self._noted: list[BaseException] = []
-        self._passed_over = list(passed_over)
-
-    @property
-    def first(self) -> BaseException | None:
+        self.first: BaseException | None = None
         """The first error."""
-        return self._noted[0] if self._noted else None
+        self._passed_over = list(passed_over)
 
     @property
     def last(self) -> BaseException | None:
@@ -43,10 +40,12 @@ class Notes:
         """What the run went on after, though it is not as it should be."""
         return tuple(self._passed_over)
 
-    def tell(self, kind: type[Event], **fields: object) -> None:
+    def tell(
+        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+    ) -> None:
         """Emit what must not raise: a sink that fails now is an error beside the first."""
         try:
-            self._emit(kind, **fields)
+            self._emit(kind, whole, **fields)
         except Exception as error:  # noqa: BLE001  (a failed sink gets no more events: this ends)
             self.note("event sink", error)
 
@@ -54,7 +53,7 @@ class Notes:
         """Put an error on record, once."""
         if any(error is noted for noted in self._noted):
             return
-        self._noted.append(error)
+        self.keep(error)
         if isinstance(error, (AbortedError, KeyboardInterrupt)):
             self.tell(Intervention, action="abort", by=self._who(error), reason=words(error))
         else:
@@ -63,6 +62,7 @@ class Notes:
     def keep(self, error: BaseException) -> None:
         """Let an error that is on record already count for the outcome."""
         self._noted.append(error)
+        self.first = self._noted[0]
 
     def pass_over(self, text: str) -> None:
         """Let the run go on, and say so at its end."""

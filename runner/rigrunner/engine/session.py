@@ -12,6 +12,8 @@ from rigrunner.api.events import Intervention
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
     from rigrunner.engine.answers import AnswerSource
@@ -23,8 +25,10 @@ if TYPE_CHECKING:
 class Emit(Protocol):
     """Puts an event on the bus."""
 
-    def __call__(self, kind: type[Event], **fields: Any) -> None:
-        """Stamp and hand out an event of that kind."""
+    def __call__(
+        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+    ) -> None:
+        """Stamp and hand out an event of that kind; `whole`: of which all fields are given."""
         ...
 
 
@@ -64,11 +68,13 @@ class Session:
         """
         if self._telling is not None:
             self._tell(self._telling)
-        check_stop(self.stop)
+        if self.stop.is_set():
+            raise stopped(self.stop)
         if self.is_ending:
             self.guard.look()
         else:
-            self.guard.check(anew=anew)
+            if self.guard.watching:
+                self.guard.check(anew=anew)
             if self.pauses is not None and (by := self.pauses.wanted()):
                 raise PauseWantedError("a pause was asked for", by)
         if self.timeout_s is not None:
@@ -78,7 +84,8 @@ class Session:
         """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
         if self._telling is not None:
             self._tell(self._telling)
-        check_stop(self.stop)
+        if self.stop.is_set():
+            raise stopped(self.stop)
         with suppress(PauseWantedError):
             self.guard.check(anew=anew)
 
@@ -94,7 +101,8 @@ class Session:
 
     def set(self, role: str, drive: str, value: float) -> float:
         """Set a drive and return its read-back; raise InterlockError if that is forbidden."""
-        self.guard.allow(role, drive, value)
+        if self.guard.watching:
+            self.guard.allow(role, drive, value)
         return self.rig.set(role, drive, value, self.timeout_s, self.check)
 
     def check_time(self) -> None:
@@ -107,10 +115,9 @@ class Session:
             )
 
 
-def check_stop(stop: StopToken) -> None:
-    """Raise AbortedError once the run is asked to stop, in the token's own words if it has any."""
-    if stop.is_set():
-        raise stop.reason() if isinstance(stop, Reasoned) else AbortedError("stopped on request")
+def stopped(stop: StopToken) -> AbortedError:
+    """Return what ends a run that is asked to stop, in the token's own words if it has any."""
+    return stop.reason() if isinstance(stop, Reasoned) else AbortedError("stopped on request")
 
 
 class _Never:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
@@ -142,14 +143,20 @@ def _ramp(action: Ramp, session: Session) -> Measured:
 
 
 def _measure(action: Measure, session: Session) -> Measured:
+    values: dict[str, float] = {}
+    for role, channels in _by_role(action.channels):
+        values.update(_values(action, role, channels, session))
+    return Measured({member: values[member] for member in action.channels}, action.units)
+
+
+@lru_cache
+def _by_role(members: tuple[str, ...]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return the channels of each role: a sweep measures the same ones at every point."""
     by_role: dict[str, list[str]] = {}
-    for member in action.channels:
+    for member in members:
         role, channel = split_member(member)
         by_role.setdefault(role, []).append(channel)
-    values: dict[str, float] = {}
-    for role, channels in by_role.items():
-        values |= _values(action, role, channels, session)
-    return Measured({member: values[member] for member in action.channels}, action.units)
+    return tuple((role, tuple(channels)) for role, channels in by_role.items())
 
 
 def _values(

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from rigrunner.engine.notes import Notes
     from rigrunner.engine.session import Session
-    from rigrunner.engine.steps import Measured
     from rigrunner.plan.actions import PlannedStep
 
 
@@ -30,33 +29,33 @@ def do_step(
     name. Raises what ends the run, and PauseWantedError if a pause broke the step off.
     """
     for number in range(1, step.terms.tries + 1):
-        tries[index] += 1
-        if _try(Attempt(index, step, number, tries[index]), session, notes):
+        tries[index] = total = tries.get(index, 0) + 1
+        if _try(Attempt(index, step, number, total), session, notes):
             return
 
 
 def _try(attempt: Attempt, session: Session, notes: Notes) -> bool:
     """Return whether the step is over; raise what ends the run."""
     step, found = attempt.step, NOTHING
-    trial = session.within(step.terms.timeout_s)
-    session.emit(StepStarted, **attempt.started)
+    terms = step.terms
+    trial = session.within(terms.timeout_s)
+    session.emit(StepStarted, attempt.started())
     try:
         found = perform(step.path, attempt.action, trial)
         trial.check_time()
-        remarks = judge(step.terms.limits, found.values)
+        remarks = judge(terms.limits, found.values) if terms.limits else ()
     except PauseWantedError as wanted:
-        notes.tell(StepEnded, **attempt.ended, ok=False, **_values(found))
+        notes.tell(StepEnded, attempt.ended(found, ok=False))
         raise _unless_repeatable(step, wanted) from wanted
     except BaseException as error:
         again, passed_over = _failed(attempt, error, notes)
-        notes.tell(StepEnded, **attempt.ended, ok=False, **_values(found))
+        notes.tell(StepEnded, attempt.ended(found, ok=False))
         if again or passed_over:
             return not again
         raise
     for text in remarks:
         session.emit(Note, step=step.path, text=text)
-    values, units, truth = found
-    session.emit(StepEnded, **attempt.ended, ok=True, values=values, units=units, truth=truth)
+    session.emit(StepEnded, attempt.ended(found, ok=True))
     return True
 
 
@@ -82,7 +81,3 @@ def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool,
     else:
         notes.note(path, error)
     return again, passed_over
-
-
-def _values(found: Measured) -> dict[str, object]:
-    return {"values": found.values, "units": found.units}

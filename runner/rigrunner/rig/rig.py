@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Self, TypeVar
 
 from rigrunner.api.calling import Patience, blocks_of
 from rigrunner.api.devices import (
-    Approaching,
     CountsStreams,
     KnowsStream,
     KnowsTruth,
     Pausable,
     Readable,
-    Settable,
     Streaming,
 )
 from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.rig.drives import agrees, approach
+from rigrunner.rig.held import HeldDrive
 from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import make_safe, safe_places
 from rigrunner.station.drive_rules import DriveRules
@@ -63,6 +61,7 @@ class Rig:
         self._paused: list[str] = []
         self._patience = patience or Patience()
         self._roles = {name: Role(name, device) for name, device in self.devices.items()}
+        self._drives: dict[tuple[str, str], HeldDrive] = {}
 
     def __enter__(self) -> Self:
         self.connect()
@@ -104,43 +103,20 @@ class Rig:
         needs and `Patience` adds, or for `timeout_s`. `meanwhile` is called again and again while
         a drive that can be asked is on its way; what it raises ends the waiting.
         """
-        info, member = self._drive(role, drive), f"{role}.{drive}"
-        held = self._roles[role]
-        device = held.need(Settable)  # type: ignore[type-abstract]  # a Protocol
-        self._rules.check(member, info, value, self._standing)
-        limit_s = self._patience.answer_s + info.longest_s if timeout_s is None else timeout_s
-        self._set_points.pop(member, None)  # until it is read back, where it stands is not known
-        approaching = held.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
-        if approaching is not None:
-            with held.named():
-                call = partial(held.caller.call, timeout_s=self._patience.answer_s)
-                approach(
-                    approaching,
-                    info,
-                    value,
-                    call=call,
-                    clock=self.clock,
-                    limit_s=limit_s,
-                    meanwhile=meanwhile,
-                )
-        else:
-            held.call(f"set {drive}", partial(device.set, drive, value), limit_s)
-        answer_s = self._patience.answer_s
-        actual = held.call(f"read back {drive}", partial(device.read_back, drive), answer_s)
-        if not agrees(info, actual, value):
-            raise DeviceRejectedError(
-                f"{role}: {drive} was set to {value:g} {info.unit}"
-                f" but reads back {actual:g} {info.unit}",
-                hint=f"allowed: within {info.allowed_deviation:g} {info.unit}",
-            )
-        self._set_points[member] = value
+        held = self._held(role, drive)
+        self._rules.check(held.member, held.allowed, value, self._standing)
+        self._set_points.pop(
+            held.member, None
+        )  # where it stands is not known until it is read back
+        actual = held.move(value, timeout_s, self.clock, meanwhile)
+        self._set_points[held.member] = value
         return actual
 
     def led_rate_per_s(self, role: str, drive: str) -> float | None:
         """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
-        info, member = self._drive(role, drive), f"{role}.{drive}"
-        narrowed_per_s = self._rules.narrowed(member, info).rate_per_s
-        return None if narrowed_per_s == info.rate_per_s else narrowed_per_s
+        held = self._held(role, drive)
+        rate_per_s = held.allowed.rate_per_s
+        return None if rate_per_s == held.info.rate_per_s else rate_per_s
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits that the station sets it."""
@@ -152,8 +128,7 @@ class Rig:
 
     def read_back(self, role: str, drive: str) -> float:
         """Return where a drive is read back to stand."""
-        device = self._roles[role].need(Settable)  # type: ignore[type-abstract]  # a Protocol
-        return self._call(role, f"read back {drive}", lambda: device.read_back(drive))
+        return self._held(role, drive).read_back()
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
         """Say whether a set-point is farther from the safe value than where the drive stands."""
@@ -278,6 +253,7 @@ class Rig:
         identity = self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
         self._connected.add(role)
         self._roles[role].look_anew()
+        self._drives.clear()
         return identity
 
     def _standing(self, member: str) -> float:
@@ -298,7 +274,7 @@ class Rig:
         return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
 
     def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
-        values = self._call(role, "read", partial(device.read, channels))
+        values = self._roles[role].call("read", device.read, self._patience.answer_s, channels)
         missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
         if missing:
             raise DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")
@@ -306,6 +282,13 @@ class Rig:
 
     def _drive(self, role: str, drive: str) -> DriveInfo:
         return self._roles[role].drive(drive)
+
+    def _held(self, role: str, drive: str) -> HeldDrive:
+        held = self._drives.get((role, drive))
+        if held is None:
+            held = HeldDrive(self._roles[role], drive, self._rules, self._patience)
+            self._drives[role, drive] = held
+        return held
 
     def _call(
         self, role: str, what: str, function: Callable[[], _T], timeout_s: float | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.calling import InlineCaller, ThreadCaller
@@ -27,7 +28,8 @@ class Role:
     def __init__(self, name: str, device: Device) -> None:
         self.name = name
         self.device = device
-        self.caller: Caller = InlineCaller() if device.non_blocking else ThreadCaller(name)
+        self._inline = device.non_blocking
+        self.caller: Caller = InlineCaller() if self._inline else ThreadCaller(name)
         self._abilities: dict[type[Any], object] = {}
         self._drives: dict[str, DriveInfo] = {}
 
@@ -44,10 +46,10 @@ class Role:
 
     def need(self, ability: type[_T]) -> _T:
         """Return the device; raise DeviceRejectedError if it has not that ability."""
-        device = self.able(ability)
+        device = self._abilities.get(ability) or self.able(ability)
         if device is None:
             raise DeviceRejectedError(f"{self.name}: the device is not {ability.__name__.lower()}")
-        return device
+        return device  # type: ignore[return-value]  # isinstance said so
 
     def drive(self, name: str) -> DriveInfo:
         """Return a drive; raise DeviceRejectedError."""
@@ -60,10 +62,14 @@ class Role:
             )
         return self._drives[name]
 
-    def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
+    def call(
+        self, what: str, function: Callable[..., _T], timeout_s: float, *arguments: object
+    ) -> _T:
         """Return what the function returns; raise a DeviceError, a time-out among them."""
         try:
-            return self.caller.call(what, function, timeout_s)
+            if self._inline:  # as its caller does, without what a call of that takes
+                return function(*arguments)
+            return self.caller.call(what, partial(function, *arguments), timeout_s)
         except DeviceError as error:
             self._name(error)
             raise

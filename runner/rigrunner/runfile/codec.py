@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _LENGTH = struct.Struct("<I")
-_REPLACED = "\N{REPLACEMENT CHARACTER}".encode()
 _KINDS: Mapping[str, type[events.Event]] = {
     kind.__name__: kind
     for kind in (
@@ -84,13 +83,11 @@ def check_format(version: int, source: str) -> None:
 
 def event_bytes(event: events.Event) -> bytes:
     """Return an event as JSON. The truth of a simulator is left out: it is kept apart."""
-    opening, encode = _encoder(cast("Any", type(event)))
+    opening, encode = _encoder(type(event))  # type: ignore[arg-type]  # mypy: no type is hashable
     try:  # in half the time of an encoder that does not know the kinds of its fields
-        fields = encode(event, warnings=False)
+        return opening + encode(event, warnings=False)[1:]
     except PydanticSerializationError:  # a mapping that is no dict, half of a surrogate pair
         return plain_event_bytes(event)
-    # Half of a surrogate pair in a name of a mapping is no error to it, but replaced.
-    return plain_event_bytes(event) if _REPLACED in fields else opening + fields[1:]
 
 
 def plain_event_bytes(event: events.Event) -> bytes:
@@ -212,11 +209,18 @@ def _names(kind: Any) -> frozenset[str]:
 
 @cache
 def _encoder(kind: Any) -> tuple[bytes, Callable[..., bytes]]:
-    """Return how an event of that kind begins, and what encodes it with its opening brace."""
+    """Return how an event of that kind begins, and what encodes it with its opening brace.
+
+    A name in a mapping may be anything: of one that is said to be a text it would replace what is
+    half of a surrogate pair.
+    """
     schema = cast("Any", TypeAdapter(kind).core_schema)
     schema["config"] = {"ser_json_inf_nan": "constants"}
     for each in schema["schema"]["fields"]:
         each["serialization_exclude"] = each["name"] == "truth"
+        values = each["schema"].get("schema", each["schema"])
+        if values["type"] == "dict":
+            values["keys_schema"] = {"type": "any"}
     return f'{{"event":"{kind.__name__}",'.encode(), SchemaSerializer(schema).to_json
 
 

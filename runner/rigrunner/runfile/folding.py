@@ -20,16 +20,17 @@ class Folding:
 
     def __init__(self) -> None:
         self._worker = ThreadPoolExecutor(1, "fold")
-        self._going: deque[Future[None]] = deque()
+        self.going: deque[Future[None]] = deque()
+        """What was started and was not looked at since."""
 
     def start(self, fold: Callable[[], None]) -> None:
         """Fold once those before it are done."""
-        self._going.append(self._worker.submit(fold))
+        self.going.append(self._worker.submit(fold))
 
     def check(self) -> None:
         """Raise what a fold has raised; its recording is still whole, in its journal."""
-        while self._going and self._going[0].done():
-            self._going.popleft().result()
+        while self.going and self.going[0].done():
+            self.going.popleft().result()
 
     def wait(self) -> None:
         """Wait until all are done; what failed is folded anew at sealing. Idempotent."""

@@ -69,13 +69,24 @@ class JournalWriter:
         """Append one record, in one write; the system has it on return."""
         length = len(payload)
         checksum = zlib.crc32(payload, zlib.crc32(_HEAD.pack(length, kind, 0)))
-        self._append((_HEAD.pack(length, kind, checksum) + payload,), length)
+        try:
+            self._write(_HEAD.pack(length, kind, checksum) + payload)
+        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
+            self._take_back()
+            raise
+        self._end += _HEAD.size + length
 
     def append_parts(self, kind: Kind, parts: Sequence[bytes | memoryview]) -> None:
         """Append one record whose payload is the parts in order; long ones are not copied."""
         length = sum(map(len, parts))
         record = (_HEAD.pack(length, kind, _checksum(length, kind, parts)), *parts)
-        self._append(record if length > _SMALL else (b"".join(record),), length)
+        try:
+            for each in record if length > _SMALL else (b"".join(record),):
+                self._write(each)
+        except BaseException:
+            self._take_back()
+            raise
+        self._end += _HEAD.size + length
 
     def sync(self) -> None:
         """Wait until all is on the disk."""
@@ -91,16 +102,10 @@ class JournalWriter:
         """Close the file; idempotent."""
         self._file.close()
 
-    def _append(self, pieces: Sequence[bytes | memoryview], length: int) -> None:
-        try:
-            for each in pieces:
-                self._write(each)
-        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
-            with suppress(OSError):
-                self._file.seek(self._end)
-                self._file.truncate()
-            raise
-        self._end += _HEAD.size + length
+    def _take_back(self) -> None:
+        with suppress(OSError):
+            self._file.seek(self._end)
+            self._file.truncate()
 
     def _write(self, data: bytes | memoryview) -> None:
         written = self._file.write(data) or 0

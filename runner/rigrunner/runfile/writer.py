@@ -76,7 +76,8 @@ class RunWriter:
 
     def __call__(self, event: Event) -> None:
         """Take one event."""
-        self._folding.check()
+        if self._folding.going:
+            self._folding.check()
         try:
             match event:
                 case StepStarted(recording=name) if name:
@@ -84,7 +85,7 @@ class RunWriter:
                 case StepEnded(recording=name) if name:
                     self._end_recording(event)
                 case StepStarted() | StepEnded() | RunStarted():
-                    self._append(event, urgent=self._is_urgent(event))
+                    self._append(event, urgent=self._sync_measurements and _measures(event))
                 case Samples():
                     self._take_samples(event)
                 case _:
@@ -115,10 +116,6 @@ class RunWriter:
             self._events.sync()
         else:
             self._events.sync_sometimes()
-
-    def _is_urgent(self, event: Event) -> bool:
-        """Say whether the station wants it on the disk before its step is done."""
-        return self._sync_measurements and isinstance(event, StepEnded) and bool(event.measurement)
 
     def _begin_recording(self, event: StepStarted) -> None:
         self._close_samples()
@@ -160,6 +157,10 @@ class RunWriter:
         journal.close()
         sync_folder(journal.path.parent)
         return journal.path
+
+
+def _measures(event: Event) -> bool:
+    return isinstance(event, StepEnded) and bool(event.measurement)
 
 
 def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:

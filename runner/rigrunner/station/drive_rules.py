@@ -31,18 +31,17 @@ class DriveRules:
         return self.narrowed(member, info).rate_per_s != info.rate_per_s
 
     def check(
-        self, member: str, info: DriveInfo, value: float, standing: Callable[[str], float]
+        self, member: str, allowed: DriveInfo, value: float, standing: Callable[[str], float]
     ) -> None:
         """Raise DeviceRejectedError for a set-point beyond the limits.
 
-        `standing` tells where another drive stands, in SI units.
+        `allowed` is the drive as it was `narrowed`; `standing` tells where another drive stands, in
+        SI units.
         """
-        role, drive = member.split(".")
-        known = self.narrowed(member, info)
-        if not known.minimum <= value <= known.maximum:
+        if not allowed.minimum <= value <= allowed.maximum:
             raise DeviceRejectedError(
-                f"{role}: {drive} cannot be set to {value:g} {info.unit}",
-                hint=f"allowed: {known.minimum:g} to {known.maximum:g} {info.unit}",
+                f"{_in_words(member)} cannot be set to {value:g} {allowed.unit}",
+                hint=f"allowed: {allowed.minimum:g} to {allowed.maximum:g} {allowed.unit}",
             )
         for combination in self.combinations:
             if member not in combination.drives:
@@ -51,6 +50,11 @@ class DriveRules:
             if not combination.allows(values):
                 others = combination.others(member, values)
                 raise DeviceRejectedError(
-                    f"{role}: {drive} cannot be set to {value:g} {info.unit} with {others}",
+                    f"{_in_words(member)} cannot be set to {value:g} {allowed.unit} with {others}",
                     hint=f"allowed: {combination.words()}",
                 )
+
+
+def _in_words(member: str) -> str:
+    role, drive = member.split(".")
+    return f"{role}: {drive}"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -8,6 +9,7 @@ from helpers_devices import Listener
 from rigrunner.api.events import (
     Alarm,
     InterlockTripped,
+    Note,
     RunEnded,
     RunStarted,
     StepEnded,
@@ -125,3 +127,33 @@ def test_an_event_with_wrong_fields_is_refused_every_time(clock, wrong):
     for _ in range(2):
         with pytest.raises(TypeError):
             stamp(Alarm, **wrong)
+
+
+@pytest.mark.parametrize(("kind", "given"), KINDS, ids=lambda one: getattr(one, "__name__", ""))
+def test_a_whole_event_is_the_one_that_its_class_makes(clock, kind, given):
+    plain = kind(seq=0, monotonic_s=0.0, utc="2026-03-01T00:00:00.000Z", **given)
+    whole = {name: value for name, value in vars(plain).items() if name not in STAMP}
+    listener = Listener()
+    emit = Emitter(Bus([listener]), clock)
+    for _ in range(3):
+        emit(kind, whole)
+    assert [replace(one, seq=0) for one in listener.events] == [plain] * 3
+    assert [one.seq for one in listener.events] == [0, 1, 2]
+    assert all(list(vars(one)) == list(vars(plain)) for one in listener.events)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"step": "s", "text": "t", "why": "w"},
+        {"text": "t", "step": "s"},
+        {"step": "s"},
+    ],
+    ids=["too many", "in another order", "not whole"],
+)
+def test_what_is_not_a_whole_event_is_refused(clock, wrong):
+    with pytest.raises(TypeError):
+        Emitter(Bus(), clock)(Note, wrong)
+
+
+STAMP = ("seq", "monotonic_s", "utc")

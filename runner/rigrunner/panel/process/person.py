@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rigrunner.engine import Choice
 from rigrunner.engine.pausing import PauseWantedError
-from rigrunner.engine.session import check_stop
+from rigrunner.engine.session import stopped
 from rigrunner.panel.process.messages import Answered, Asked, PausedNow, WentOn
 from rigrunner.procedure.answers import Expected
 
@@ -53,7 +53,8 @@ class PanelAnswers:
         self._send(Asked(number, step, kind, question.text, question.picture, expected))
         try:
             while (answer := self._inbox.answer(number)) is None:
-                check_stop(self._switch)
+                if self._switch.is_set():
+                    raise stopped(self._switch)
                 if by := self._inbox.pause_wanted:
                     raise PauseWantedError("a pause was asked for", by)
         finally:

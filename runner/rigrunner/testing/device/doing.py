@@ -124,8 +124,9 @@ def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> di
     set_points = {info.name: place(info, part) for info in subject.drives_of(device)}
     for info in device.drives:
         member, value = f"{subject.role}.{info.name}", set_points[info.name]
+        allowed = subject.rules.narrowed(member, info)
         subject.rules.check(
-            member, info, value, lambda other: device.read_back(other.split(".")[1])
+            member, allowed, value, lambda other: device.read_back(other.split(".")[1])
         )
         if is_led(subject, info):
             _lead(subject, device, info, value)

@@ -22,6 +22,7 @@ from rigrunner.api.quantity import Quantity, si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.limits import judge
+from rigrunner.engine.steps import Measured
 from rigrunner.plan.actions import Record, Zero
 from rigrunner.workflow.importing.columns import Wanted, fault, read_part
 from rigrunner.workflow.importing.mapping import ColumnSpec
@@ -198,12 +199,12 @@ class _Import:
         sampled: _Sampled | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
-        self._emit(StepStarted, started, **attempt.started)
+        self._emit(StepStarted, started, **attempt.started())
         if sampled is not None:
-            self._samples(started, attempt.started["recording"], sampled)
+            self._samples(started, attempt.recording, sampled)
         for text in judge(step.terms.limits, found["values"]):
             self._emit(Note, ended, step=step.path, text=text)
-        self._emit(StepEnded, ended, **attempt.ended, ok=True, **found)
+        self._emit(StepEnded, ended, **attempt.ended(Measured(**found), ok=True))
 
     def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
         rate_hz, columns = sampled.rate_hz, sampled.columns

@@ -1,0 +1,68 @@
+"""One drive of a connected device, with all looked up that stays so while it is connected."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import Approaching, Settable
+from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.rig.drives import agrees, approach
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.calling import Patience
+    from rigrunner.api.devices import Clock
+    from rigrunner.rig.role import Role
+    from rigrunner.station.drive_rules import DriveRules
+
+
+class HeldDrive:
+    """Sets a drive and reads it back; raises DeviceErrors that name the role."""
+
+    def __init__(self, role: Role, name: str, rules: DriveRules, patience: Patience) -> None:
+        """Look up; raise DeviceRejectedError if there is no such drive, or it cannot be set."""
+        self.member = f"{role.name}.{name}"
+        self.name = name
+        self.info = role.drive(name)
+        self.allowed = rules.narrowed(self.member, self.info)
+        self._role = role
+        self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
+        self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
+        self._answer_s = patience.answer_s
+        self._limit_s = patience.answer_s + self.info.longest_s
+        self._set, self._read_back = f"set {name}", f"read back {name}"
+
+    def move(
+        self, value: float, timeout_s: float | None, clock: Clock, meanwhile: Callable[[], None]
+    ) -> float:
+        """Set the drive, wait for it, and return what it reads back; that agrees."""
+        limit_s = self._limit_s if timeout_s is None else timeout_s
+        if self._approaching is None:
+            self._role.call(self._set, self._device.set, limit_s, self.name, value)
+        else:
+            with self._role.named():
+                call = partial(self._role.caller.call, timeout_s=self._answer_s)
+                approach(
+                    self._approaching,
+                    self.info,
+                    value,
+                    call=call,
+                    clock=clock,
+                    limit_s=limit_s,
+                    meanwhile=meanwhile,
+                )
+        actual = self.read_back()
+        if not agrees(self.info, actual, value):
+            unit = self.info.unit
+            raise DeviceRejectedError(
+                f"{self._role.name}: {self.name} was set to {value:g} {unit}"
+                f" but reads back {actual:g} {unit}",
+                hint=f"allowed: within {self.info.allowed_deviation:g} {unit}",
+            )
+        return actual
+
+    def read_back(self) -> float:
+        """Return where the drive is read back to stand."""
+        return self._role.call(self._read_back, self._device.read_back, self._answer_s, self.name)
