@@ -50,7 +50,9 @@ def station_file(folder, *changes):
     )
 
 
-def run(procedure, runs, *, station=None, clock=None, no_load=None, listeners=(), stop=None):
+def run(
+    procedure, runs, *, station=None, clock=None, no_load=None, listeners=(), stop=None, given=None
+):
     """Plan and execute one procedure, unattended; return the FinishedRun."""
     clock = clock or SimulatedClock(START)
     answers = UnattendedAnswers()
@@ -58,7 +60,7 @@ def run(procedure, runs, *, station=None, clock=None, no_load=None, listeners=()
     return execute(
         planned,
         runs=runs,
-        inputs=answer_inputs(planned.procedure, {}, answers),
+        inputs=answer_inputs(planned.procedure, given or {}, answers),
         no_load=no_load_for(planned, runs, no_load),
         answers=answers,
         stop=stop or threading.Event(),

@@ -1,0 +1,78 @@
+"""The shipped procedure of a gauge study, from its sessions on the simulated rig to the report."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from helpers_cli import call
+from helpers_trends import index_all
+from helpers_workflow import START, edited, quick_procedure, run, station_file
+from rigrunner.clock import SimulatedClock
+from rigrunner.workflow.locate import find_procedure
+
+TORQUES_NM = {"SN-1": 0.68, "SN-2": 0.7262, "SN-3": 0.78}
+SHIFTS_NM = {"A. Turner": 0.0, "B. Meyer": 0.012}
+"""What the second person's mounting adds, which the simulated bearing does not know of itself."""
+ONLY_10_HZ = "[8 Hz, 10 Hz, 20 Hz, 30 Hz]"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """A no-load run and six sessions; each has a seed of its own."""
+    folder = tmp_path_factory.mktemp("gauge")
+    clock, runs = SimulatedClock(START), folder / "runs"
+    sweep = quick_procedure(
+        folder, "no_load_inertia_sweep", ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", ONLY_10_HZ)
+    )
+    run(sweep, runs, clock=clock)
+    procedure = edited(
+        find_procedure("gauge_rr"), folder / "gauge_rr.yaml", one=("cycles: 30}", "cycles: 12}")
+    )
+    seed = 1
+    for operator, shift in SHIFTS_NM.items():
+        for part, torque in TORQUES_NM.items():
+            seed += 1
+            bearing = f"{{seed: {seed}, bearing: {{starting_torque: {torque + shift:.4f} N·m}}}}"
+            station = station_file(folder, ("{seed: 1}", bearing))
+            run(
+                procedure,
+                runs,
+                station=station,
+                clock=clock,
+                given={"specimen": part, "operator": operator},
+            )
+    index_all(runs)
+    return runs
+
+
+def test_sessions_become_a_study(study, tmp_path):
+    report = tmp_path / "gauge.html"
+    done = call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study, "--json", "--out", report)
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert found["parts"] == list(TORQUES_NM)
+    assert found["operators"] == list(SHIFTS_NM)
+    readings = np.array(found["readings"])
+    assert readings.shape == (3, 2, 3)
+    true = np.add.outer(list(TORQUES_NM.values()), list(SHIFTS_NM.values()))
+    assert readings.mean(axis=2) == pytest.approx(true, abs=found["expanded"])
+    components = found["analysis"]["components"]
+    # two operators 12 mN·m apart and three parts: their deviations, estimated from as few
+    assert components["operator"] == pytest.approx(0.012 / 2**0.5, rel=0.2)
+    assert components["part"] == pytest.approx(np.std(list(TORQUES_NM.values()), ddof=1), rel=0.1)
+    assert components["repeatability"] < 0.004
+    page = report.read_text(encoding="utf-8")
+    assert re.search(r"3 parts . 2 operators . 3 trials", page)
+    assert "B. Meyer" in page
+
+
+def test_the_procedure_asks_to_mount_before_each_trial(study):
+    (session, *_) = (
+        study / name for name in sorted(p.name for p in study.iterdir()) if "GRR" in name
+    )
+    log = (session / "run.log").read_text(encoding="utf-8")
+    assert log.count("Take the bearing off") >= 3
