@@ -41,6 +41,8 @@ SUMMARIES = {
     "trend": "Make control charts of what many runs found.",
     "capability": "Compare what many runs found with limits.",
     "gauge-rr": "Study how well a gauge repeats, and reproduces between operators.",
+    "pack": "Write a sealed run to one file, with the digest of everything in it.",
+    "unpack": "Take a run that was packed into the folder of runs.",
     "show": "Show what a stored run holds and found.",
     "diff": "Tell in words what changed between two procedures or two runs.",
     "plugins": "List the plugins and what each can be told.",

@@ -1,0 +1,39 @@
+"""`rigrunner pack`: a sealed run as one file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigrunner.api.errors import UsageError
+from rigrunner.cli.options import run_argument, runs_option
+from rigrunner.cli.output import result
+from rigrunner.workflow.locate import find_run
+
+
+@click.command(name="pack")
+@run_argument
+@runs_option
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="The new file; the run's name with .zip if it is left out.",
+)
+def command(run: str, runs: Path, out: Path | None) -> None:
+    """Write a sealed run to one file, with the digest of everything in it.
+
+    The run stays as it is. The same run always gives the same file.
+    """
+    from rigrunner.workflow.packing.pack import pack
+
+    folder = find_run(run, runs)
+    if not folder.is_dir():
+        raise UsageError(
+            f"{folder} is no run folder", hint="the folder is packed with all its files"
+        )
+    target = out or Path(f"{folder.resolve().name}.zip")
+    contents = pack(folder, target)
+    count, size = len(contents.files), sum(each.bytes for each in contents.files)
+    result(f"{target}: {count} files, {size / 1e6:.1f} MB, run {contents.run}")

@@ -1,0 +1,23 @@
+"""`rigrunner unpack`: a run from one file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rigrunner.cli.options import runs_option
+from rigrunner.cli.output import result
+
+
+@click.command(name="unpack")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@runs_option
+def command(file: Path, runs: Path) -> None:
+    """Take a run that was packed into the folder of runs.
+
+    Refuses what does not match its digests, and a run that is there already.
+    """
+    from rigrunner.workflow.packing.unpack import unpack
+
+    result(str(unpack(file, runs)))

@@ -1,0 +1,25 @@
+"""Whether a run file is whole: before it is packed, and before it is taken in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import file_differences, read_info, refuse_crashing
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigrunner.runfile import RunInfo
+
+
+def require_sound(file: Path) -> RunInfo:
+    """Return what a run file says of itself; raise DataError where it does not hold."""
+    refuse_crashing(file)
+    differences = file_differences(file)
+    if differences:
+        raise DataError(
+            f"{file} is not as it was sealed: {differences[0]}",
+            hint=f"'rigrunner verify {file}' lists all that differs",
+        )
+    return read_info(file)

@@ -1,0 +1,107 @@
+"""What a packed run holds: the list that comes first in its file, and the names that may be in it.
+
+Members are stored, not compressed (`run.h5` is compressed already), so that the same run always
+gives the same bytes, and what is taken out is never more than what the file holds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, BinaryIO, Literal
+
+from pydantic import ValidationError
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+LISTING = "rigrunner-packed-run.json"
+LONGEST_LISTING = 1 << 24
+"""In bytes."""
+_BLOCK = 1 << 20
+_NAME = re.compile(r"[^\x00-\x1f\\:*?\"<>|/]{1,200}")
+"""A part of a path as every system takes it."""
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that are devices on Windows."""
+
+
+class PackedFile(Settings):
+    """A file of the run folder."""
+
+    name: str
+    """Its path in the run folder, with '/'."""
+    bytes: int
+    sha256: str
+
+
+class Contents(Settings):
+    """The list of a packed run."""
+
+    format: Literal["rigrunner: packed run/1"] = "rigrunner: packed run/1"
+    folder: str
+    """The name of the run folder."""
+    run: str
+    """The run's id."""
+    digest_sha256: str
+    """Of its recordings and measurements, as the run file states it."""
+    manifest_sha256: str
+    """Of the manifest of the run file; '' where it has none."""
+    files: tuple[PackedFile, ...]
+
+    def text(self) -> str:
+        """Return it as it stands in the packed file."""
+        return json.dumps(self.model_dump(mode="json"), ensure_ascii=False, indent=1) + "\n"
+
+    @property
+    def members(self) -> list[str]:
+        """The names in the packed file, in order."""
+        return [LISTING, *(f"{self.folder}/{each.name}" for each in self.files)]
+
+
+def parse_contents(text: bytes) -> Contents:
+    """Return the list that a packed file begins with; raise DataError."""
+    try:
+        found = Contents.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "it"
+        raise DataError(f"its list of files is none: {where}: {first['msg']}") from error
+    names = [each.name for each in found.files]
+    odd = next((name for name in [found.folder, *names] if not is_safe(name)), None)
+    if odd is not None or "/" in found.folder:
+        raise DataError(f"a name in it leads elsewhere, or is none on every system: {odd!r}")
+    if len({name.casefold() for name in names}) < len(names):
+        raise DataError("its list names a file twice")
+    return found
+
+
+def is_safe(name: str) -> bool:
+    """Say whether a path stays in its folder, on every system."""
+    parts = name.split("/")
+    return PurePosixPath(name).as_posix() == name and all(
+        _NAME.fullmatch(part)
+        and part not in {".", ".."}
+        and part == part.rstrip(". ")
+        and not _DEVICES.fullmatch(part)
+        for part in parts
+    )
+
+
+def blocks(file: BinaryIO) -> Iterator[bytes]:
+    """Yield a file piece by piece."""
+    while block := file.read(_BLOCK):
+        yield block
+
+
+def sha256_of(file: BinaryIO) -> tuple[str, int]:
+    """Return the digest of what is left of a file, and how many bytes that were."""
+    digest, size = hashlib.sha256(), 0
+    for block in blocks(file):
+        digest.update(block)
+        size += len(block)
+    return digest.hexdigest(), size
