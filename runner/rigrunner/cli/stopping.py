@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
+import time
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, ExitCode
@@ -144,6 +147,27 @@ def batch_stop_on_signals() -> Iterator[SignalStop]:
         except AbortedError as error:
             reason = stop.reason()
             raise type(reason)(f"{reason.message}: {error.message}", hint=error.hint) from error
+
+
+@dataclass(frozen=True)
+class Until:
+    """A stop token that is set as another one is, or at an instant of the monotonic clock."""
+
+    stop: SignalStop
+    end_s: float
+
+    def is_set(self) -> bool:
+        """Return True once it is to stop."""
+        return self.stop.is_set() or time.monotonic() >= self.end_s
+
+    def reason(self) -> AbortedError:
+        """Return what stopped it."""
+        return self.stop.reason()
+
+
+def until(stop: SignalStop, seconds: float | None) -> Until:
+    """Return a stop token that is set as that one is, or after so many seconds from now."""
+    return Until(stop, math.inf if seconds is None else time.monotonic() + seconds)
 
 
 @contextmanager

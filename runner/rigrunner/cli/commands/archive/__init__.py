@@ -11,6 +11,7 @@ SUMMARIES = {
     "index": "Bring the archive up to date with folders of runs.",
     "search": "Find runs by what they were made on and what they found.",
     "export": "Write runs or set-points to a CSV or Parquet file.",
+    "check": "Read all files, and list what is damaged, missing, changed or unknown.",
     "rebuild": "Make the archive anew from the run files.",
 }
 
