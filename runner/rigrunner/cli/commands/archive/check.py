@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.api.errors import AbortedError, ExitCode, UsageError
 from rigrunner.cli.archiving import database_option
 from rigrunner.cli.batch import shown_count
 from rigrunner.cli.options import json_option, runs_option
@@ -71,7 +71,10 @@ def command(
         )
         _show(found, as_json=as_json)
         if stop.is_set():
-            raise stop.reason()
+            raise AbortedError(
+                f"{found.looked} of {found.due} runs were looked at",
+                hint="what they gave is kept: the same command goes on with the rest",
+            )
     return ExitCode.FAIL if found.grave else ExitCode.PASS
 
 
