@@ -30,6 +30,7 @@ class Attempt:
         self.action = action = step.action
         self.recording = self._measurement = ""
         self._index = index
+        self._name = action_name(action)
         self._setpoints = self._units = _NONE
         if isinstance(action, Measure):
             self._measurement = action.name
@@ -45,7 +46,7 @@ class Attempt:
         return {
             "step": self.step.path,
             "index": self._index,
-            "action": action_name(self.action),
+            "action": self._name,
             "text": self.step.text,
             "recording": self.recording,
             "setpoints": self._setpoints,
@@ -57,7 +58,7 @@ class Attempt:
         return {
             "step": self.step.path,
             "index": self._index,
-            "action": action_name(self.action),
+            "action": self._name,
             "ok": ok,
             "recording": self.recording,
             "measurement": self._measurement,

@@ -19,6 +19,8 @@ def judge(limits: Sequence[Limit], values: Mapping[str, float]) -> list[str]:
     `values` are in SI units, by 'role.channel'.
     """
     near = [limit for limit in limits if not _is_clear(limit, values[limit.member])]
+    if not near:
+        return []
     beyond = [text for limit in near if (text := _beyond(limit, values[limit.member]))]
     if beyond:
         raise DataError("; ".join(beyond))

@@ -50,10 +50,8 @@ class Session:
     is_ending: bool = False
     """Whether this is a teardown."""
 
-    def within(self, timeout_s: float | None) -> Session:
+    def within(self, timeout_s: float) -> Session:
         """Return the session of a step that begins now and may take that long."""
-        if timeout_s is None and self.timeout_s is None:
-            return self
         return replace(self, timeout_s=timeout_s, began_s=self.rig.clock.monotonic_s())
 
     def ending(self) -> Session:

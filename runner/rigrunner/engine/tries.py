@@ -38,11 +38,12 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> bool:
     """Return whether the step is over; raise what ends the run."""
     step, found = attempt.step, NOTHING
     terms = step.terms
-    trial = session.within(terms.timeout_s)
+    trial = session if terms.timeout_s is None else session.within(terms.timeout_s)
     session.emit(StepStarted, attempt.started())
     try:
         found = perform(step.path, attempt.action, trial)
-        trial.check_time()
+        if trial.timeout_s is not None:
+            trial.check_time()
         remarks = judge(terms.limits, found.values) if terms.limits else ()
     except PauseWantedError as wanted:
         notes.tell(StepEnded, attempt.ended(found, ok=False))

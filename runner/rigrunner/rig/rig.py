@@ -37,6 +37,13 @@ def _nothing() -> None:
     pass
 
 
+def _missing(
+    role: str, channels: Sequence[str], values: Mapping[str, float]
+) -> DeviceRejectedError:
+    missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
+    return DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")
+
+
 class Rig:
     """The devices by role. Every DeviceError that leaves it names the role.
 
@@ -275,10 +282,13 @@ class Rig:
 
     def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
         values = self._roles[role].call("read", device.read, self._patience.answer_s, channels)
-        missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
-        if missing:
-            raise DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")
-        return {f"{role}.{name}": float(values[name]) for name in channels}
+        found = {}
+        for name in channels:
+            value = values.get(name, math.nan)
+            if not math.isfinite(value):
+                raise _missing(role, channels, values)
+            found[f"{role}.{name}"] = float(value)
+        return found
 
     def _drive(self, role: str, drive: str) -> DriveInfo:
         return self._roles[role].drive(drive)

@@ -80,16 +80,16 @@ class RunWriter:
             self._folding.check()
         try:
             match event:
-                case StepStarted(recording=name) if name:
-                    self._begin_recording(event)
-                case StepEnded(recording=name) if name:
-                    self._end_recording(event)
-                case StepStarted() | StepEnded() | RunStarted():
+                case StepStarted() | StepEnded() if not event.recording:
                     self._append(event, urgent=self._sync_measurements and _measures(event))
+                case StepStarted():
+                    self._begin_recording(event)
+                case StepEnded():
+                    self._end_recording(event)
                 case Samples():
                     self._take_samples(event)
                 case _:
-                    self._append(event, urgent=True)
+                    self._append(event, urgent=not isinstance(event, RunStarted))
         except OSError as error:
             raise cannot_write(self.folder, error) from error
 
