@@ -69,8 +69,11 @@ class JournalWriter:
         """Append one record, in one write; the system has it on return."""
         length = len(payload)
         checksum = zlib.crc32(payload, zlib.crc32(_HEAD.pack(length, kind, 0)))
+        record = _HEAD.pack(length, kind, checksum) + payload
         try:
-            self._write(_HEAD.pack(length, kind, checksum) + payload)
+            written = self._file.write(record)
+            if written != len(record):
+                self._write(memoryview(record)[written or 0 :])
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             self._take_back()
             raise

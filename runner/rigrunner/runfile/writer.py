@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Event, RunStarted, Samples, StepEnded, StepStarted
+from rigrunner.api.events import Event, Samples, StepEnded, StepStarted
 from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes, truth_bytes
 from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
@@ -81,7 +81,11 @@ class RunWriter:
         try:
             match event:
                 case StepStarted() | StepEnded() if not event.recording:
-                    self._append(event, urgent=self._sync_measurements and _measures(event))
+                    self._events.append(Kind.EVENT, event_bytes(event))
+                    if self._sync_measurements and _measures(event):
+                        self._events.sync()
+                    else:
+                        self._events.sync_sometimes()
                 case StepStarted():
                     self._begin_recording(event)
                 case StepEnded():
@@ -89,7 +93,7 @@ class RunWriter:
                 case Samples():
                     self._take_samples(event)
                 case _:
-                    self._append(event, urgent=not isinstance(event, RunStarted))
+                    self._append(event)
         except OSError as error:
             raise cannot_write(self.folder, error) from error
 
@@ -110,16 +114,13 @@ class RunWriter:
         self._events.close()
         self._folding.wait()
 
-    def _append(self, event: Event, *, urgent: bool) -> None:
+    def _append(self, event: Event) -> None:
         self._events.append(Kind.EVENT, event_bytes(event))
-        if urgent:
-            self._events.sync()
-        else:
-            self._events.sync_sometimes()
+        self._events.sync()
 
     def _begin_recording(self, event: StepStarted) -> None:
         self._close_samples()
-        self._append(event, urgent=True)
+        self._append(event)
         self._recordings += 1
         self._started = event
 
@@ -140,7 +141,7 @@ class RunWriter:
         self._started = None
         if event.truth:
             self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
-        self._append(event, urgent=True)
+        self._append(event)
         if not event.ok:
             return
         if samples is None or shape is None or started is None:

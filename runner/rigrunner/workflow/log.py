@@ -42,7 +42,7 @@ class RunLog:
         self._file.close()
 
     def __call__(self, event: Event) -> None:
-        """Write the event as a line; samples leave none."""
+        """Write the event as a line; samples leave none, nor do steps that end well."""
         if text := event_text(event):
             self._file.write(f"{event.utc} {text}\n".encode())
 
@@ -50,12 +50,12 @@ class RunLog:
 def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each kind)
     """Return an event in words; an empty text for one that a reader need not see."""
     match event:
-        case RunStarted():
-            return f"run {event.run_id} started: {event.steps} steps, {event.estimated_s:.0f} s"
         case StepStarted():
             return f"{event.step}: {event.text}"
         case StepEnded():
             return "" if event.ok else f"{event.step}: failed"
+        case RunStarted():
+            return f"run {event.run_id} started: {event.steps} steps, {event.estimated_s:.0f} s"
         case Prompt():
             return f"{event.step}: asked: {event.text}"
         case Answer():
