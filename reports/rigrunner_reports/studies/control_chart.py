@@ -22,6 +22,8 @@ MOST = 400
 MOST_WITH_BARS = 120
 """With more, bars of uncertainty would be a band."""
 _DASHED = (0, (6, 3))
+ROOM = 0.075
+"""Of the height of a panel, what a line of text beside it takes."""
 
 
 def control_chart(trend: Trend, series: TrendSeries) -> Plot:
@@ -30,26 +32,33 @@ def control_chart(trend: Trend, series: TrendSeries) -> Plot:
     shown = _shown(series)
 
     def paint(figure: Figure) -> None:
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        rows = 1 if weighted else 2
+        panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=(2, 1)[:rows])
+        upper, lower = panels[0, 0], panels[-1, 0]
         _values(upper, series, shown, weighted=weighted)
         upper.set(
             ylabel=f"value / {trend.unit}",
             title="Weighted mean of the values" if weighted else "Values",
         )
-        _ranges(lower, series, shown)
-        lower.set(ylabel=f"difference / {trend.unit}", xlabel="run", title="Moving range")
+        if not weighted:
+            _ranges(lower, series, shown)
+            lower.set(ylabel=f"difference / {trend.unit}", title="Moving range")
+        lower.set(xlabel="run", xlim=(0, len(series.points) + 1))
         handles, labels = upper.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
 
-    return Plot(caption=_caption(series, weighted), alt=_alt(series), svg=draw(paint, 4.6))
+    height_in = 3.3 if weighted else 4.6
+    caption = _caption(series, weighted=weighted)
+    return Plot(caption=caption, alt=_alt(series), svg=draw(paint, height_in))
 
 
 def _shown(series: TrendSeries) -> list[int]:
-    """Return the places to draw: all, or of very many the extremes, and every alarm."""
+    """Return the places to draw: all, or of very many the extremes, also of those with a rule."""
     values = np.array([each.observed.value for each in series.points])
     plotted = np.array([each.plotted for each in series.points])
-    places = set(places_of_extremes(values, plotted, most=MOST).tolist())
-    return sorted(places | {place for place, each in enumerate(series.points) if each.rules})
+    met = np.flatnonzero([bool(each.rules) for each in series.points])
+    drawn = met[places_of_extremes(plotted[met], most=MOST)].tolist()
+    return sorted({*places_of_extremes(values, plotted, most=MOST).tolist(), *drawn})
 
 
 def _values(axes: Axes, series: TrendSeries, shown: list[int], *, weighted: bool) -> None:
@@ -103,29 +112,30 @@ def _met(axes: Axes, points: tuple[ChartPoint, ...], shown: list[int], plotted: 
 
 def _limits(axes: Axes, series: TrendSeries) -> None:
     number = np.arange(1, len(series.points) + 1)
-    centre, sigma = series.individuals.centre, series.individuals.sigma
-    axes.axhline(centre, color=INK, linewidth=0.8)
+    axes.axhline(series.individuals.centre, color=INK, linewidth=0.8)
     for name in ("lower", "upper"):
         limit = [getattr(each, name) for each in series.points]
         axes.step(number, limit, where="mid", color=INK, linewidth=1.1, linestyle=_DASHED)
+    last = series.points[-1]
+    _name(axes, (last.lower, series.individuals.centre, last.upper), series.individuals.sigma)
+
+
+def _name(axes: Axes, values: tuple[float, ...], sigma: float) -> None:
+    """Write values beside the axes, at their heights; in one line where there is no room."""
+    low, high = axes.get_ylim()
+    texts = [(value, as_scattered(value, sigma)) for value in values]
+    if values[-1] - values[0] < ROOM * (len(values) - 1) * (high - low):
+        texts = [(sum(values) / len(values), f"{texts[0][1]} to\n{texts[-1][1]}")]
+    for value, text in texts:
         axes.annotate(
-            as_scattered(limit[-1], sigma),
-            (1, limit[-1]),
+            text,
+            (1, value),
             xycoords=("axes fraction", "data"),
             xytext=(4, 0),
             textcoords="offset points",
             fontsize=7.5,
             va="center",
         )
-    axes.annotate(
-        as_scattered(centre, sigma),
-        (1, centre),
-        xycoords=("axes fraction", "data"),
-        xytext=(4, 0),
-        textcoords="offset points",
-        fontsize=7.5,
-        va="center",
-    )
 
 
 def _baseline(axes: Axes, points: tuple[ChartPoint, ...]) -> None:
@@ -141,36 +151,28 @@ def _ranges(axes: Axes, series: TrendSeries, shown: list[int]) -> None:
     limits = series.moving_range
     axes.axhline(limits.centre, color=INK, linewidth=0.8)
     axes.axhline(limits.upper, color=INK, linewidth=1.1, linestyle=_DASHED)
-    for value in (limits.centre, limits.upper):
-        axes.annotate(
-            as_scattered(value, series.individuals.sigma),
-            (1, value),
-            xycoords=("axes fraction", "data"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            fontsize=7.5,
-            va="center",
-        )
     axes.set_ylim(bottom=0)
-    axes.set_xlim(0.0, len(series.points) + 1.0)
+    _name(axes, (limits.centre, limits.upper), series.individuals.sigma)
 
 
-def _caption(series: TrendSeries, weighted: bool) -> str:  # noqa: FBT001  (the one thing it depends on)
+def _caption(series: TrendSeries, *, weighted: bool) -> str:
     what = (
         "Exponentially weighted mean of the values, with its limits, which widen to their last "
         "width"
         if weighted
         else "Values of the runs in the order of time, between three standard deviations"
     )
+    below = "" if weighted else " Below: how far each run is from the one before, with its limit."
     thinned = (
-        " Of the many runs, the least and the greatest of equal stretches are drawn, and every one "
-        "at which a rule is met."
+        " Of the many runs, and of those at which a rule is met, the least and the greatest of "
+        "equal stretches are drawn."
         if len(series.points) > MOST
         else ""
     )
     return (
-        f"{series.name}. {what}. The limits are made of the baseline, on the blue ground, alone. "
-        "Below: the difference of each run from the one before, and its upper limit." + thinned
+        f"{series.name}. {what}. The limits are made of the baseline, on the blue ground, alone."
+        + below
+        + thinned
     )
 
 

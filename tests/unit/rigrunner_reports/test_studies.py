@@ -1,0 +1,75 @@
+"""Reports on many runs: what they say, and that they stay small however many there are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from helpers_html import read_html
+from rigrunner.api.studies import Observed, Trend
+from rigrunner.testing.formats.studies import study_inputs
+from rigrunner.trends.charting import Charting, charted
+from rigrunner_reports.studies.other_plots import letter
+from rigrunner_reports.studies.render import html
+
+BIGGEST = 700_000
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return [read_html(html(each)).words for each in study_inputs()]
+
+
+def test_a_trend_says_its_state_its_limits_and_what_was_left_out(pages):
+    trend = study_inputs()[0]
+    (series,) = trend.series
+    assert "Out of control" in pages[0]
+    assert f"a rule is met at {len(series.alarms)} of {len(series.after)} runs" in pages[0]
+    assert f"{series.points[-1].upper:.4f}" in pages[0]
+    assert "stated U of a run: 9.0" in pages[0]
+    assert "Without a chart" in pages[0]
+    assert "Nelson 1 : one value beyond 3 standard deviations" in pages[0]
+    assert "EWMA : the weighted mean beyond its limits" in pages[1]
+
+
+def test_a_capability_says_its_intervals(pages):
+    (index,) = study_inputs()[2].series[0].capability.indices
+    assert f"{index.value:.2f}" in pages[2]
+    assert f"{index.low:.2f} to {index.high:.2f}" in pages[2]
+
+
+def test_a_gauge_study_names_parts_and_operators_by_the_letters_of_its_figures(pages):
+    study = study_inputs()[3]
+    found = study.analysis.components
+    assert f"{100 * found.gauge / found.total:.1f} %" in pages[3]
+    assert f"{600 * found.gauge / study.tolerance:.1f}" in pages[3]
+    assert "Operators: A A, B <script>" in pages[3]
+    assert [letter(each) for each in (0, 25, 26, 51, 52)] == ["A", "Z", "AA", "AZ", "BA"]
+
+
+def test_a_chart_without_anything_after_the_baseline_says_so():
+    study = study_inputs()[0]
+    (series,) = study.series
+    points = tuple(replace(each, baseline=True) for each in series.points)
+    shown = html(replace(study, series=(replace(series, points=points),)))
+    assert "no run is beyond the baseline as yet" in read_html(shown).words
+
+
+def test_a_report_stays_small_however_many_runs_there_are():
+    values = np.random.default_rng(1).normal(size=20_000)
+    start = datetime(2026, 1, 1, tzinfo=UTC)
+    observed = [
+        Observed(f"r{place}", start + timedelta(hours=place), float(value), 0.1)
+        for place, value in enumerate(values)
+    ]
+    how = Charting()
+    series = charted("all", observed, how)
+    assert len(series.alarms) > 200
+    study = Trend(
+        quantity="torque", unit="N·m", asked={}, chart="i-mr", rules=how.rule_texts(),
+        series=(series,),
+    )  # fmt: skip
+    assert len(html(study)) < BIGGEST
