@@ -25,6 +25,7 @@ from helpers_docs import ROOT
 STARTS_WITHIN_S = 30.0
 NO_LOAD = "Quick no-load sweep"
 LOADED = "Quick starting torque"
+ASKS = "Guarded sweep with a question"
 STATION = "Bench of these tests"
 OVERDUE = "Bench with an old certificate"
 SIMULATED = "calibration: simulated"
@@ -102,6 +103,7 @@ def quick_lab(folder: Path) -> None:
     quick = _quick(loaded, "SSPB-STT-1000", "QUICK-ST", LOADED)
     quick = quick.replace("procedure: SSPB-NLI", "procedure: QUICK-NL")
     quick = quick.replace("- settle: {cycles: 100}", "- settle: {cycles: 1}")
+    (shipped / "quick_asks.yaml").write_text(_asks(quick), encoding="utf-8")
     quick = quick.replace("  - confirm:\n", "  - confirm:\n      picture: clamped.png\n", 1)
     shutil.copy(ROOT / "docs/images/report.png", shipped / "clamped.png")
     (shipped / "quick_torque.yaml").write_text(quick, encoding="utf-8")
@@ -118,6 +120,18 @@ def _quick(text: str, old_id: str, new_id: str, title: str) -> str:
     text = re.sub(r"^title: .*$", f"title: {title}", text, flags=re.MULTILINE)
     text = re.sub(r"frequencies: \[.*\]", "frequencies: [10 Hz, 20 Hz, 30 Hz, 35 Hz]", text)
     return text.replace("cycles: 30", "cycles: 15")
+
+
+def _asks(text: str) -> str:
+    """Return a procedure that asks for a number, and whose load trips an interlock."""
+    text = text.replace("QUICK-ST", "QUICK-ASKS").replace(LOADED, ASKS)
+    question = "text: Temperature of the room, into: room, unit: °C, min: 15 °C, max: 30 °C"
+    asks = f"main:\n  - ask: {{{question}}}\n"
+    heavy = (
+        "interlocks:\n  - {name: heavy, channel: tester.load, above: 500 N, does: pause,"
+        " overridable: yes}\n\n"
+    )
+    return text.replace("setup:\n", f"{heavy}setup:\n", 1).replace("main:\n", asks, 1)
 
 
 def browser_path() -> str:
@@ -216,6 +230,22 @@ class Screen:
             self.hurry()
         self.check_rig()
         self.start()
+
+    def focus_on(self, name: str, role: str = "", most: int = 80) -> None:
+        """Press Tab until what has that name has the focus."""
+        for _ in range(most):
+            self.page.keyboard.press("Tab")
+            found = self.page.evaluate(
+                """() => {
+                    const e = document.activeElement;
+                    const label = e.labels && e.labels.length ? e.labels[0].textContent : '';
+                    const text = e.getAttribute('aria-label') || label || e.textContent || '';
+                    return [text.trim(), e.tagName];
+                }"""
+            )
+            if re.match(name, found[0]) and role in ("", found[1]):
+                return
+        raise AssertionError(f"Tab does not come to '{name}'")
 
     def wait_for_compensation(self) -> None:
         """Wait until a compensated torque stands there with its uncertainty."""

@@ -81,12 +81,12 @@ class Desk:
             asked = self._going().prompt
             if asked is None or asked.number != prompt:
                 raise wrong_state("this question is not asked any more", "look at state.prompt")
+            if not text.strip():
+                raise PanelError(422, "invalid", "the answer is empty", asked.expected.words)
             try:
                 accepted = asked.expected.accept(text)
             except AnswerError as error:
                 raise PanelError(422, "invalid", error.message, error.hint) from error
-            if not accepted:
-                raise PanelError(422, "invalid", "the answer is empty", "say something")
             self._send(told.GiveAnswer(prompt, accepted, by))
 
     def pause(self, by: str, decision: Decision | None = None) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import time
 
 from playwright.sync_api import expect
@@ -63,65 +62,48 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     assert panel.get("state")["job"]["inputs"]["specimen"] == "SECOND-2"
 
 
-def focus_on(page, name: str, role: str = "", most: int = 80) -> None:
-    """Press Tab until what has that name has the focus."""
-    for _ in range(most):
-        page.keyboard.press("Tab")
-        found = page.evaluate(
-            """() => {
-                const e = document.activeElement;
-                const label = e.labels && e.labels.length ? e.labels[0].textContent : '';
-                const text = e.getAttribute('aria-label') || label || e.textContent || '';
-                return [text.trim(), e.tagName];
-            }"""
-        )
-        if re.match(name, found[0]) and role in ("", found[1]):
-            return
-    raise AssertionError(f"Tab does not come to '{name}'")
-
-
 def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
     page = screen.page
-    press, write = page.keyboard.press, page.keyboard.type
+    press, write, focus_on = page.keyboard.press, page.keyboard.type, screen.focus_on
     screen.open()
     page.wait_for_selector(".item")
-    focus_on(page, "Search procedures")
+    focus_on("Search procedures")
     write(LOADED)
     expect(page.locator(".card:first-child .item")).to_have_count(1)
-    focus_on(page, LOADED)
+    focus_on(LOADED)
     press("Space")
-    focus_on(page, "Search stations")
+    focus_on("Search stations")
     write(STATION)
     expect(page.locator(".card:last-child .item")).to_have_count(1)
-    focus_on(page, STATION)
+    focus_on(STATION)
     press("Space")
-    focus_on(page, "Next")
+    focus_on("Next")
     press("Enter")
     page.wait_for_selector(".preflight")
-    focus_on(page, "Bearing serial number")
+    focus_on("Bearing serial number")
     write("KEYS-1")
     for text in ("GE20", "L-7", NAME):
         press("Enter")  # as a barcode scanner ends; the next field has the focus
         write(text)
-    focus_on(page, "At the pace of the signal")
+    focus_on("At the pace of the signal")
     press("Space")
-    focus_on(page, "Check the rig")
+    focus_on("Check the rig")
     press("Enter")
     page.wait_for_selector("#dialog-text")
     write(NAME)
     press("Enter")
     page.get_by_text("Ready to start.").wait_for()
-    focus_on(page, "Start")
+    focus_on("Start")
     press("Enter")
     page.wait_for_selector(".prompt")
     press("Enter")  # the first answer has the focus
     screen.wait_for_result()
-    focus_on(page, "Issue a certificate", most=200)
+    focus_on("Issue a certificate", most=200)
     press("Enter")
     for label, answer in CERTIFICATE.items():
-        focus_on(page, f"{label}$")
+        focus_on(f"{label}$")
         write("01012026" if label == "Received on" else answer)
-    focus_on(page, "Issue$")
+    focus_on("Issue$")
     press("Enter")
     page.locator(".told .good-text").wait_for(timeout=60_000)
 

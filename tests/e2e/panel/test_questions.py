@@ -1,0 +1,102 @@
+"""What the procedure asks and an interlock stops in the middle of a run: by mouse, by keyboard."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers_screen import ASKS, NAME
+
+RANGE = "allowed is 15 °C to 30 °C"
+
+
+@pytest.fixture
+def asking(screen):
+    """A run that waits for the temperature of the room; its load then trips an interlock."""
+    screen.open()
+    screen.choose(ASKS)
+    screen.fill_in()
+    screen.hurry()
+    screen.check_rig()
+    screen.start()
+    screen.page.locator(".prompt", has_text="Temperature of the room").wait_for()
+    return screen
+
+
+def on_record(panel, word: str) -> list[str]:
+    """Return what stands on record of the newest run with that word in it."""
+    run = panel.get("runs")["items"][0]["run"]
+    told = [each["text"] for each in panel.get(f"runs/{run}")["events"]]
+    return [text for text in told if word in text]
+
+
+def refused(screen, *words: str) -> None:
+    """The answer is refused in these words, and the question stays."""
+    notice = screen.page.locator(".notice").last
+    for word in words:
+        expect(notice).to_contain_text(word)
+    notice.get_by_role("button", name="Close").click()
+    expect(screen.page.locator(".prompt")).to_be_visible()
+
+
+def test_a_number_and_an_interlock_by_mouse(asking, panel):
+    page = asking.page
+    expect(page.locator("#prompt-expected")).to_have_text("in °C, 15 °C or more, 30 °C or less")
+    for wrong, words in (
+        ("warm", ("'warm",)),
+        ("23 N", ("is a force, not a temperature",)),
+        ("22,5", ("decimal comma", "22.5")),
+        ("41", ("got '41 °C'", RANGE)),
+        ("", ("the answer is empty",)),
+    ):
+        page.locator("#prompt-input").fill(wrong)
+        page.get_by_role("button", name="Enter", exact=True).click()
+        refused(asking, *words)
+    page.locator("#prompt-input").fill("296.15 K")
+    page.get_by_role("button", name="Enter", exact=True).click()
+
+    banner = page.locator(".banner", has_text="Paused")
+    expect(banner).to_contain_text("tester.load is")
+    expect(page.locator(".alarms.active")).to_contain_text("above 500 N")
+    page.get_by_role("button", name="Resume").click()  # it is tripped still
+    expect(banner).to_contain_text("not cleared yet")
+    page.get_by_role("button", name="Go on anyway").click()
+    page.get_by_role("button", name="Go on anyway").last.click()  # without a reason
+    expect(page.locator(".dialog")).to_be_visible()
+    page.get_by_label("Reason").fill("the load is meant")
+    page.get_by_role("button", name="Go on anyway").last.click()
+    asking.wait_for_result()
+
+    expect(page.locator(".result-head .verdict-word")).to_contain_text("Pass")
+    (answer,) = on_record(panel, "answered '296.15 K'")
+    assert f"({NAME}" in answer
+    (tripped,) = on_record(panel, "ALARM interlock heavy")
+    assert "above 500 N" in tripped
+    (override,) = on_record(panel, "override by")
+    assert override.startswith(f"override by {NAME}")
+    assert override.endswith("the load is meant")
+
+
+def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
+    page = asking.page
+    press, write = page.keyboard.press, page.keyboard.type
+    field = page.locator("#prompt-input")
+    expect(field).to_be_focused()
+    write("41")
+    press("Enter")
+    expect(page.locator(".notice")).to_contain_text(RANGE)
+    expect(field).to_be_focused()  # to be mended where it stands
+    press("Control+A")
+    write("22.5")
+    press("Enter")
+
+    page.locator(".banner", has_text="Paused").wait_for()
+    asking.focus_on("Go on anyway")
+    press("Enter")
+    write("the load is meant")
+    press("Enter")
+    asking.wait_for_result()
+    (override,) = on_record(panel, "override by")
+    assert override.startswith(f"override by {NAME}")
+    assert override.endswith("the load is meant")
+    assert on_record(panel, "answered '22.5 °C'")
