@@ -43,6 +43,7 @@ def test_a_shift_is_told_with_the_rule_that_is_met(folder):
     assert "Nelson 1: one value beyond 3 standard deviations" in done.out
     assert "No chart of type GE20, lot L2: there is 1 value, and the baseline is" in done.out
     assert "1 left out: it has no such value" in done.out
+    assert "note: 41 of 41 runs did not pass all checks of the analysis" in done.out
 
 
 def test_the_limits_are_those_of_the_baseline_alone(folder):

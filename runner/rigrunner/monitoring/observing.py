@@ -69,7 +69,7 @@ def observe(
     """
     values = _values(archive, quantity, filters, limit)
     groups: dict[str, Group] = {}
-    excluded, simulated = [], set()
+    excluded, simulated, doubtful = [], set(), 0
     counted: dict[tuple[str, float], str] = {}
     for run in rows(archive, "runs", filters, limit=limit):
         name = run["run_id"] or run["path"]
@@ -81,16 +81,22 @@ def observe(
             excluded.append(Excluded(name, reason))
             continue
         simulated.add(bool(run["simulated"]))
+        doubtful += bool(run["failed_checks"])
         group = groups.setdefault(_name(run, by), Group())
         group.observed.append(Observed(name, run["started_utc"], found[0].value, found[0].expanded))
         group.kinds[_kind(run, quantity)] += 1
     if not groups:
         raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
     units = {each.unit for several in values.values() for each in several}
-    mixed = ("simulated runs are among real ones: --real leaves them out",)
-    return Observations(
-        " or ".join(sorted(units)), groups, tuple(excluded), mixed if len(simulated) > 1 else ()
-    )
+    warnings = []
+    if len(simulated) > 1:
+        warnings.append("simulated runs are among real ones: --real leaves them out")
+    if doubtful:
+        counted_runs = sum(len(each.observed) for each in groups.values())
+        warnings.append(
+            f"{doubtful} of {counted_runs} runs did not pass all checks of the analysis"
+        )
+    return Observations(" or ".join(sorted(units)), groups, tuple(excluded), tuple(warnings))
 
 
 def of_one_kind(group: Group, quantity: Quantity) -> None:
