@@ -21,6 +21,7 @@ from rigrunner.api.hooks import HookSpecs
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.main import SUMMARIES, rigrunner
 from rigrunner.procedure.steps import STEPS
+from rigrunner.runfile import read
 
 RUN_BY_CI = "run by .ci/run, as it stands"
 RUN_ELSEWHERE = {
@@ -234,16 +235,48 @@ def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
     assert {path.removesuffix("/*") for path in paths} - of_imported_runs == tops
 
 
+def scripts_of_the_run_file_page():
+    blocks = code_blocks(ROOT / "docs/reference/run-file.md")
+    found = [one for one in blocks if one.language == "python"]
+    for block in found:
+        assert "rigrunner" not in block.code.replace('"rigrunner: manifest/1"', "")
+    return found
+
+
 def test_the_script_of_the_run_file_page_finds_the_manifest_to_be_right(demo, tmp_path):
-    (block,) = (
-        one for one in code_blocks(ROOT / "docs/reference/run-file.md") if one.language == "python"
-    )
+    block, _ = scripts_of_the_run_file_page()
     (tmp_path / "run.h5").write_bytes((demo.loaded / "run.h5").read_bytes())
-    assert "rigrunner" not in block.code.replace('"rigrunner: manifest/1"', "")
     assert execute(block, tmp_path, "run-file.md") == "all objects are as the manifest says\n"
     with h5py.File(tmp_path / "run.h5", "r+") as file:
         file["entry/zeros/tester_torque"][()] += 1e-9
     assert "zeros/tester_torque" in execute(block, tmp_path, "run-file.md")
+
+
+@pytest.mark.parametrize("version", ["now", 1])
+def test_a_short_script_without_rigrunner_reads_all_of_a_run(version, demo, tmp_path):
+    _, block = scripts_of_the_run_file_page()
+    lines = [line for line in block.code.splitlines() if line.strip()]
+    assert len(lines) <= 35
+    path = demo.loaded / "run.h5" if version == "now" else OLD_RUN
+    (tmp_path / "run.h5").write_bytes(path.read_bytes())
+    printed = execute(block, tmp_path, "run-file.md")
+    run = read(path)
+    result = run.result_document
+    assert result is not None
+    assert printed.startswith(f"{run.header.run_id} {run.header.procedure_title} completed\n")
+    assert printed.endswith(f"verdict {result['decision']['verdict']}\n")
+    assert str(dict(run.header.inputs)) in printed
+    assert str(run.zeros["tester.torque"]) in printed
+    for recording in run.recordings:
+        assert f"{recording.name} {{" in printed
+        assert all(repr(value) in printed for value in recording.setpoints.values())
+        for name, samples in recording.arrays().items():
+            span, unit = samples.max() - samples.min(), recording.units[name]
+            words = f"{name}: {samples.size} samples, {span:.6g} {unit} peak to peak"
+            assert words in printed
+
+
+OLD_RUN = ROOT / "tests/data/format-1/run.h5"
 
 
 def names_of(file):

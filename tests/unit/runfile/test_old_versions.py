@@ -1,0 +1,125 @@
+"""A file that an earlier version of the program wrote stays readable, with all that is in it.
+
+The expected values were read from the file with h5py alone, when it was put here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Event
+
+import h5py
+import pytest
+
+from helpers_cli import call
+from rigrunner import open_run
+from rigrunner.archive import index, open_archive, query
+from rigrunner.archive.checking import Look, Pace, check
+from rigrunner.jobs import InProcess
+from rigrunner.runfile import file_differences, read, read_info, read_summary
+from rigrunner.workflow.packing.pack import pack
+from rigrunner.workflow.packing.unpack import unpack
+
+OLD = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
+FILE_SHA256 = "faddef58f4edbbecb3a32353a5f4e0d716b5b81207c06e4a4ff6466da8289cd9"
+TORQUE_SHA256 = {
+    "001_15Hz": "7c5996451c6d1af5c3b932e5463d29715b425f1376c9cfdcebc91cbab271bc95",
+    "002_35Hz": "75b1ccae054835a6f78cc53d62f906a76857bc16c5ae0d0fe85227767b8002af",
+}
+RAW_PEAKS_NM = [2.964894580078125, 7.62080888671875]
+ENERGY_NM = [0.6330180981779459, 0.6317704478664123]
+
+
+@pytest.fixture
+def run(tmp_path):
+    folder = tmp_path / "runs" / "20260301T120009Z_SSPB-STT-1000_DEMO-0001"
+    folder.mkdir(parents=True)
+    shutil.copyfile(OLD, folder / "run.h5")
+    return folder
+
+
+def test_it_is_the_file_of_that_time():
+    assert hashlib.sha256(OLD.read_bytes()).hexdigest() == FILE_SHA256
+    with h5py.File(OLD) as file:
+        assert file.attrs["rigrunner_format"] == 1
+        assert "manifest" not in file["entry"]
+
+
+def test_all_that_was_recorded_is_there(run):
+    stored = read(run)
+    assert stored.header.procedure_id == "SSPB-STT-1000"
+    assert stored.header.inputs == {"specimen": "DEMO-0001", "operator": "Demo operator"}
+    assert stored.info.outcome == "completed"
+    found = {each.name: each.arrays()["tester.torque"] for each in stored.recordings}
+    digests = {name: hashlib.sha256(each.tobytes()).hexdigest() for name, each in found.items()}
+    assert digests == TORQUE_SHA256
+    assert stored.no_load is not None
+    assert stored.no_load.header.procedure_id == "SSPB-NLI"
+    assert len(stored.no_load.recordings) == 2
+    assert stored.result_document["decision"]["verdict"] == "inconclusive"
+
+
+def test_what_it_did_not_have_yet_is_empty(run):
+    assert read_info(run).manifest_sha256 == ""
+    assert file_differences(run / "run.h5") is None
+    assert read_summary(run).manifest_sha256 == ""
+
+
+def test_it_is_analysed_as_then(run):
+    found = call("analyse", run, "--json")
+    document = json.loads(found.out)
+    peaks = [each["raw_peak"]["mean"]["value"] for each in document["points"]]
+    assert peaks == pytest.approx(RAW_PEAKS_NM, rel=1e-12)
+    points = document["compensations"]["energy"]["points"]
+    torques = [each["torque"]["value"] for each in points]
+    assert torques == pytest.approx(ENERGY_NM, rel=1e-9)
+
+
+def test_damage_to_its_samples_is_still_seen(run):
+    (run / "run.h5").chmod(0o644)
+    with h5py.File(run / "run.h5", "r+") as file:
+        file["entry/recordings/001_15Hz/tester_torque"][7] += 1e-9
+    found = call("analyse", run)
+    assert found.code == 5
+    assert "digest" in found.err or "samples" in found.err
+
+
+def test_every_command_on_stored_runs_takes_it(run, tmp_path):
+    verified = call("verify", run)
+    assert "sealed without a manifest, by an older version" in verified.out
+    assert "recordings: 2 with the digest" in verified.out
+    assert call("report", run, "--out", tmp_path / "report.html").code == 0
+    assert call("show", run).code == 0
+    assert len(open_run(run).recordings) == 2
+
+
+def test_it_is_indexed_checked_packed_and_unpacked(run, tmp_path):
+    with closing(open_archive(run.parent)) as archive:
+        index(archive, [run.parent])
+        look = Look(Pace(), yielding=False)
+        assert checked(archive, look) == ()
+    (row,) = query(runs=run.parent)
+    assert (row["run_id"], row["verdict"], row["manifest_sha256"]) == (
+        run.name, "inconclusive", "",
+    )  # fmt: skip
+    assert pack(run, tmp_path / "old.zip").manifest_sha256 == ""
+    again = unpack(tmp_path / "old.zip", tmp_path / "elsewhere")
+    assert (again / "run.h5").read_bytes() == OLD.read_bytes()
+
+
+def checked(archive, look):
+    return check(archive, look, InProcess(), Event(), now=lambda: datetime.now(UTC)).findings
+
+
+def test_a_newer_file_is_refused_with_both_versions(run):
+    (run / "run.h5").chmod(0o644)
+    with h5py.File(run / "run.h5", "r+") as file:
+        file.attrs.modify("rigrunner_format", 3)
+    found = call("analyse", run)
+    assert found.code == 5
+    assert "format 3, this one reads up to 2" in found.err
