@@ -83,6 +83,15 @@ def test_an_interaction_that_is_there_is_not_pooled():
     assert study.components.interaction > 0.5
 
 
+def test_an_interaction_is_pooled_where_its_p_is_above_a_quarter():
+    rng = np.random.default_rng(8)
+    studies = [gauge_rr(rng.normal(size=(5, 3, 2))) for _ in range(60)]
+    found = [(study.table[2].p, study.pooled) for study in studies]
+    assert all(pooled == (p > 0.25) for p, pooled in found)
+    assert sum(0.1 < p < 0.25 for p, _ in found) > 3
+    assert sum(0.25 < p < 0.5 for p, _ in found) > 3
+
+
 def test_components_are_found_again():
     """Over many studies the mean variances are those that the readings were made of."""
     rng = np.random.default_rng(4)
