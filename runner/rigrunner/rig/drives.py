@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, TypeVar
 
-from rigrunner.api.errors import DeviceTimeoutError
+from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,6 +23,14 @@ class Call(Protocol):
     def __call__(self, what: str, function: Callable[[], _T], /) -> _T:
         """Return what the function returns; raise a DeviceError."""
         ...
+
+
+def as_number(value: object) -> float:
+    """Return what a driver gave, such as a NumPy scalar, as a float; raise DeviceRejectedError."""
+    if isinstance(value, SupportsFloat):
+        with suppress(TypeError, ValueError):  # as of an array of several
+            return float(value)
+    raise DeviceRejectedError(f"the driver gave {value!r}, which is no number")
 
 
 def agrees(info: DriveInfo, actual: float, value: float) -> bool:
@@ -47,7 +56,7 @@ def approach(
     call(f"set {name}", lambda: device.begin(name, value))
     while not call(f"read back {name}", lambda: device.arrived(name)):
         if clock.monotonic_s() >= until_s:
-            actual = call(f"read back {name}", lambda: device.read_back(name))
+            actual = as_number(call(f"read back {name}", lambda: device.read_back(name)))
             raise DeviceTimeoutError(
                 f"{name} reads back {actual:g} {info.unit} after {limit_s:g} s,"
                 f" set to {value:g} {info.unit}",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Approaching, Settable
 from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.rig.drives import agrees, approach
+from rigrunner.rig.drives import agrees, approach, as_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -65,4 +65,8 @@ class HeldDrive:
 
     def read_back(self) -> float:
         """Return where the drive is read back to stand."""
-        return self._role.call(self._read_back, self._device.read_back, self._answer_s, self.name)
+        actual = self._role.call(self._read_back, self._device.read_back, self._answer_s, self.name)
+        if type(actual) is float:  # as of most drivers
+            return actual
+        with self._role.named():
+            return as_number(actual)

@@ -266,7 +266,13 @@ class Rig:
     def _standing(self, member: str) -> float:
         if member in self._set_points:
             return self._set_points[member]
-        return self.read_back(*split_member(member))
+        role, drive = split_member(member)
+        found = self.read_back(role, drive)
+        if not math.isfinite(found):  # compared with any limit it would seem to be within
+            raise DeviceRejectedError(
+                f"{role}: {drive} reads back {found:g}: it may stand anywhere"
+            )
+        return found
 
     def _away(self, role: str) -> list[str]:
         drives = {info.name: info for info in self.devices[role].drives}
@@ -283,11 +289,16 @@ class Rig:
     def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
         values = self._roles[role].call("read", device.read, self._patience.answer_s, channels)
         found = {}
-        for name in channels:
-            value = values.get(name, math.nan)
-            if not math.isfinite(value):
-                raise _missing(role, channels, values)
-            found[f"{role}.{name}"] = float(value)
+        try:
+            for name in channels:
+                value = values.get(name, math.nan)
+                if not math.isfinite(value):
+                    raise _missing(role, channels, values)
+                found[f"{role}.{name}"] = float(value)
+        except (TypeError, AttributeError) as error:
+            raise DeviceRejectedError(
+                f"{role}: the driver gave {values!r}", hint="a number of each channel is needed"
+            ) from error
         return found
 
     def _drive(self, role: str, drive: str) -> DriveInfo:

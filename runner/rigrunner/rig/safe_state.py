@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
-from rigrunner.rig.drives import agrees
+from rigrunner.rig.drives import agrees, as_number
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ def make_safe(
     work = device.make_safe if not drive else lambda: _set_safe(device, drive)
     for _ in range(_ATTEMPTS):
         try:
-            read_back = dict(caller.call_urgently("make safe", work, timeout_s))
+            given = caller.call_urgently("make safe", work, timeout_s)
+            read_back = {name: as_number(value) for name, value in given.items()}
             return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive)
         except KeyboardInterrupt:
             continue  # impatience must not leave a rig half safe

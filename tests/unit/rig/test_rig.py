@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import threading
 from contextlib import closing
+from decimal import Decimal
 
+import numpy as np
 import pytest
 
 from helpers_devices import DRIVES, FakeTester, NthCall, samples_of
@@ -222,3 +224,53 @@ def test_what_a_device_can_do_is_asked_anew_once_it_is_connected():
     tester.drives = (DriveInfo("speed", "rad/s", "speed", 0.0, 9.0),)
     rig.connect()
     assert rig.allowed("tester", "speed").maximum == 9.0
+
+
+@pytest.mark.parametrize("given", [np.float32(1000), np.int64(1000), 1000, Decimal(1000)])
+def test_numbers_of_other_kinds_become_floats(given):
+    device = FakeTester()
+    device.read_back = lambda _: given
+    device.read = lambda channels: dict.fromkeys(channels, given)
+    device.make_safe = lambda: {"load": given}
+    rig = rig_of(device)
+    found = [
+        rig.set("tester", "load", 1000.0),
+        rig.read("tester", ["load"])["tester.load"],
+        rig.make_safe()[0].read_back["load"],
+    ]
+    assert [(type(one), one) for one in found] == [(float, 1000.0)] * 3
+
+
+@pytest.mark.parametrize("given", [None, "1000", 1000 + 0j, np.array([1.0, 2.0]), {}])
+def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(given):
+    device = FakeTester()
+    device.read_back = lambda _: given
+    device.read = lambda channels: dict.fromkeys(channels, given)
+    device.make_safe = lambda: {"load": given, "frequency": 0.0}
+    rig = rig_of(device)
+    for call in (
+        lambda: rig.set("tester", "load", 1000.0),
+        lambda: rig.standing("tester", "load"),
+        lambda: rig.read("tester", ["load"]),
+    ):
+        with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave "):
+            call()
+    (report,) = rig.make_safe()
+    assert not report.safe
+    assert "the driver gave" in report.problems[0]
+
+
+@pytest.mark.parametrize("given", [None, [1.0], 5])
+def test_a_reading_that_is_no_mapping_is_the_drivers_fault(given):
+    device = FakeTester()
+    device.read = lambda _: given
+    with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave "):
+        rig_of(device).read("tester", ["load"])
+
+
+@pytest.mark.parametrize("given", [float("nan"), float("inf")])
+def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(given):
+    device = FakeTester()
+    device.read_back = lambda _: given
+    with pytest.raises(DeviceRejectedError, match="may stand anywhere"):
+        rig_of(device).leads_away("tester", "load", 3000.0)
