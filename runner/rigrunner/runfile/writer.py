@@ -30,7 +30,8 @@ class RunWriter:
     """Takes the events of one run into its folder. Raises DataError if it cannot.
 
     When the event of a finished recording was taken, the recording is on the disk: in its journal,
-    which becomes an HDF5 file while the run goes on. What that raises, the next event raises.
+    which becomes an HDF5 file while the run goes on. What that raises
+    is raised when the next event was taken, which is on record then.
     """
 
     def __init__(
@@ -75,9 +76,7 @@ class RunWriter:
         return self._recordings
 
     def __call__(self, event: Event) -> None:
-        """Take one event."""
-        if self._folding.going:
-            self._folding.check()
+        """Take one event; then raise what failed meanwhile, for the event is to be kept."""
         try:
             match event:
                 case StepStarted() | StepEnded() if not event.recording:
@@ -96,6 +95,8 @@ class RunWriter:
                     self._append(event)
         except OSError as error:
             raise cannot_write(self.folder, error) from error
+        if self._folding.going:
+            self._folding.check()
 
     def seal(
         self,

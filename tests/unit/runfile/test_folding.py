@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from concurrent.futures import wait
 from pathlib import Path
 
 import pytest
@@ -116,6 +117,26 @@ def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
     assert [one.name for one in stored.recordings] == ["001_10Hz"]
 
 
+def test_the_event_that_tells_of_a_failed_fold_is_on_record_itself(tmp_path, monkeypatch):
+    go_on = threading.Event()
+
+    def full(*_):
+        assert go_on.wait(30)
+        raise DataError("cannot write 000001.h5: No space left on device")
+
+    monkeypatch.setattr(FOLD, full)
+    known = {"step": "main/2", "index": 1, "action": "measure", "measurement": "load"}
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        keep(emit, TWO[0])
+        go_on.set()
+        wait(writer._folding.going)
+        with pytest.raises(DataError, match="No space left"):
+            emit(StepEnded, **known, ok=True, values={"tester.load": 997.0})
+    last = read(tmp_path / "run").events[-1]
+    assert last.values == {"tester.load": 997.0}
+
+
 def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_path, monkeypatch):
     waits = threading.Event()
 
@@ -184,7 +205,7 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
         content[len(content) // 2] ^= 1
         samples.write_bytes(content)
         held.set()
-        writer.close()
+        wait(writer._folding.going)
         with pytest.raises(DataError, match=r"samples can be read back, not 40001"):
             start_recording(emit, TWO[0], 1)
     assert samples.exists()
