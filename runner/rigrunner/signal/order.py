@@ -35,7 +35,8 @@ def percentiles(values: Samples, percent: Sequence[float]) -> list[float]:
     if len(values) <= BLOCK:
         return [float(each) for each in np.percentile(values[:], percent)]
     places = [(len(values) - 1) * (each / 100) for each in percent]
-    ranks = [rank for place in places for rank in (floor(place), floor(place) + 1)]
+    last = len(values) - 1
+    ranks = [rank for at in places for rank in (floor(at), min(floor(at) + 1, last))]
     found = iter(ranked(lambda: (part for _, part in blocks(values)), ranks))
     pairs = [(next(found), next(found), place - floor(place)) for place in places]
     return [float(np.quantile([low, high], share)) for low, high, share in pairs]

@@ -9,6 +9,8 @@ from rigrunner.analysis import waveforms
 from rigrunner.analysis.checks import run_checks
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.analysis import Rejection
+from rigrunner.signal.averaging import robust_mean
+from rigrunner.signal.cycles import resample
 from rigrunner.signal.swings import kept_cycles
 
 
@@ -58,3 +60,29 @@ def test_a_row_that_is_rejected_leaves_out_its_cycles_and_is_named_by_the_first(
     third = np.flatnonzero(np.arange(found.cycles) * 8 // found.cycles == 2)
     assert [each.index for each in found.waveform_rejections] == left_out[:1]
     assert left_out == third.tolist()
+
+
+@pytest.mark.parametrize("cycles", [1024, 1025, 1500, 2049, 3100])
+def test_rows_of_several_cycles_say_the_same_of_the_mean_as_its_cycles(cycles):
+    period = 64
+    turn = 2 * np.pi * np.arange(cycles * period + 1) / period
+    noise = np.random.default_rng(cycles).standard_normal(len(turn))
+    torque = np.sin(turn) + 0.1 * noise
+    starts = period * np.arange(cycles + 1.0)
+    every = resample(torque, starts, waveforms.PHASES)
+    rows = waveforms.waveforms(torque, starts)
+    assert len(rows) <= waveforms.MOST_ROWS
+    found, wanted = (robust_mean(each, np.ones(len(each), bool)) for each in (rows, every))
+    ratio = np.sqrt(np.mean(found[1] ** 2) / np.mean(wanted[1] ** 2))
+    assert ratio == pytest.approx(1, abs=0.02)
+    # The means differ by what a few samples at the border of the trusted ones do.
+    np.testing.assert_allclose(found[0], wanted[0], rtol=0, atol=0.2 * wanted[1].mean())
+    first_bins = np.bincount(waveforms.row_of(cycles))
+    assert first_bins.max() - first_bins.min() <= 1
+
+
+@pytest.mark.parametrize("cycles", [1, 5, 1024, 1025, 2048, 2049, 36_000, 10**6 + 1])
+def test_a_row_of_fewer_cycles_is_rare(cycles):
+    count = np.bincount(waveforms.row_of(cycles))
+    assert len(count) == waveforms.rows_of(cycles) <= waveforms.MOST_ROWS
+    assert (count < count.max()).sum() < count.max()

@@ -17,7 +17,7 @@ VALUES = st.one_of(
 
 
 @pytest.mark.parametrize("kept", [1 << 21, 3])
-@given(values=VALUES, percent=st.lists(st.floats(0, 99.99), min_size=1, max_size=3))
+@given(values=VALUES, percent=st.lists(st.floats(0, 100), min_size=1, max_size=3))
 @settings(
     max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
