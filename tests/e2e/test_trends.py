@@ -122,6 +122,32 @@ def test_results_of_several_procedures_are_not_mixed(tmp_path):
     assert "SSPB-A by template_inverse (12), SSPB-B by template_inverse (12)" in done.err
 
 
+def test_a_name_does_not_steer_the_terminal(tmp_path):
+    store_results(tmp_path / "runs", [0.7, 0.71] * 12, lot="\x1b[31mred")
+    index_all(tmp_path / "runs")
+    for words in (["--rules", "shewhart"], ["--baseline", "30"]):
+        done = call("trend", "torque", *words, "--runs", tmp_path / "runs")
+        assert "[31mred" in done.out + done.err
+        assert "\x1b" not in done.out + done.err
+
+
+def test_a_figure_of_two_compensations_is_asked_for_by_both_names(tmp_path):
+    for number in range(12):
+        document = result_document(0.7)
+        document["no_load_run"] = {"id": f"no-load {number}"}
+        inertia = {"inertia": estimate(0.0023 + 1e-6 * (5 * number % 7), 1e-6, "kg·m²")}
+        document["compensations"]["template_inverse"]["parameters"] = inertia
+        document["compensations"]["energy"] = {"checks": [], "parameters": inertia, "points": []}
+        store_run(tmp_path / "runs", f"r{number}", document, started_utc=on_day(number))
+    index_all(tmp_path / "runs")
+    asked = ("--baseline", "12", "--runs", tmp_path / "runs")
+    done = call("trend", "J", *asked)
+    assert done.code == 2
+    assert "several figures are called 'J'" in done.err
+    assert "name one: energy/inertia, template_inverse/inertia" in done.err
+    assert call("trend", "energy/inertia", *asked).code == 0
+
+
 def test_a_capability_has_its_interval_and_what_speaks_against_it(folder):
     done = call("capability", "torque", "--upper", "0.95 N·m", "--runs", folder)
     assert done.code == 0, done.err

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode, InvalidFileError, Problem, RigrunnerError
-from rigrunner.cli.output import close_quietly, error_label, message, reader_has_gone
+from rigrunner.cli.output import (
+    close_quietly,
+    error_label,
+    message,
+    printable,
+    reader_has_gone,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -79,7 +85,7 @@ def _place(problem: Problem) -> tuple[str, int, int]:
 def _problem_lines(problem: Problem) -> Iterator[str]:
     where = f"{problem.location}: " if problem.location else ""
     field = f"{problem.field}: " if problem.field else ""
-    yield f"{where}{error_label()} {field}{problem.message}"
+    yield f"{where}{error_label()} {field}{printable(problem.message)}"
     if problem.hint:
         yield f"  hint: {problem.hint}"
 

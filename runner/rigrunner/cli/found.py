@@ -7,6 +7,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.cli.numbers import with_uncertainty
+from rigrunner.cli.output import UNPRINTABLE, printable
 from rigrunner.cli.table import table
 from rigrunner.clock import utc_text
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
     from rigrunner.archive import Rows
 
-_UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 _HEADER = ["run", "specimen", "rig", "state", "verdict", "result / N·m"]
 
 
@@ -51,7 +51,7 @@ def _torque(row: Mapping[str, Any]) -> str:
 
 def _cell(value: str | None) -> str:
     """Return a text on one line, without what would steer the terminal."""
-    return "".join(each if each.isprintable() else _UNPRINTABLE for each in value or "")
+    return printable(value or "").replace("\n", UNPRINTABLE)
 
 
 def _json(value: Any) -> Any:

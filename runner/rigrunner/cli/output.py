@@ -12,6 +12,8 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
+
 
 def result(text: str) -> None:
     """Print a line or more of result on stdout."""
@@ -29,6 +31,11 @@ def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
 def message(text: str) -> None:
     """Print a line or more for the person, on stderr."""
     _print(text, sys.stderr)
+
+
+def printable(text: str) -> str:
+    """Return a text of one line or more without what would steer the terminal."""
+    return "".join(each if each.isprintable() or each == "\n" else UNPRINTABLE for each in text)
 
 
 def prompt(question: str) -> None:
