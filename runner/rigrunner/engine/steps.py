@@ -143,14 +143,14 @@ def _ramp(action: Ramp, session: Session) -> Measured:
 
 
 def _measure(action: Measure, session: Session) -> Measured:
-    first, *others = _by_role(action.channels)
-    values = _values(action, *first, session)
-    if others:
-        known = dict(values)
-        for each in others:
-            known.update(_values(action, *each, session))
-        values = {member: known[member] for member in action.channels}
-    return Measured(values, action.units)
+    by_role = _by_role(action.channels)
+    if len(by_role) == 1:
+        role, channels = by_role[0]
+        return Measured(_values(action, role, channels, session), action.units)
+    values: dict[str, float] = {}
+    for role, channels in by_role:
+        values.update(_values(action, role, channels, session))
+    return Measured({member: values[member] for member in action.channels}, action.units)
 
 
 @lru_cache
