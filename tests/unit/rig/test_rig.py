@@ -226,6 +226,17 @@ def test_what_a_device_can_do_is_asked_anew_once_it_is_connected():
     assert rig.allowed("tester", "speed").maximum == 9.0
 
 
+def test_a_drive_is_looked_up_anew_once_its_device_is_connected():
+    tester = FakeTester()
+    rig = rig_of(tester)
+    rig.connect()
+    assert rig.set("tester", "load", 900.0) == 900.0
+    tester.drives = (DriveInfo("load", "N", "load", 0.0, 500.0),)
+    rig.connect()
+    with pytest.raises(DeviceRejectedError, match="load cannot be set to 900 N .*0 to 500 N"):
+        rig.set("tester", "load", 900.0)
+
+
 @pytest.mark.parametrize("given", [np.float32(1000), np.int64(1000), 1000, Decimal(1000)])
 def test_numbers_of_other_kinds_become_floats(given):
     device = FakeTester()

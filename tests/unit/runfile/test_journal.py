@@ -103,6 +103,29 @@ def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
     assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
 
 
+def test_what_the_system_takes_in_pieces_is_written_whole(tmp_path):
+    writer = JournalWriter(tmp_path / "a.journal")
+    file = writer._file
+    writer._file = ByLittle(file)
+    writer.append(Kind.EVENT, b"an event of many bytes")
+    writer.append_parts(Kind.BLOCK, [b"a head", bytes(5000)])
+    file.close()
+    payloads = [payload for _, payload in found_in(tmp_path / "a.journal")]
+    assert payloads == [b"an event of many bytes", b"a head" + bytes(5000)]
+
+
+class ByLittle:
+    """A file that takes at most 7 bytes at a time, and sometimes none."""
+
+    def __init__(self, file):
+        self.file = file
+        self.calls = 0
+
+    def write(self, data):
+        self.calls += 1
+        return self.file.write(bytes(data[:7])) if self.calls % 3 else None
+
+
 def test_other_files_are_no_journal(tmp_path):
     path = tmp_path / "a.journal"
     path.write_bytes(b"\x89HDF\r\n\x1a\n and more")
