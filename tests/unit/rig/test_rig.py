@@ -233,7 +233,7 @@ def test_a_drive_is_looked_up_anew_once_its_device_is_connected():
     assert rig.set("tester", "load", 900.0) == 900.0
     tester.drives = (DriveInfo("load", "N", "load", 0.0, 500.0),)
     rig.connect()
-    with pytest.raises(DeviceRejectedError, match="load cannot be set to 900 N .*0 to 500 N"):
+    with pytest.raises(DeviceRejectedError, match=r"load cannot be set to 900 N .*0 to 500 N"):
         rig.set("tester", "load", 900.0)
 
 
