@@ -88,6 +88,31 @@ def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
     assert "there is no " in found.out
 
 
+def test_a_run_that_is_damaged_or_another_one_is_not_compared(lab, quick):
+    loaded, no_load = (lab.golden / each.name / "run.h5" for each in (quick.loaded, quick.no_load))
+    loaded.chmod(0o644)
+    shutil.copyfile(no_load, loaded)
+    with no_load.open("r+b") as file:
+        file.truncate(no_load.stat().st_size // 2)
+    found = check(lab)
+    assert (found.code, found.out.count(": not compared")) == (5, 2)
+    assert "is another run than the golden one" in found.out
+
+
+def test_results_that_are_kept_are_not_computed_again(lab, tmp_path):
+    for before in ("", "2 of 2 runs were done before"):
+        found = check(lab, "--out", tmp_path / "kept")
+        assert (found.code, before in found.err) == (0, True)
+
+
+def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
+    shutil.copytree(quick.loaded.parent, tmp_path / "moved")
+    for each in (quick.loaded, quick.no_load):
+        (lab.golden / each.name / "run.h5").unlink()
+    assert check(lab).code == 5
+    assert check(lab, "--runs", tmp_path / "moved").code == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
