@@ -108,6 +108,18 @@ def test_a_file_that_is_gone(archive, runs):
     assert told(checked(archive)) == [("missing", "a/run.log"), ("missing", "b/run.h5")]
 
 
+def test_a_run_that_could_not_be_read_when_it_was_indexed(archive, runs):
+    for name in ("a", "new"):
+        (runs / name).mkdir(exist_ok=True)
+        (runs / name / "run.h5").unlink(missing_ok=True)
+        (runs / name / "run.h5").write_bytes(b"no HDF5")
+    index(archive, [runs])
+    assert told(checked(archive)) == [("damaged", "a"), ("damaged", "new")]
+    shutil.rmtree(runs / "new")
+    index(archive, [runs])
+    assert ("missing", "new") in told(checked(archive))
+
+
 def test_a_whole_file_that_is_another_one(archive, runs):
     other = store_run(runs.parent, "other")
     (runs / "a/run.h5").chmod(0o644)

@@ -107,7 +107,7 @@ def _runs(
     files: dict[int, dict[str, str]],
     looked: dict[tuple[str, str], tuple[datetime, str, str]],
 ) -> Iterator[RunCheck]:
-    columns = (RUNS.c.id, RUNS.c.path, RUNS.c.sealed, RUNS.c.manifest_sha256)
+    columns = (RUNS.c.id, RUNS.c.path, RUNS.c.sealed, RUNS.c.manifest_sha256, RUNS.c.problem)
     statement = select(*columns, ROOTS.c.name, ROOTS.c.path.label("place")).join(
         ROOTS, RUNS.c.root == ROOTS.c.id
     )
@@ -121,4 +121,5 @@ def _runs(
             manifest_sha256=row.manifest_sha256 or "",
             files=files.get(row.id, {}),
             sha256=sha256 if manifest == (row.manifest_sha256 or "") else "",  # else another run's
+            problem=row.problem,
         )

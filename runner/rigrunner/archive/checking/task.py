@@ -63,6 +63,8 @@ class RunCheck:
     """The SHA-256 of each file when it was indexed; '' of the run file."""
     sha256: str = ""
     """Of the run file's bytes, when it was last found to be whole; '' if it never was."""
+    problem: str = ""
+    """Why the run could not be read when it was indexed, where that was so."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,9 @@ class Look:
         if not run.folder.is_dir():
             gone = Finding(run.path, Kind.MISSING, "the run folder is gone")
             return RunLook((gone,), run.sha256, 0)
+        if run.problem:  # there is nothing that it could be held against
+            unreadable = Finding(run.path, Kind.DAMAGED, run.problem)
+            return RunLook((unreadable,), run.sha256, 0)
         there = {storable(each.name): each for each in run.folder.iterdir() if each.is_file()}
         found = list(_not_the_same(run, set(there)))
         if not run.sealed:  # a run that goes on changes all the time
