@@ -122,6 +122,36 @@ def test_results_of_several_procedures_are_not_mixed(tmp_path):
     assert "SSPB-A by template_inverse (12), SSPB-B by template_inverse (12)" in done.err
 
 
+@pytest.mark.parametrize(
+    ("quantity", "by", "told"),
+    [
+        (
+            "J",
+            ["--by", "rig"],
+            "figures of several rigs or mandrels: a with M-01 (6), a with M-02 (6)",
+        ),
+        (
+            "J",
+            ["--by", "mandrel"],
+            "figures of several rigs or mandrels: a with M-01 (6), b with M-01",
+        ),
+        ("zero", ["--by", "procedure"], "figures of several rigs or mandrels: a (12), b (12)"),
+    ],
+)
+def test_figures_of_several_rigs_or_mandrels_are_not_mixed(tmp_path, quantity, by, told):
+    for number in range(24):
+        document = result_document(0.7)
+        document["no_load_run"] = {"id": f"no-load {number}"}
+        document["run"] = {"mandrel": "M-01" if number % 4 < 2 else "M-02"}
+        store_run(tmp_path / "runs", f"r{number}", document, started_utc=on_day(number),
+                  station_id="a" if number % 2 else "b")  # fmt: skip
+    index_all(tmp_path / "runs")
+    done = call("trend", quantity, *by, "--runs", tmp_path / "runs")
+    assert done.code == 5
+    assert told in done.err
+    assert "--by rig --by mandrel" in done.err
+
+
 def test_a_name_does_not_steer_the_terminal(tmp_path):
     store_results(tmp_path / "runs", [0.7, 0.71] * 12, lot="\x1b[31mred")
     index_all(tmp_path / "runs")
@@ -178,7 +208,7 @@ def test_a_capability_without_a_limit_that_fits_is_refused(folder, words, code, 
     assert told in done.err
 
 
-def session(runs, part, operator, torques):
+def session(runs, part, operator, torques, **header):
     document = result_document(float(np.mean(torques)))
     point = document["points"][0]
     document["points"] = [point] * len(torques)
@@ -186,7 +216,11 @@ def session(runs, part, operator, torques):
     (first, *_) = made["points"]
     made["points"] = [{**first, "torque": estimate(float(each))} for each in torques]
     store_run(
-        runs, f"{part} by {operator}", document, inputs={"specimen": part, "operator": operator}
+        runs,
+        f"{part} by {operator}",
+        document,
+        inputs={"specimen": part, "operator": operator},
+        **header,
     )
 
 
@@ -229,3 +263,13 @@ def test_a_study_that_is_not_crossed_or_not_balanced_names_what_is_missing(tmp_p
     session(runs, "P2", "B", [0.7, 0.72])
     index_all(runs)
     assert "most have 2 trials, P2 by A has 3" in call("gauge-rr", "--runs", runs).err
+
+
+def test_sessions_on_two_rigs_are_two_studies(tmp_path):
+    for rig in ("a", "b"):
+        session(tmp_path / rig, "P1", "A", [0.6, 0.61], station_id=rig)
+    index_all(tmp_path)
+    done = call("gauge-rr", "--runs", tmp_path)
+    assert done.code == 2
+    assert "on a (1)" in done.err
+    assert "--procedure or --rig" in done.err

@@ -57,7 +57,7 @@ def sessions(archive: Database, quantity: Quantity, filters: Filters) -> Session
         cell = (run["specimen"], run["operator"])
         found.cells.setdefault(cell, []).extend(each[value] for each in trials)
         found.expanded += [each[expanded] for each in trials if expanded and each[expanded]]
-        found.kinds[" by ".join(filter(None, (run["procedure"], run["method"])))] += 1
+        found.kinds[f"{run['procedure']} by {run['method']} on {run['rig']}"] += 1
         found.frequencies |= {each["set_frequency_hz"] for each in trials}
     return found
 
@@ -94,9 +94,9 @@ def _unclear(run: Mapping[str, Any], trials: list[float | None]) -> str:
     missing = [name for name in ("specimen", "operator") if not run[name]]
     if missing:
         return f"it says no {' and no '.join(missing)}"
-    if not trials or None in trials:
-        return f"{trials.count(None)} of its {len(trials)} trials have no value"
-    return ""
+    if not trials:
+        return "it has no set-point that fits"
+    return f"{trials.count(None)} of {len(trials)} trials have no value" if None in trials else ""
 
 
 def _check_alike(found: Sessions) -> None:
@@ -109,7 +109,9 @@ def _check_alike(found: Sessions) -> None:
         )
     if len(found.kinds) > 1:
         kinds = ", ".join(f"{name} ({count})" for name, count in sorted(found.kinds.items()))
-        raise UsageError(f"results of several kinds: {kinds}", hint="choose by --procedure")
+        raise UsageError(
+            f"results of several kinds: {kinds}", hint="choose by --procedure or --rig"
+        )
     if len(found.frequencies) > 1:
         shown = ", ".join(f"{each:g} Hz" for each in sorted(found.frequencies))
         raise UsageError(f"readings at several set-points: {shown}", hint="choose by --frequency")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 TORQUE_UNIT = "N·m"
 NOT_STATED = "not stated"
 _OF_POINTS = ("frequency", "load")
+_APART = "tell them apart: --by rig --by mandrel"
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def of_one_kind(group: Group, quantity: Quantity) -> None:
     kinds = ", ".join(f"{name} ({count})" for name, count in sorted(group.kinds.items()))
     if quantity.is_result:
         raise DataError(f"results of several kinds: {kinds}", hint="choose by --procedure")
-    raise DataError(f"rigs with several mandrels: {kinds}", hint="add --by mandrel")
+    raise DataError(f"figures of several rigs or mandrels: {kinds}", hint=_APART)
 
 
 def _values(
@@ -189,7 +190,8 @@ def _name(run: Mapping[str, Any], by: Sequence[str]) -> str:
 def _kind(run: Mapping[str, Any], quantity: Quantity) -> str:
     if quantity.is_result:
         return " by ".join(filter(None, (run["procedure"], run["method"])))
-    return "" if quantity.is_zero else run["mandrel"] or ""
+    names = ("rig",) if quantity.is_zero else ("rig", "mandrel")
+    return " with ".join(filter(None, (run[each] for each in names)))
 
 
 def _nothing(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
