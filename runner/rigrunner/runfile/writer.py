@@ -30,8 +30,7 @@ class RunWriter:
     """Takes the events of one run into its folder. Raises DataError if it cannot.
 
     When the event of a finished recording was taken, the recording is on the disk: in its journal,
-    which becomes an HDF5 file while the run goes on. What that raises
-    is raised when the next event was taken, which is on record then.
+    which becomes an HDF5 file while the run goes on. `raise_failed_fold` tells where that fails.
     """
 
     def __init__(
@@ -76,7 +75,7 @@ class RunWriter:
         return self._recordings
 
     def __call__(self, event: Event) -> None:
-        """Take one event; then raise what failed meanwhile, for the event is to be kept."""
+        """Take one event."""
         try:
             match event:
                 case StepStarted() | StepEnded() if not event.recording:
@@ -95,6 +94,13 @@ class RunWriter:
                     self._append(event)
         except OSError as error:
             raise cannot_write(self.folder, error) from error
+
+    def raise_failed_fold(self, event: Event) -> None:  # noqa: ARG002  (a sink takes events)
+        """Raise what a fold has raised, if one has.
+
+        A critical sink of its own, behind the writer: it ends the run, and the writer keeps on
+        record the event that was due, how the rig was made safe and how the run ended.
+        """
         if self._folding.going:
             self._folding.check()
 

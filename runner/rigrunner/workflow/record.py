@@ -144,7 +144,8 @@ def into_folder(
             try:
                 writer = held.enter_context(opened(identified))
                 with open_log(writer.folder) as log:
-                    bus = Bus(critical=[writer], guarded=[*log, *told])
+                    keeping = (writer, writer.raise_failed_fold)
+                    bus = Bus(keeping, [*log, *told])
                     summary = work(rig, bus, writer.folder.name)
             finally:
                 rig.make_safe()

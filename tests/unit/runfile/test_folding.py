@@ -21,7 +21,7 @@ from helpers_runfile import (
     start_recording,
 )
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Outcome, StepEnded
+from rigrunner.api.events import MadeSafe, Outcome, StepEnded
 from rigrunner.runfile import RunWriter, loose, read, seal, sealing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
@@ -108,33 +108,15 @@ def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
     with RunWriter(tmp_path / "run", header_of()) as writer:
         summary = run(
             FakeTester(before=lambda call: done.wait(10) if call == "set frequency 20" else None),
-            critical=[writer],
+            critical=[writer, writer.raise_failed_fold],
         )
         assert (summary.outcome, summary.safe) == (Outcome.ERROR, True)
         assert "No space left" in summary.reason
         writer.seal()
     stored = read(tmp_path / "run")
     assert [one.name for one in stored.recordings] == ["001_10Hz"]
-
-
-def test_the_event_that_tells_of_a_failed_fold_is_on_record_itself(tmp_path, monkeypatch):
-    go_on = threading.Event()
-
-    def full(*_):
-        assert go_on.wait(30)
-        raise DataError("cannot write 000001.h5: No space left on device")
-
-    monkeypatch.setattr(FOLD, full)
-    known = {"step": "main/2", "index": 1, "action": "measure", "measurement": "load"}
-    with RunWriter(tmp_path / "run", header_of()) as writer:
-        emit = emitter_of(writer)
-        keep(emit, TWO[0])
-        go_on.set()
-        wait(writer._folding.going)
-        with pytest.raises(DataError, match="No space left"):
-            emit(StepEnded, **known, ok=True, values={"tester.load": 997.0})
-    last = read(tmp_path / "run").events[-1]
-    assert last.values == {"tester.load": 997.0}
+    assert (stored.info.outcome, stored.info.reason) == ("error", summary.reason)
+    assert any(isinstance(one, MadeSafe) for one in stored.events)
 
 
 def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_path, monkeypatch):
@@ -207,6 +189,6 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
         held.set()
         wait(writer._folding.going)
         with pytest.raises(DataError, match=r"samples can be read back, not 40001"):
-            start_recording(emit, TWO[0], 1)
+            writer.raise_failed_fold(start_recording(emit, TWO[0], 1))
     assert samples.exists()
     assert not RunFolder(folder).finished_parts()
