@@ -193,7 +193,9 @@ WRITERS = {
     "matlab 7.3": write_mat73,
     "tdms": write_tdms,
 }
-SPECIMEN = "inputs: {specimen: DEMO-0001, operator: Demo operator}"
+SPECIMEN = (
+    "inputs: {specimen: DEMO-0001, type: DEMO-GE20, lot: DEMO-LOT-1, operator: Demo operator}"
+)
 OPERATOR = "inputs: {operator: Demo operator}"
 
 

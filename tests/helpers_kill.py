@@ -24,7 +24,8 @@ from rigrunner.runfile import RunWriter
 
 RECORDINGS = 4
 SECONDS = 2.5
-LONGEST_LIFE_S = 0.25
+LIVES = 3.0
+"""The longest life, in times that a machine as busy as it is needs to record and seal a run."""
 
 
 def name_of(number: int) -> str:
@@ -57,11 +58,28 @@ def write_runs_until_killed(folder: Path) -> None:
             noter.note("sealed")
 
 
-def kill_one(folder: Path, life_s: float) -> None:
+def begin(folder: Path) -> int:
     writer = os.fork()
     if writer == 0:
         write_runs_until_killed(folder)
         os._exit(1)
+    return writer
+
+
+def time_of_a_run(folder: Path) -> float:
+    """Return how long a writer takes until its first run is sealed."""
+    folder.mkdir()
+    notes, began, writer = folder / "notes", time.monotonic(), begin(folder)
+    while not (notes.exists() and "sealed" in notes.read_text()):
+        time.sleep(0.002)
+    taken_s = time.monotonic() - began
+    os.kill(writer, signal.SIGKILL)
+    os.waitpid(writer, 0)
+    return taken_s
+
+
+def kill_one(folder: Path, life_s: float) -> None:
+    writer = begin(folder)
     time.sleep(life_s)
     os.kill(writer, signal.SIGKILL)
     _, status = os.waitpid(writer, 0)
@@ -73,10 +91,11 @@ def main() -> None:
     folder, kills, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     random_life = random.Random(seed)  # noqa: S311  (instants of kills need no secrecy)
     np.zeros(1)
+    longest_s = LIVES * time_of_a_run(folder / "first")
     for number in range(kills):
         place = folder / f"kill{number:04d}"
         place.mkdir()
-        life_s = random_life.uniform(0.0, LONGEST_LIFE_S)
+        life_s = random_life.uniform(0.0, longest_s)
         kill_one(place, life_s)
         print(json.dumps({"folder": str(place), "life_s": life_s}), flush=True)  # noqa: T201
 

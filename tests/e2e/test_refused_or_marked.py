@@ -100,7 +100,7 @@ def test_a_limit_of_another_measurand(tmp_path):
     refused = call("check", other, "--station", "simulated")
     assert refused.code == ExitCode.INVALID
     assert refused.err == (
-        f"{other}:61:16: error: acceptance.limit.measurand: the limit is for the no-load torque"
+        f"{other}:63:16: error: acceptance.limit.measurand: the limit is for the no-load torque"
         " from rest, and the result is the load-induced torque at the reversals of a swing"
         " under 1000 N\n"
         "  hint: limits and results of two measurands have nothing to say to each other\n"
@@ -116,7 +116,7 @@ def test_a_missing_low_pass(procedure, tmp_path):
         f"{station}:28:5: error: instruments[0]: the low_pass of the instrument for"
         " tester.torque is missing\n"
         "  hint: the filter shapes the torque at the reversals; it is recorded at"
-        f" {procedure}:38:19\n"
+        f" {procedure}:40:19\n"
     )
 
 
