@@ -57,6 +57,15 @@ def test_the_readme_has_the_printed_commands_and_others_that_work(printed):
         shell(folder / "bench 1", block)
 
 
+def test_the_readme_of_reports_leads_to_a_certificate_and_a_report_of_ones_own(printed):
+    lab = printed[0] / "bench 1"
+    said = [shell(lab, block.code).stdout for block in code_blocks(lab / "reports" / "README.md")]
+    assert "MATCH" in said[0].splitlines()
+    (run,) = (lab / "runs").glob("*SSPB-STT-1000*")
+    assert said[1].strip() == str(run.relative_to(lab) / "report.csv")
+    assert (run / "report.csv").read_text(encoding="utf-8").startswith("method,frequency in Hz")
+
+
 def test_making_it_twice_changes_nothing(printed):
     folder, _ = printed
     called = call("init", folder / "bench 1")

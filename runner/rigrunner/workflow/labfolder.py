@@ -26,6 +26,7 @@ _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",
     "station.schema.json": "station",
     "letterhead/letterhead.schema.json": "letterhead",
+    "reports/order.schema.json": "order",
 }
 
 

@@ -18,7 +18,8 @@ FILES = {
     *("plugins/room_thermometer.py", "procedures/procedure.schema.json"),
     *("procedures/no_load_inertia_sweep.yaml", "procedures/starting_torque_1000n.yaml"),
     *("letterhead/letterhead.yaml", "letterhead/logo.svg", "letterhead/letterhead.schema.json"),
-    "procedures/room_temperature.yaml",
+    *("procedures/room_temperature.yaml", "plugins/torque_table.py"),
+    *("reports/README.md", "reports/example_order.yaml", "reports/order.schema.json"),
 }
 
 
@@ -29,7 +30,7 @@ def lab(tmp_path):
 
 
 def files(folder):
-    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_it_has_all_that_a_lab_needs(lab):
