@@ -6,10 +6,11 @@ from collections import Counter
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.studies import CapabilityStudy, GaugeStudy, Trend
-from rigrunner_reports.numbers import fixed, significant
+from rigrunner.api.studies import CapabilityStudy, GaugeStudy, GoldenStudy, Trend
+from rigrunner_reports.numbers import fixed, significant, with_sign
 from rigrunner_reports.render import filled
 from rigrunner_reports.studies.control_chart import control_chart
+from rigrunner_reports.studies.golden import MOST_RUNS, in_u, shifts
 from rigrunner_reports.studies.numbers import as_scattered, percent
 from rigrunner_reports.studies.other_plots import components, distribution, letter, readings
 
@@ -20,6 +21,7 @@ TITLES = {
     Trend: ("Trend", "trend.html.j2"),
     CapabilityStudy: ("Capability", "capability.html.j2"),
     GaugeStudy: ("Gauge repeatability and reproducibility", "gauge.html.j2"),
+    GoldenStudy: ("Golden runs", "golden.html.j2"),
 }
 MOST_LISTED = 60
 """Alarms of a chart that are listed."""
@@ -47,4 +49,7 @@ def _figures(study: StudyInput) -> dict[str, Any]:
         return {"chart": partial(control_chart, study)}
     if isinstance(study, CapabilityStudy):
         return {"chart": partial(distribution, study)}
+    if isinstance(study, GoldenStudy):
+        plot = shifts(study) if study.shifts_in_u else None
+        return {"plot": plot, "in_u": in_u, "with_sign": with_sign, "most_runs": MOST_RUNS}
     return {"readings": readings(study), "components": components(study), "letter": letter}

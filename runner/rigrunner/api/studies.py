@@ -222,5 +222,49 @@ class GaugeStudy(Study):
         return len(self.readings[0][0])
 
 
-StudyInput = Trend | CapabilityStudy | GaugeStudy
+@dataclass(frozen=True)
+class Shift:
+    """How the results at one set-point moved, over all golden runs."""
+
+    frequency_hz: float
+    count: int
+    mean_nm: float
+    deviation_nm: float | None
+    """The standard deviation; None of a single one."""
+    mean_in_u: float | None
+    """In expanded uncertainties (95 %) of the references; None where they had none."""
+    largest_in_u: float | None
+    """The one that is farthest from 0, with its sign."""
+
+
+@dataclass(frozen=True)
+class GoldenRun:
+    """A golden run: how it stands to its reference, its verdict now, and what differs, in words."""
+
+    name: str
+    standing: str
+    moved: bool
+    """Whether somebody has to look at it."""
+    verdict: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoldenStudy(Study):
+    """Stored raw data through other software or settings, against references."""
+
+    tolerance: float
+    """In expanded uncertainties of the references."""
+    counts: tuple[tuple[str, bool, int], ...]
+    """How many runs stand how: the standing, whether it is a move, how many."""
+    flips: tuple[tuple[str, str, int], ...]
+    """Verdict of the reference, verdict now, how many runs."""
+    shifts_in_u: tuple[float, ...]
+    """Of each run's result."""
+    set_points: tuple[Shift, ...]
+    runs: tuple[GoldenRun, ...]
+    """The gravest first."""
+
+
+StudyInput = Trend | CapabilityStudy | GaugeStudy | GoldenStudy
 """What a study format is given."""

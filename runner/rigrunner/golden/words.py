@@ -1,11 +1,9 @@
-"""What became of golden runs, in words: for the terminal, JUnit files and the page."""
+"""What became of golden runs, in words: for the terminal, JUnit files and reports."""
 
 from __future__ import annotations
 
 from math import floor, isinf, log10
 from typing import TYPE_CHECKING
-
-from rigrunner.golden.comparing import Standing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -62,14 +60,6 @@ def in_u(value: float | None) -> str:
         return "no U"
     digits = f"{value:+.2f}" if abs(value) >= 0.01 else f"{value:+.1e}"  # noqa: PLR2004  (two decimals)
     return f"{digits} U" if value else "0 U"
-
-
-def tone(standing: Standing) -> str:
-    """Return how a standing is coloured: as a pass, a fail, or what is between."""
-    if not standing.moved:
-        return "pass"
-    grave = {Standing.NOT_COMPARED, Standing.VERDICT, Standing.REFUSED}
-    return "fail" if standing in grave else "inconclusive"
 
 
 def _number(value: float, u: float | None) -> str:

@@ -63,7 +63,7 @@ def test_a_deliberately_changed_compensation(lab, quick, tmp_path):
         assert move["shift_in_u"] == pytest.approx(0.3 / figure["expanded"])
     read = Page()
     read.feed(page.read_text(encoding="utf-8"))
-    for words in ("1 of 2 golden runs has to be looked at", "verdict: pass → fail", "+300 "):
+    for words in ("1 of 2 to be looked at", "verdict: pass → fail", "+300.000 mN·m"):
         assert words in read.words
     suite = ET.fromstring(cases.read_text(encoding="utf-8"))  # noqa: S314  (we wrote it)
     assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
@@ -118,6 +118,7 @@ def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
     [
         (["check", "nowhere"], 2, "there is no golden run in nowhere"),
         (["check"], 2, "FOLDER"),
+        (["check", "nowhere", "--html", "x.pdf"], 2, "no report is written as 'x.pdf'"),
         (["check", "odd"], 5, "reference.json is no reference of a golden run: "),
         (["record", "nowhere", "--out", "x"], 2, "there is no nowhere"),
         (["chek", "nowhere"], 2, "Did you mean 'check'?"),

@@ -13,7 +13,10 @@ from rigrunner.api.studies import (
     CapabilityStudy,
     Excluded,
     GaugeStudy,
+    GoldenRun,
+    GoldenStudy,
     Observed,
+    Shift,
     Trend,
 )
 from rigrunner.testing.formats.inputs import MISCHIEF
@@ -32,8 +35,23 @@ _SHIFT = 6
 
 @lru_cache(maxsize=1)
 def study_inputs() -> tuple[StudyInput, ...]:
-    """Return charts of both kinds with alarms, a capability, and a gauge study."""
-    return (_trend("i-mr"), _trend("ewma"), _capability(), _gauge())
+    """Return charts of both kinds with alarms, a capability, a gauge study, and golden runs."""
+    return (_trend("i-mr"), _trend("ewma"), _capability(), _gauge(), _golden())
+
+
+def _golden() -> GoldenStudy:
+    return GoldenStudy(
+        quantity=MISCHIEF,
+        unit="N·m",
+        asked={"tolerance": MISCHIEF},
+        excluded=(Excluded(MISCHIEF, MISCHIEF),),
+        tolerance=0.1,
+        counts=((MISCHIEF, True, 1), (MISCHIEF, False, 1)),
+        flips=((MISCHIEF, MISCHIEF, 1),),
+        shifts_in_u=(0.2, 0.0),
+        set_points=(Shift(10.0, 2, 1e-3, None, 0.1, 0.2), Shift(20.0, 1, 1e-3, 1e-4, None, None)),
+        runs=(GoldenRun(MISCHIEF, MISCHIEF, moved=True, verdict="", lines=(MISCHIEF,)),),
+    )
 
 
 def _observed() -> tuple[Observed, ...]:

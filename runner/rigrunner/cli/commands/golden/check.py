@@ -71,9 +71,12 @@ def command(
     Ends with 1 where a verdict flipped, a figure moved, or a run is newly refused or accepted, and
     with 5 where a golden run is gone or cannot be read.
     """
+    from rigrunner.api.errors import UsageError
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner.golden.checking import Checker
 
+    if html is not None and html.suffix != ".html":  # said before hours of work, not after
+        raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
     workers, changes = workers_for(jobs, dask), changes_in(file, primary)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
         found = Checker(
@@ -99,9 +102,10 @@ def _write(found: Overall, html: Path | None, junit: Path | None) -> None:
     from rigrunner.workflow.reanalysis.summary import write_text
 
     if html is not None:
-        from rigrunner.golden.page import page
+        from rigrunner.golden.study import golden_study
+        from rigrunner.monitoring.report import write_study
 
-        write_text(html, page(found))
+        write_study(golden_study(found), html)
         message(f"Wrote {html}.")
     if junit is not None:
         from rigrunner.golden.junit import junit as as_junit
