@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _PATIENCE_S = 60
 """How long SQLite waits for another process that writes."""
 _WRITES = "rigrunner_writes"
+_DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
+_MAKES_ANEW = "'rigrunner archive index FOLDER' makes it anew from the run files"
 
 
 class Database:
@@ -127,7 +129,10 @@ class Database:
 def _words(error: SQLAlchemyError) -> str:
     """Return what the database itself said, on one line."""
     said = str(error.orig) if isinstance(error, DBAPIError) else str(error)
-    return " ".join(said.split())
+    whole = " ".join(said.split())
+    if str(getattr(getattr(error, "orig", None), "sqlite_errorname", "")).startswith(_DAMAGED):
+        return f"{whole}: if it is an archive, remove the file; {_MAKES_ANEW}"
+    return whole
 
 
 def _engine(location: URL) -> Engine:

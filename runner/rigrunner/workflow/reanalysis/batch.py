@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import AbortedError, UsageError
 from rigrunner.jobs import journal
+from rigrunner.runfile.durable import writing
 from rigrunner.workflow.lab_plugins import lab_registry, plugin_folders
 from rigrunner.workflow.locate import find_station
 from rigrunner.workflow.provenance import code_digest, software
@@ -82,14 +83,21 @@ class Batch:
         return {**used, "code": code, "changes of the analysis": self.changes.describe()}
 
     def _store(self, chosen: Chosen, found: Reanalysed) -> dict[str, Any]:
-        if found.result:
-            write_text(self.out / chosen.name / RESULT, found.result)
+        self._tell(chosen, RESULT, found.result)
         return {**found.row, "run": chosen.name}
 
     def _failure(self, chosen: Chosen, done: Done[Path, Reanalysed]) -> Row:
-        if done.answer.trace:
-            write_text(self.out / chosen.name / TRACE, done.answer.trace)
+        self._tell(chosen, TRACE, done.answer.trace)
         return Row(run=chosen.name, problem=done.problem)
+
+    def _tell(self, chosen: Chosen, name: str, text: str) -> None:
+        """Write what a run gave in place of what it gave before: that is no longer true."""
+        folder = self.out / chosen.name
+        with writing(folder):
+            for old in (RESULT, TRACE):
+                (folder / old).unlink(missing_ok=True)
+        if text:
+            write_text(folder / name, text)
 
 
 def _refuse_strange(out: Path) -> None:

@@ -134,6 +134,18 @@ def test_a_run_whose_file_changed_is_analysed_again(tmp_path, finished):
     assert told == [(1, 2), (2, 2)]
 
 
+def test_no_earlier_result_stays_beside_a_run_that_fails_now(tmp_path, finished):
+    lab, out = lab_of(tmp_path / "lab", finished, copies=1), tmp_path / "out"
+    reanalysed(lab, out)
+    assert "rig-1/loaded-0" in results(out)
+    changed = lab / "rig-1/loaded-0/run.h5"
+    changed.chmod(0o644)
+    changed.write_bytes(changed.read_bytes()[:-1000])
+    found = reanalysed(lab, out)
+    assert [row.run for row in found.failed] == ["rig-1/loaded-0"]
+    assert "rig-1/loaded-0" not in results(out)
+
+
 def test_another_primary_and_other_methods(lab, tmp_path):
     changes = Changes(given(compensations=["paper_peak", "energy"], primary="energy"))
     found = reanalysed(lab / "rig-2", tmp_path / "out", changes=changes)
