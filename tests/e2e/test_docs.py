@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -65,6 +66,24 @@ def test_every_block_of_the_page_works(page, request, tmp_path):
                 copied = copy_of(request.getfixturevalue("demo"))
                 block = replace(block, code=DEMO.sub(copied, block.code))  # noqa: PLW2901  (the same)
             output = execute(block, tmp_path, f"{page}:{block.line}")
+
+
+RUN_BY_A_TEST_OF_ITS_OWN = {ROOT / "docs/reference/run-file.md"}
+
+
+@pytest.mark.parametrize(
+    "page", sorted({*pages()} - {*SCRIPTS, *IN_AN_ENVIRONMENT_OF_ITS_OWN}), ids=named
+)
+def test_every_block_of_the_other_pages_works(page, tmp_path):
+    """But for what is shown as text: output, and studies that take hours, with their day."""
+    for block in code_blocks(page):
+        where = f"{named(page)}:{block.line}"
+        if block.elsewhere:
+            assert block.elsewhere in RUN_ELSEWHERE, where
+        elif block.language == "json":
+            json.loads(block.code)
+        elif block.language not in {"yaml", "text"} and page not in RUN_BY_A_TEST_OF_ITS_OWN:
+            execute(block, tmp_path, where)
 
 
 DEMO = re.compile(r"^rigrunner demo(?: --dir (?P<folder>\S+))?", re.MULTILINE)

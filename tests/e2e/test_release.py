@@ -191,3 +191,14 @@ def test_the_citation_names_the_program_and_the_paper():
     assert f"{', '.join(first)} and {last}, *{paper['title']}*" in readme
     where = f"{paper['journal']} {paper['year']}, {paper['volume']}({paper['issue']})"
     assert f"{where}, {paper['start']}, [doi:{paper['doi']}]" in readme
+
+
+def test_there_is_ci_for_three_systems():
+    text = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    jobs = yaml.safe_load(text)["jobs"]
+    linux = [step.get("run") for step in jobs["linux"]["steps"]]
+    assert "bash .ci/run" in linux
+    systems = jobs["elsewhere"]["strategy"]["matrix"]["os"]
+    assert {name.partition("-")[0] for name in systems} == {"windows", "macos"}
+    for path in re.findall(r"\btests/[\w/.]+", text):
+        assert (ROOT / path).exists(), path
