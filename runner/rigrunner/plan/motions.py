@@ -87,8 +87,9 @@ def plan_settle(settle: doings.Settle, place: Place, scene: Scene) -> None:
 
 def plan_wait(wait: doings.Wait, place: Place, scene: Scene) -> None:
     """Write down that time passes."""
-    what_for = f": {wait.text}" if wait.text else ""
-    scene.emit(place, Wait(wait.time), f"Wait for {wait.time:.3g} s{what_for}", wait.time)
+    text = f"Wait for {wait.time:.3g} s"
+    whole = f"{text}: {wait.text}" if wait.text else text
+    scene.emit(place, Wait(wait.time), whole, wait.time)
 
 
 def _set(member: str, quantity: Quantity, drive: DriveInfo) -> tuple[SetDrive, str]:

@@ -140,3 +140,28 @@ def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
     expect(page.locator("h1")).to_have_text("Prüfung wählen")
     page.get_by_label("Sprache").select_option("en")
     expect(page.locator("h1")).to_have_text("Choose a test")
+
+
+def test_what_the_server_says_is_german_too(new_screen):
+    screen = new_screen(locale="de-DE")
+    page = screen.page
+    screen.open()
+    page.locator(".item", has_text=NO_LOAD).click()
+    page.locator(".item", has_text=OVERDUE).first.click()
+    page.get_by_role("button", name="Weiter", exact=True).click()
+    page.locator(".preflight > .button").click()
+    screen.say_name()
+    red = page.locator(".light.fail")
+    expect(red).to_contain_text("war am 2021-01-01 fällig")
+    expect(red.locator(".mend")).to_have_text(
+        "kalibrieren lassen und den neuen Kalibrierschein eintragen"
+    )
+    expect(page.locator(".light", has_text="Nullpunkt")).to_contain_text("zulässig ist 0.05 N·m")
+    page.get_by_text("Alle Schritte").click()
+    steps = page.locator(".step-texts")
+    expect(steps).to_contain_text("Nullpunkt von tester.torque, innerhalb 0.05 N·m")
+    expect(steps).to_contain_text("Bearing on the mandrel")  # own words of the procedure
+    red.get_by_role("checkbox").check()
+    items = page.locator(".preflight .lights").bounding_box()
+    assert items["height"] > 100  # what is let pass is seen beside the name and the reason
+    assert items["y"] + items["height"] <= page.locator(".preflight .override").bounding_box()["y"]

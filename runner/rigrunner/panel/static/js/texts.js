@@ -1,17 +1,29 @@
 // The words of the screen, from a file per language.
 
+import { translator } from "./said.js";
+
 const LANGUAGES = ["en", "de"];
 const KEPT = "rigrunner.language";
 let words = {};
 let language = "en";
+let say = (text) => text;
 
 export async function loadTexts() {
   const kept = localStorage.getItem(KEPT);
   const wanted = kept ?? navigator.language.slice(0, 2);
   language = LANGUAGES.includes(wanted) ? wanted : "en";
-  const answer = await fetch(`/texts/${language}.json`);
-  words = await answer.json();
+  words = await fetched(language);
+  if (language !== "en") say = translator(await fetched("en"), words);
   document.documentElement.lang = language;
+}
+
+async function fetched(code) {
+  return (await fetch(`/texts/${code}.json`)).json();
+}
+
+// What the server said in English, in the language of the screen.
+export function said(text) {
+  return text ? say(text) : text;
 }
 
 // The text of that key, with {names} filled in; a key without a text shows itself.

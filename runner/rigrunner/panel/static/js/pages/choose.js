@@ -8,7 +8,7 @@ import { isBusy } from "../parts/bar.js";
 import { go } from "../router.js";
 import { tried } from "../steer.js";
 import { listen, store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const TYPING_MS = 150;
 
@@ -80,11 +80,11 @@ function list(path, kind, chosen, changed) {
         chosen[kind] = each.name;
         changed();
       } });
-    const facts = [each.id, each.note, each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
+    const facts = [each.id, said(each.note), each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
     const marks = [each.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
     return h("label", { class: "item", for: id }, input,
       h("span", { class: "item-text" }, h("strong", {}, each.title || each.name), h("span", { class: "soft" }, facts.filter(Boolean).join(" · ")),
-        each.problem ? h("span", { class: "bad-text" }, each.problem) : null),
+        each.problem ? h("span", { class: "bad-text" }, said(each.problem)) : null),
       h("span", { class: "marks" }, marks));
   }
 

@@ -11,7 +11,7 @@ import { swingChart } from "../plots/swing.js";
 import { frequencyChart } from "../plots/frequency.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const CYCLES = 10;
 const WATCHED = "live"; // what is watched now stands among the points, last
@@ -57,7 +57,7 @@ export function manualPage() {
       built = names;
       fill(drives, state.manual.drives.map(driveRow));
     }
-    setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : state.manual.refused);
+    setText(recording, state.manual.recording ? t("manual.recording", { name: state.manual.recording }) : said(state.manual.refused));
     fill(points, (state.live?.points ?? []).filter((point) => point.recording !== WATCHED).map(pointRow));
   }
 

@@ -9,7 +9,7 @@ import { SIGNS, verdictText } from "../parts/verdict.js";
 import { go } from "../router.js";
 import { tried } from "../steer.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 export function resultPage(run) {
   const body = h("div", { class: "result-body" }, h("p", { class: "soft" }, t("loading")));
@@ -59,7 +59,7 @@ function head({ item, reason }, again) {
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
       h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : "")),
     button(t("result.again"), again, { kind: "primary big" }),
-    why && item.outcome !== "completed" ? h("p", { class: "banner warn wide" }, why) : null);
+    why && item.outcome !== "completed" ? h("p", { class: "banner warn wide" }, said(why)) : null);
 }
 
 function facts(found) {

@@ -6,14 +6,14 @@ import { askReason } from "../parts/dialogs.js";
 import { abort, pauseOrResume } from "../parts/keys.js";
 import { promptCard } from "../parts/prompt.js";
 import { readouts } from "../parts/readouts.js";
-import { stepList } from "../parts/steps.js";
+import { stepList, stepWords } from "../parts/steps.js";
 import { verdictLine } from "../parts/verdict.js";
 import { frequencyChart } from "../plots/frequency.js";
 import { swingChart } from "../plots/swing.js";
 import { trendChart } from "../plots/trend.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const STEERABLE = new Set(["running", "asking", "pausing", "paused"]);
 
@@ -62,7 +62,7 @@ export function runPage() {
     show(override, Boolean(state.pause?.choices.includes("override")));
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
     show(paused, Boolean(state.pause));
-    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...state.pause.moving].filter(Boolean).join(" · ")));
+    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...state.pause.moving].filter(Boolean).map(said).join(" · ")));
     if (changed.has("live") || changed.has("plan")) frequency.show(state.live?.points ?? [], frequencies(state.plan));
     steps.update(changed);
     numbers.update();
@@ -100,5 +100,5 @@ function stepText(state) {
   if (state.asked && STEERABLE.has(state.phase)) return t(`run.asked.${state.asked}`);
   const index = state.progress?.index ?? -1;
   const step = state.plan?.steps.find((each) => each.index === index);
-  return step ? `${index + 1}/${state.plan.steps.length}  ${step.text}` : t(`phase.${state.phase}`);
+  return step ? `${index + 1}/${state.plan.steps.length}  ${stepWords(step)}` : t(`phase.${state.phase}`);
 }

@@ -7,10 +7,11 @@ import { bytes, duration, fixed } from "../format.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList, tell } from "../parts/notices.js";
 import { preflightCard } from "../parts/preflight.js";
+import { stepWords } from "../parts/steps.js";
 import { go } from "../router.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const NEARLY_FULL = 0.8;
 
@@ -32,7 +33,7 @@ export function setupPage() {
     try {
       plan = await post("plan", { procedure, station });
     } catch (error) {
-      fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, error.message), error.hint ? h("p", { class: "hint" }, error.hint) : null, problemList(error.problems ?? [])));
+      fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? [])));
       return;
     }
     setText(heading, plan.procedure.title);
@@ -86,9 +87,9 @@ function planCard(plan) {
       h("td", {}, `${fixed(torque.peak_nm, 2)} N·m`),
       h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(torque.share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} % `, h("strong", {}, sign)));
   });
-  const noLoad = plan.no_load.needed ? [h("dt", {}, t("setup.no_load")), h("dd", { class: plan.no_load.problem ? "bad-text" : "" }, plan.no_load.run || plan.no_load.problem, plan.no_load.hint ? h("span", { class: "hint block" }, plan.no_load.hint) : null)] : [];
+  const noLoad = plan.no_load.needed ? [h("dt", {}, t("setup.no_load")), h("dd", { class: plan.no_load.problem ? "bad-text" : "" }, plan.no_load.run || said(plan.no_load.problem), plan.no_load.hint ? h("span", { class: "hint block" }, said(plan.no_load.hint)) : null)] : [];
   return h("section", { class: "card" }, h("h2", {}, t("setup.plan")),
-    plan.warnings.map((warning) => h("p", { class: "banner warn" }, warning)),
+    plan.warnings.map((warning) => h("p", { class: "banner warn" }, said(warning))),
     h("dl", { class: "facts" },
       h("dt", {}, t("setup.station")), h("dd", {}, plan.station.title),
       h("dt", {}, t("setup.revision")), h("dd", {}, `${plan.procedure.id} ${plan.procedure.revision}`),
@@ -97,5 +98,5 @@ function planCard(plan) {
       h("dt", {}, t("setup.disk")), h("dd", {}, t("setup.disk_of", { needs: bytes(plan.disk_bytes), free: bytes(plan.disk_free_bytes) })),
       noLoad),
     torques.length ? h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": t("setup.torques") }, h("table", {}, h("caption", {}, t("setup.torques")), h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("setup.peak")), h("th", {}, t("setup.share")))), h("tbody", {}, torques))) : null,
-    h("details", {}, h("summary", {}, t("setup.all_steps")), h("ol", { class: "step-texts" }, plan.steps.map((step) => h("li", {}, step.text)))));
+    h("details", {}, h("summary", {}, t("setup.all_steps")), h("ol", { class: "step-texts" }, plan.steps.map((step) => h("li", {}, stepWords(step))))));
 }

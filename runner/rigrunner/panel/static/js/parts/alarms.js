@@ -3,7 +3,7 @@
 import { fill, h, setText, show } from "../dom.js";
 import { localTime } from "../format.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 export function alarmStrip() {
   const first = h("span", { class: "alarm-text" });
@@ -22,8 +22,8 @@ export function alarmStrip() {
       const newest = [...alarms].reverse();
       const top = newest.find((alarm) => alarm.active) ?? newest[0];
       element.classList.toggle("active", top.active);
-      setText(first, alarms.length > 1 ? t("alarms.many", { text: top.text, count: alarms.length }) : top.text);
-      fill(list, newest.map((alarm) => h("li", { class: alarm.active ? "active" : "" }, h("time", {}, localTime(alarm.utc)), h("span", {}, alarm.text))));
+      setText(first, alarms.length > 1 ? t("alarms.many", { text: said(top.text), count: alarms.length }) : said(top.text));
+      fill(list, newest.map((alarm) => h("li", { class: alarm.active ? "active" : "" }, h("time", {}, localTime(alarm.utc)), h("span", {}, said(alarm.text)))));
     },
   };
 }

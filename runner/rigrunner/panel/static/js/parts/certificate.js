@@ -3,7 +3,7 @@
 import { personName, post } from "../client.js";
 import { takeControl } from "../steer.js";
 import { fill, h } from "../dom.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 import { problemList } from "./notices.js";
 
 const KEPT = "rigrunner.order";
@@ -56,7 +56,7 @@ export function certificateForm(run, inputs) {
       if (!(await takeControl())) return;
       tellIssued(await post(`runs/${encodeURIComponent(run)}/certificate`, body));
     } catch (error) {
-      fill(told, h("p", { class: "bad-text" }, error.message), error.hint ? h("p", { class: "hint" }, error.hint) : null, problemList(error.problems ?? []));
+      fill(told, h("p", { class: "bad-text" }, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? []));
     } finally {
       send.disabled = false;
     }

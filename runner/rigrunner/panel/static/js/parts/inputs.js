@@ -3,7 +3,7 @@
 
 import { post } from "../client.js";
 import { h, setText } from "../dom.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const TYPING_MS = 200;
 
@@ -36,7 +36,7 @@ export function inputForm(procedure, inputs, given, keep) {
 
 function field(procedure, input, value, changed) {
   const id = `input-${input.name}`;
-  const told = h("p", { class: "field-note", id: `${id}-note`, role: "status" }, input.expected);
+  const told = h("p", { class: "field-note", id: `${id}-note`, role: "status" }, said(input.expected));
   const control = input.choices.length
     ? h("select", { id, "aria-describedby": `${id}-note`, onchange: look }, h("option", { value: "" }, t("setup.choose")), input.choices.map((choice) => h("option", { value: choice, selected: choice === value }, choice)))
     : h("input", { type: "text", id, value, autocomplete: "off", spellcheck: "false", "aria-describedby": `${id}-note`, oninput: later });
@@ -56,7 +56,7 @@ function field(procedure, input, value, changed) {
     const mine = ++asked;
     const text = control.value;
     if (!text.trim()) {
-      state("", input.expected);
+      state("", said(input.expected));
       return;
     }
     let answer;
@@ -66,7 +66,7 @@ function field(procedure, input, value, changed) {
       answer = { ok: false, message: error.message, hint: error.hint };
     }
     if (mine !== asked) return;
-    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: answer.value }) : [answer.message, answer.hint].filter(Boolean).join(" · "), answer.ok);
+    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: answer.value }) : [answer.message, answer.hint].filter(Boolean).map(said).join(" · "), answer.ok);
   }
 
   function state(kind, text, ok = false) {

@@ -1,7 +1,7 @@
 // What the person has to know now: errors of requests, shown until they are put away.
 
 import { button, h } from "../dom.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const list = h("div", { class: "notices", role: "alert" });
 const LONGEST_MS = 15000;
@@ -24,7 +24,7 @@ export function tell(message, { hint = "", problems = [], kind = "error" } = {})
 
 export function tellError(error) {
   if (error.code === "no_connection") tell(t("error.no_connection"), { hint: t("error.no_connection.hint") });
-  else tell(error.message, { hint: error.hint, problems: error.problems });
+  else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
 }
 
 export function problemList(problems) {
@@ -34,8 +34,8 @@ export function problemList(problems) {
       "li",
       {},
       h("span", { class: "where" }, [problem.where, problem.field].filter(Boolean).join(" ")),
-      h("span", {}, problem.message),
-      problem.hint ? h("span", { class: "hint" }, problem.hint) : null,
+      h("span", {}, said(problem.message)),
+      problem.hint ? h("span", { class: "hint" }, said(problem.hint)) : null,
     );
   return h("ul", { class: "problems" }, problems.map(item));
 }

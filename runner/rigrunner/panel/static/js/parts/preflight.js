@@ -4,9 +4,10 @@ import { personName } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { steer } from "../steer.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const SIGNS = { ok: "✓", warn: "!", fail: "✗" };
+const GRAVEST = ["fail", "warn", "ok"];
 
 // Some names only say the kind again: "no-load run", "disk".
 function title({ kind, name }) {
@@ -50,7 +51,8 @@ export function preflightCard({ procedure, station }) {
     check.disabled = checking;
     setText(check.firstChild, checking ? t("preflight.checking") : found?.done ? t("preflight.again") : t("preflight.check"));
     for (const word of [...passed]) if (!fails().some((item) => item.override === word)) passed.delete(word);
-    fill(items, (found?.items ?? []).map(light));
+    const ordered = (found?.items ?? []).toSorted((one, other) => GRAVEST.indexOf(one.state) - GRAVEST.indexOf(other.state));
+    fill(items, ordered.map(light));
     setText(note, !found ? t("preflight.not_yet") : !found.done ? t("preflight.checking") : found.may_start ? t("preflight.green") : t("preflight.red"));
     show(override, passed.size > 0);
     card.onchange();
@@ -65,7 +67,7 @@ export function preflightCard({ procedure, station }) {
     } }), h("span", {}, t("preflight.let_pass"))) : null;
     return h("li", { class: `light ${item.state}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
-      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, item.text), item.mend ? h("span", { class: "mend" }, item.mend) : null, pass));
+      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, said(item.text)), item.mend ? h("span", { class: "mend" }, said(item.mend)) : null, pass));
   }
 
   return card;

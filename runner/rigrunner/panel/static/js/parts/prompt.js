@@ -3,7 +3,7 @@
 import { button, fill, h } from "../dom.js";
 import { steer } from "../steer.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 function stepOf(path) {
   const steps = store.state.plan?.steps ?? [];
@@ -41,7 +41,7 @@ export function promptCard() {
       answer(input.value);
     } },
     h("label", { class: "visually-hidden", for: "prompt-input" }, prompt.text), input,
-    h("p", { class: "soft", id: "prompt-expected" }, prompt.expected || prompt.unit),
+    h("p", { class: "soft", id: "prompt-expected" }, said(prompt.expected) || prompt.unit),
     h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
   }
 

@@ -3,10 +3,15 @@
 import { fill, h, setText } from "../dom.js";
 import { duration } from "../format.js";
 import { store } from "../store.js";
-import { t } from "../texts.js";
+import { said, t } from "../texts.js";
 
 const SIGNS = { ".": "", r: "▶", o: "✓", x: "✗", s: "↷" };
 const WORDS = { ".": "to_come", r: "running", o: "done", x: "failed", s: "skipped" };
+
+// The words of a step; what is confirmed or asked is in the procedure's own words.
+export function stepWords({ action, text }) {
+  return action === "confirm" || action === "ask" ? text : said(text);
+}
 
 export function stepList() {
   const bar = h("progress", { max: "1", value: "0", "aria-label": t("steps.progress") });
@@ -19,7 +24,7 @@ export function stepList() {
     shown = plan;
     rows = (plan?.steps ?? []).map((step) => {
       const sign = h("span", { class: "step-sign", role: "img" });
-      const row = h("li", { class: "step" }, sign, h("span", {}, step.text));
+      const row = h("li", { class: "step" }, sign, h("span", {}, stepWords(step)));
       return { row, sign, state: "" };
     });
     fill(list, rows.map((each) => each.row));

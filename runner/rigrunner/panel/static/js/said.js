@@ -1,0 +1,48 @@
+// What the server says in English, in another language: the sentences of the language's file whose
+// keys begin with "says.". The English sentence is the key, as the server knows one language alone.
+
+const SAYS = "says.";
+const KINDS = {
+  id: "\\S+",
+  member: "[\\w-]+\\.[\\w.-]+",
+  number: "[+\u2212-]?\\d[\\d.]*(?:e[+-]?\\d+)?",
+  value: "[+\u2212-]?\\d[\\d.]*(?:e[+-]?\\d+)?(?: \\S+?)?",
+  instrument: "[^;]+ \\([\\w-]+\\.[\\w.-]+\\)",
+  article: "an?",
+  said: ".+",
+};
+const OTHERS = "(?:(?!; ).)+?";
+const PLACE = /\{([a-z]+)(\d*)\}/g;
+
+// Returns what translates a text: a sentence that no pattern knows stays as it is.
+export function translator(english, words) {
+  const patterns = Object.keys(english)
+    .filter((key) => key.startsWith(SAYS) && words[key])
+    .map((key) => pattern(english[key], words[key]))
+    .sort((one, other) => other.literal - one.literal);
+
+  function whole(text) {
+    for (const { shape, into } of patterns) {
+      const found = shape.exec(text);
+      if (found) return into.replace(PLACE, (_, kind, number) => (kind === "said" ? say : String)(found.groups[`${kind}${number}`]));
+    }
+    return null;
+  }
+
+  function say(text) {
+    return whole(text) ?? text.split("; ").map((part) => whole(part) ?? part).join("; ");
+  }
+
+  return say;
+}
+
+function pattern(sentence, into) {
+  const parts = sentence.split(PLACE); // literal, kind, number, literal, ...
+  let source = "";
+  for (let i = 0; i < parts.length; i += 3) {
+    source += parts[i].replace(/[\\^$.*+?()[\]{}|/]/g, "\\$&");
+    if (i + 1 < parts.length) source += `(?<${parts[i + 1]}${parts[i + 2]}>${KINDS[parts[i + 1]] ?? OTHERS})`;
+  }
+  const literal = parts.filter((_, i) => i % 3 === 0).join("").length;
+  return { shape: new RegExp(`^${source}$`, "su"), into, literal };
+}
