@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from helpers_analysis import recording, run_of, spec
 from helpers_long import short_blocks
@@ -11,6 +12,7 @@ from rigrunner.analysis.prepare import prepare_point
 from rigrunner.api.analysis import Rejection
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.cycles import resample
+from rigrunner.signal.repeatability import standard_error
 from rigrunner.signal.swings import kept_cycles
 
 
@@ -86,3 +88,16 @@ def test_a_row_of_fewer_cycles_is_rare(cycles):
     count = np.bincount(waveforms.row_of(cycles))
     assert len(count) == waveforms.rows_of(cycles) <= waveforms.MOST_ROWS
     assert (count < count.max()).sum() < count.max()
+
+
+@pytest.mark.parametrize(("phi", "most"), [(0.0, 1.05), (0.6, 1.15), (0.9, 1.3)])
+def test_rows_never_say_that_correlated_cycles_tell_more_than_they_do(phi, most):
+    cycles, runs = 3000, 8
+    noise = np.random.default_rng(4).standard_normal((runs, cycles + 500))
+    drifting = lfilter([1.0], [1.0, -phi], noise, axis=1)[:, 500:]
+    row = waveforms.row_of(cycles)
+    means = np.array([np.bincount(row, each) / np.bincount(row) for each in drifting])
+    found = np.mean([standard_error(each)[0] for each in means])
+    # Var of the mean of a stationary AR(1) process: 1/(1 - phi)^2 / n for large n (Zhang 2006).
+    true = 1 / (1 - phi) / np.sqrt(cycles)
+    assert 0.95 < found / true < most
