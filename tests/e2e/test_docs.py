@@ -200,6 +200,18 @@ def test_the_list_of_the_site_leads_to_every_page_of_docs():
     assert set(map(Path, listed)) == there - by_number - {Path("index")}
 
 
+def test_pages_of_the_site_lead_to_no_page_that_is_not_on_it():
+    folder = ROOT / "docs"
+    beyond = [
+        f"{named(page)}: {target}"
+        for page in folder.glob("**/*.md")
+        for target in links(page)
+        if target.partition("#")[0].endswith(".md")
+        and not (page.parent / target.partition("#")[0]).resolve().is_relative_to(folder.resolve())
+    ]
+    assert beyond == [], "on the site, README is index.md, and CHANGELOG changes.md"
+
+
 @pytest.mark.parametrize("page", pages(), ids=named)
 def test_every_yaml_block_is_yaml(page):
     for block in code_blocks(page):
