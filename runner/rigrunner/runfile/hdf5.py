@@ -28,6 +28,9 @@ _DAMAGED = (OSError, RuntimeError, MemoryError)
 _NO_RUN = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError)
 UNREADABLE = (*_DAMAGED, *_NO_RUN)
 """What h5py and those who read its objects raise on files that are damaged, or something else."""
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_FIRST_CHECKSUMMED = 3
+"""The version of the superblock that came with HDF5 1.10."""
 _MOST_PER_BYTE = 1100
 """gzip, which run files use, packs at most 1032 bytes into one."""
 
@@ -36,12 +39,13 @@ _MOST_PER_BYTE = 1100
 def new_file(path: Path, *, read_only: bool = False) -> Iterator[h5py.File]:
     """Give an HDF5 file that appears under its name whole and durable, or not at all.
 
-    A Ctrl-C meanwhile is taken once the file is there.
+    A Ctrl-C meanwhile is taken once the file is there. Its structure has checksums, which the
+    layouts before that of HDF5 1.10 have not: damage is then found, and crashes no reader.
     """
     with uninterrupted(), writing(path):
         with PatientFile(temporary(path)) as patient:
             try:
-                with h5py.File(patient, "w", libver=("earliest", "v110")) as file:
+                with h5py.File(patient, "w", libver=("v110", "v110")) as file:
                     yield file
             except Exception:
                 if patient.error is None:
@@ -49,6 +53,21 @@ def new_file(path: Path, *, read_only: bool = False) -> Iterator[h5py.File]:
             if patient.error is not None:
                 raise patient.error
         publish(path, read_only=read_only)
+
+
+def is_checksummed(path: Path) -> bool | None:
+    """Return whether the structure of an HDF5 file has checksums; None where it is no such file.
+
+    By the version of the superblock (HDF5 file format specification, II.A).
+    """
+    try:
+        with path.open("rb") as file:
+            begin = file.read(len(_SIGNATURE) + 1)
+        if not begin.startswith(_SIGNATURE):
+            return False if h5py.is_hdf5(path) else None
+    except OSError:
+        return None
+    return begin[-1] >= _FIRST_CHECKSUMMED
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import objects, open_file
 from rigrunner.runfile.loose import read_journal, read_loose, read_loose_info
 from rigrunner.runfile.manifest import differences
+from rigrunner.runfile.probe import refuse_unprotected_crashing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -93,6 +94,7 @@ def sealed_file_of(path: Path) -> Path | None:
 
 @contextmanager
 def _entry_of(path: Path) -> Iterator[h5py.Group]:
+    refuse_unprotected_crashing(path)
     with open_file(path) as file:
         if FORMAT_ATTRIBUTE not in file.attrs:
             raise DataError(f"{path} is an HDF5 file, but not a run of Rigrunner")

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import h5py
 import pytest
 
 from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError
-from rigrunner.runfile import probe, refuse_crashing
+from rigrunner.runfile import file_differences, probe, read, read_info, read_truth, refuse_crashing
+from rigrunner.runfile.hdf5 import is_checksummed
 
 
 def test_a_run_and_what_is_none_are_left_to_the_reader(tmp_path):
@@ -29,3 +31,43 @@ def test_what_would_take_this_process_along_is_told(tmp_path, monkeypatch, child
     monkeypatch.setattr(probe, "_LEAST_S", 1.0)
     with pytest.raises(DataError, match=said):
         refuse_crashing(tmp_path / "x.h5")
+
+
+def old_layout(path):
+    with h5py.File(path, "w", libver="earliest") as file:
+        file.attrs["rigrunner_format"] = 2
+        file.create_group("entry")
+    return path
+
+
+def test_what_we_write_has_a_structure_with_checksums(tmp_path):
+    assert is_checksummed(write_run(tmp_path / "run", TWO).seal()) is True
+    assert is_checksummed(old_layout(tmp_path / "old.h5")) is False
+    (tmp_path / "text.h5").write_text("hello")
+    assert is_checksummed(tmp_path / "text.h5") is None
+    assert is_checksummed(tmp_path) is None
+
+
+@pytest.mark.parametrize("reader", [read, read_info, read_truth, file_differences])
+def test_every_reader_tries_a_file_without_checksums_elsewhere_first(tmp_path, monkeypatch, reader):
+    monkeypatch.setattr(probe, "_CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+    with pytest.raises(DataError, match="the HDF5 library crashes on it"):
+        reader(old_layout(tmp_path / "old.h5"))
+
+
+def test_a_damaged_byte_of_the_structure_is_told_by_its_checksum(tmp_path):
+    path = write_run(tmp_path / "run", TWO).seal()
+    data = bytearray(path.read_bytes())
+    at = data.index(b"OHDR") + 12  # in an object header of version 2, which a checksum follows
+    data[at] ^= 0xFF
+    damaged = tmp_path / "damaged.h5"
+    damaged.write_bytes(data)
+    with pytest.raises(DataError, match=r"cannot be read|damaged"):
+        read(damaged)
+
+
+def test_the_child_reads_attributes_and_data_of_all_there_is(tmp_path):
+    sealed = write_run(tmp_path / "run", TWO).seal()
+    probe.walk(str(sealed))
+    (tmp_path / "text.h5").write_text("hello")
+    probe.walk(str(tmp_path / "text.h5"))

@@ -97,9 +97,9 @@ def test_texts_are_there_byte_by_byte(file):
     assert json.loads(bytes(file["entry/analysis/result"][()])) == DOCUMENT
 
 
-def test_file_has_the_oldest_form_which_every_reader_knows(folder):
+def test_file_has_the_form_of_hdf5_1_10_which_has_checksums_on_its_structure(folder):
     """The superblock's version stands at byte 8 (HDF5 file format specification, II.A)."""
-    assert (folder / "run.h5").read_bytes()[8] == 0
+    assert (folder / "run.h5").read_bytes()[8] == 3
 
 
 def test_sealed_file_is_read_only_and_never_written_again(folder):
