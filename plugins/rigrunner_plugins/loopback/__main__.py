@@ -8,8 +8,6 @@ from pathlib import Path
 
 import click
 
-from rigrunner_plugins.loopback.bench import running_bench
-
 
 @click.command()
 @click.option(
@@ -24,6 +22,12 @@ from rigrunner_plugins.loopback.bench import running_bench
 @click.option("--modbus-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
 def main(station: Path, seed: int, bridge_port: int, modbus_port: int) -> None:
     """Run a torque bridge, an inverter, a press and a load cell on loopback, until Ctrl-C."""
+    try:
+        from rigrunner_plugins.loopback.bench import running_bench  # noqa: PLC0415  (not on Windows)
+    except ImportError as error:
+        raise click.ClickException(
+            f"the load cell needs a pseudo-terminal, which Linux and macOS have: {error}"
+        ) from error
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())

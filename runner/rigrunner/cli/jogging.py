@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import select
 import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.cli.boundary import show_error
+from rigrunner.cli.keyboard import line_may_be_read
 from rigrunner.cli.output import message, prompt, result
 
 if TYPE_CHECKING:
@@ -158,16 +158,9 @@ def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
     """Return a line; None at the end of the input. Interlocks are watched meanwhile."""
     prompt(question)
     with stop.while_asking():
-        while not _may_be_read():
+        while not line_may_be_read(LOOK_EVERY_S):
             jog.look()
         line = sys.stdin.readline()
     if not sys.stdin.isatty():
         message(line.rstrip("\n"))  # what was piped in is seen like what is typed
     return line or None
-
-
-def _may_be_read() -> bool:
-    """Wait a moment for a line; say at once that it may be read where waiting cannot be done."""
-    if sys.platform == "win32" or not sys.stdin.isatty():
-        return True
-    return bool(select.select([sys.stdin], [], [], LOOK_EVERY_S)[0])

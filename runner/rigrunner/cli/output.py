@@ -14,6 +14,30 @@ if TYPE_CHECKING:
 
 UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 
+_PLAIN = {
+    "·": ".",
+    "±": "+/-",
+    "≤": "<=",
+    "≥": ">=",
+    "…": "...",
+    "→": "->",
+    "²": "^2",
+    "³": "^3",
+    "°": "deg ",
+    "µ": "u",
+    "Ω": "ohm",
+    "ω": "omega",
+    "φ": "phi",
+    "\N{MULTIPLICATION SIGN}": "x",
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{GREEK SMALL LETTER MU}": "u",
+    "\N{GREEK SMALL LETTER SIGMA}": "sigma",
+    "\N{GREEK SMALL LETTER ALPHA}": "alpha",
+    "\N{GREEK SMALL LETTER NU}": "nu",
+}
+"""What stands for signs that a legacy console lacks; a unit must stay readable."""
+
 
 def result(text: str) -> None:
     """Print a line or more of result on stdout."""
@@ -67,11 +91,28 @@ def close_quietly() -> None:
             _silence(stream)
 
 
-def _print(text: str, stream: TextIO, end: str = "\n") -> None:
-    encoding = stream.encoding or "utf-8"
-    printable = text.encode(encoding, errors="replace").decode(encoding)
+def in_encoding(text: str, encoding: str | None) -> str:
+    """Return a text as a console of that encoding can show it: 'N.m' where it has no 'N·m'."""
+    encoding = encoding or "utf-8"
     try:
-        stream.write(f"{printable}{end}")
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        shown = "".join(_in_plain(sign, encoding) for sign in text)
+        return shown.encode(encoding, errors="replace").decode(encoding)
+    return text
+
+
+def _in_plain(sign: str, encoding: str) -> str:
+    try:
+        sign.encode(encoding)
+    except UnicodeEncodeError:
+        return _PLAIN.get(sign, sign)
+    return sign
+
+
+def _print(text: str, stream: TextIO, end: str = "\n") -> None:
+    try:
+        stream.write(f"{in_encoding(text, stream.encoding)}{end}")
         stream.flush()
     except BrokenPipeError:
         _silence(stream)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import select
 import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
+from rigrunner.cli.keyboard import line_may_be_read
 from rigrunner.cli.output import message, prompt
 from rigrunner.engine.pausing import Choice, Decision
 
@@ -70,7 +70,7 @@ class TerminalPauses:
     def _answer(self, question: str, watch: Callable[[], None]) -> str:
         prompt(question)
         with self._stop.while_asking():
-            while not _may_be_read():
+            while not line_may_be_read(_LOOK_EVERY_S):
                 watch()
             line = sys.stdin.readline()
         if not line:
@@ -84,10 +84,3 @@ def _show(paused: Paused) -> None:
         message(f"  {text}")
     for choice in paused.choices:
         message(f"  {choice:9} {_HELP[choice].format(point=paused.point)}")
-
-
-def _may_be_read() -> bool:
-    """Wait a moment for an answer; say at once that it may be read where waiting cannot be done."""
-    if sys.platform == "win32" or not sys.stdin.isatty():
-        return True
-    return bool(select.select([sys.stdin], [], [], _LOOK_EVERY_S)[0])

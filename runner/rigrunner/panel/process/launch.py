@@ -24,6 +24,7 @@ class Process:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # so on Windows
         )
         assert self._child.stdin is not None  # noqa: S101  (both are pipes)
         assert self._child.stdout is not None  # noqa: S101

@@ -1,0 +1,32 @@
+"""Whether a line may be read from the keyboard: who waits for one can look at the rig meanwhile."""
+
+from __future__ import annotations
+
+import importlib
+import select
+import sys
+import time
+
+_LOOK_EVERY_S = 0.05
+
+
+def line_may_be_read(within_s: float) -> bool:
+    """Wait a moment for an answer; say at once that it may be read where there is no terminal.
+
+    On Windows, whose `select` knows no console, a key that was pressed stands for the line.
+    """
+    if not sys.stdin.isatty():
+        return True
+    if sys.platform == "win32":
+        return _key_was_pressed(within_s)
+    return bool(select.select([sys.stdin], [], [], within_s)[0])
+
+
+def _key_was_pressed(within_s: float) -> bool:
+    console = importlib.import_module("msvcrt")
+    end_s = time.monotonic() + within_s
+    while not console.kbhit():
+        if time.monotonic() >= end_s:
+            return False
+        time.sleep(_LOOK_EVERY_S)
+    return True
