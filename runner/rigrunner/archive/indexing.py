@@ -125,23 +125,25 @@ class _Work:
     known: Mapping[str, Known]
     there: Mapping[str, FoundRun]
     stale: Sequence[FoundRun]
-    too_long: Sequence[str]
-    """Paths that no index of a database takes."""
+    unread: Sequence[tuple[str, str]]
+    """Path and problem of what is not looked at: folders that cannot be read, paths too long."""
 
 
 def _look(database: Database, folder: Path, *, again: bool) -> _Work:
     with database.writing() as connection:
         root = root_of(connection, database, folder)
         known = known_runs(connection, root)
-    every = list(run_folders(folder))
+    unread: list[tuple[str, str]] = []
+    every = list(run_folders(folder, lambda *told: unread.append(told)))
     there = {found.path: found for found in every if len(found.path) <= LONGEST_KEY}
-    too_long = [found.path for found in every if found.path not in there]
+    long = "its path is too long for an archive"
+    unread += [(found.path, long) for found in every if found.path not in there]
     stale = [found for found in there.values() if again or _is_stale(found, known)]
-    return _Work(folder, root, known, there, stale, too_long)
+    return _Work(folder, root, known, there, stale, unread)
 
 
 def _bring_up_to_date(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
-    unreadable = [(path, "its path is too long for an archive") for path in work.too_long]
+    unreadable = [*work.unread]
     for facts in _batches(map(_facts, workers.outcomes(read_facts, work.stale, Event()))):
         with database.writing() as connection:
             store(connection, work.root, facts)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 _SEALED = "run.h5"
@@ -45,19 +45,25 @@ class FoundRun:
         return hashlib.sha256(known.encode(errors="surrogateescape")).hexdigest()[:32]
 
 
-def run_folders(root: Path) -> Iterator[FoundRun]:
+def untold(path: str, problem: str) -> None:
+    """Take what cannot be read, and tell nobody."""
+
+
+def run_folders(root: Path, unread: Callable[[str, str], None] = untold) -> Iterator[FoundRun]:
     """Yield the run folders below a root at any depth, in the order of their paths.
 
-    Hidden folders and links are passed over, and so is what must not be read.
+    Hidden folders and links are passed over, and so is what cannot be read: `unread` is told its
+    path, as that of a run, and why.
     """
-    yield from _below(root, "")
+    yield from _below(root, "", unread)
 
 
-def _below(folder: Path, prefix: str) -> Iterator[FoundRun]:
+def _below(folder: Path, prefix: str, unread: Callable[[str, str], None]) -> Iterator[FoundRun]:
     try:
         with os.scandir(folder) as listing:
             entries = sorted(listing, key=lambda one: one.name)
-    except OSError:
+    except OSError as error:
+        unread(storable(prefix[:-1]), f"the folder cannot be read: {error.strerror}")
         return
     names = {entry.name for entry in entries}
     if prefix and (_SEALED in names or _JOURNAL in names):
@@ -65,7 +71,7 @@ def _below(folder: Path, prefix: str) -> Iterator[FoundRun]:
         return
     for entry in entries:
         if entry.is_dir(follow_symlinks=False) and not entry.name.startswith("."):
-            yield from _below(folder / entry.name, f"{prefix}{entry.name}/")
+            yield from _below(folder / entry.name, f"{prefix}{entry.name}/", unread)
 
 
 def _files(entries: list[os.DirEntry[str]]) -> Iterator[FoundFile]:

@@ -405,3 +405,18 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path):
     assert "remove the file; 'rigrunner archive index FOLDER' makes it anew" in caught.value.hint
     with pytest.raises(UsageError, match="there is no archive"):
         query(database=str(tmp_path / "none.sqlite"))
+
+
+def test_a_folder_that_cannot_be_read_is_told(archive, runs, monkeypatch):
+    store_run(runs, "one")
+    (runs / "locked").mkdir()
+    plain = os.scandir
+
+    def scandir(path):
+        if str(path).endswith("locked"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return plain(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    (told,) = index(archive, [runs])
+    assert told.unreadable == (("locked", "the folder cannot be read: Permission denied"),)

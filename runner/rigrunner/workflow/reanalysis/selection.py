@@ -60,9 +60,15 @@ def _at(path: Path) -> Iterator[Chosen]:
     elif RunFolder(whole).is_run:
         yield Chosen(whole.name, whole)
     elif whole.is_dir():
-        runs = [each.folder for each in run_folders(whole)]
+        unread: list[Path] = []
+        found = run_folders(whole, lambda below, _: unread.append(whole / below))
+        runs = [each.folder for each in found]
         if not runs:
-            raise UsageError(f"there is no run in {path}, nor in any folder below")
+            raise UsageError(
+                f"there is no run in {path}, nor in any folder below",
+                hint=f"not all could be read: {unread[0]}" if unread else "",
+            )
+        runs += unread  # to be listed as what cannot be read, not left out in silence
         yield from (Chosen(run.relative_to(whole).as_posix(), run) for run in runs)
     else:
         raise UsageError(f"there is no {path}")

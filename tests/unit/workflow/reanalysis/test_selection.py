@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 
 from rigrunner.api.errors import UsageError
@@ -67,3 +70,18 @@ def test_a_stamp_changes_with_the_file_alone(lab):
     assert before.stamp != stamp
     (unsealed,) = choose([lab / "unsealed"])
     assert unsealed.stamp == ""
+
+
+def test_a_folder_that_cannot_be_read_is_listed_and_not_left_out(lab, monkeypatch):
+    plain = os.scandir
+
+    def scandir(path):
+        if Path(path).name == "a":
+            raise PermissionError(13, "Permission denied", str(path))
+        return plain(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    assert names(lab) == ["a", "b/one", "c/deep/er/four", "unsealed"]
+    with pytest.raises(UsageError, match="there is no run in") as caught:
+        names(lab / "a")
+    assert caught.value.hint == f"not all could be read: {lab / 'a'}"
