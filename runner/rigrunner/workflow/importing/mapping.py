@@ -27,6 +27,7 @@ from rigrunner.yamlfile.names import Member, Name, Text
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
+    from rigrunner.api.quantity import Quantity
     from rigrunner.yamlfile import Document
 
 IMPORTER = "importer"
@@ -55,6 +56,8 @@ def _moment(value: object) -> object:
 
 
 def _kind(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return "list"
     return "column" if isinstance(value, dict | Settings) else "quantity"
 
 
@@ -145,6 +148,13 @@ ZeroSpec = Annotated[
     Discriminator(_kind),
 ]
 """The reading at rest, or a recording at rest of which the mean is taken."""
+ZeroSpecs = Annotated[
+    Annotated[AnyQuantity, Tag("quantity")]
+    | Annotated[Part, Tag("column")]
+    | Annotated[ListOf[ZeroSpec], Field(min_length=1), Tag("list")],
+    Discriminator(_kind),
+]
+"""One, or of a channel that is zeroed several times one for each, in their order."""
 
 
 class RecordingEntry(Part):
@@ -154,6 +164,15 @@ class RecordingEntry(Part):
     """What was set, by role.drive, beside what was set for all recordings."""
     conditions: dict[Member, Condition] = Field(default_factory=dict)
     """What else was measured meanwhile, by role.channel."""
+
+
+class MeasurementEntry(Settings):
+    """Single values that were read, a row of a table."""
+
+    name: Text
+    """Of the table: the name of the step that measures."""
+    values: Annotated[dict[Member, AnyQuantity], Field(min_length=1)]
+    """What was read, by role.channel."""
 
 
 class ImportMapping(Settings):
@@ -179,14 +198,21 @@ class ImportMapping(Settings):
     sampling: Sampling = Field(default_factory=Sampling)
     channels: Annotated[dict[Member, ColumnSpec], Field(min_length=1)]
     """Where the samples of each channel are, by role.channel."""
-    zeros: dict[Member, ZeroSpec] = Field(default_factory=dict)
-    """What each channel read at rest, where the procedure zeroes it."""
+    zeros: dict[Member, ZeroSpecs] = Field(default_factory=dict)
+    """What each channel read at rest, where the procedure zeroes it; a list for several times."""
     set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
     """What was set for all recordings, by role.drive."""
     conditions: dict[Member, Condition] = Field(default_factory=dict)
     """What else was measured during all recordings, by role.channel."""
+    measurements: ListOf[MeasurementEntry] = ()
+    """What the steps that measure found, in the order of the procedure."""
     recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
     """Each recording that the procedure asks for, in the order in which they were made."""
+
+    def zeros_of(self, member: str) -> tuple[Quantity | Part, ...]:
+        """Return what a channel read at rest, each time that the procedure zeroes it."""
+        given = self.zeros[member]
+        return given if isinstance(given, tuple) else (given,)
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

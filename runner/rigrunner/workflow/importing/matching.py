@@ -102,36 +102,54 @@ class _Matcher:
     def _zeros(self) -> None:
         steps = [step.action for step in self._planned.plan.steps if isinstance(step.action, Zero)]
         zeroed = [f"{action.role}.{action.channel}" for action in steps]
-        for member, zero in self._mapping.zeros.items():
+        for member in self._mapping.zeros:
             if member not in zeroed:
                 hint = suggestion(member, zeroed, "it zeroes")
                 self._complain(
                     ("zeros", member), "the procedure does not zero this channel", hint, key=True
                 )
-            elif isinstance(zero, Quantity):
-                needed = steps[zeroed.index(member)].unit
-                self._fits(("zeros", member), zero.unit.symbol, needed, member)
-            elif member not in self._mapping.channels:
-                self._complain(("zeros", member), f"no column of '{member}' is given")
+            else:
+                self._zeros_of(member, steps[zeroed.index(member)].unit)
         for member in dict.fromkeys(zeroed):
             if member not in self._mapping.zeros:
                 self._complain(
                     ("zeros",), f"the procedure zeroes '{member}': what did it read at rest?",
                     "0 in its unit where the program had taken it off already", key=True,
                 )  # fmt: skip
-            elif zeroed.count(member) > 1:
+            elif (given := len(self._mapping.zeros_of(member))) != zeroed.count(member):
                 self._complain(
                     ("zeros", member),
-                    f"the procedure zeroes it {zeroed.count(member)} times; that is not imported",
+                    f"the procedure zeroes it {zeroed.count(member)} times, given: {given}",
+                    "a list with what it read each time, in that order",
                 )
 
+    def _zeros_of(self, member: str, needed: str) -> None:
+        for zero in self._mapping.zeros_of(member):
+            if isinstance(zero, Quantity):
+                self._fits(("zeros", member), zero.unit.symbol, needed, member)
+            elif member not in self._mapping.channels:
+                self._complain(("zeros", member), f"no column of '{member}' is given")
+
     def _measures(self) -> None:
-        if any(isinstance(step.action, Measure) for step in self._planned.plan.steps):
-            what = self._planned.procedure.model.id
-            self._complain(
-                ("procedure",), f"{what} measures single values, which are not imported",
-                "import by a procedure without 'measure'; conditions can be given here",
-            )  # fmt: skip
+        steps = [s.action for s in self._planned.plan.steps if isinstance(s.action, Measure)]
+        entries = self._mapping.measurements
+        for index, (action, entry) in enumerate(zip(steps, entries, strict=False)):
+            path: Path = ("measurements", index)
+            if entry.name != action.name:
+                self._complain((*path, "name"), f"the procedure measures '{action.name}' here")
+            elif entry.values.keys() != set(action.channels):
+                wanted = ", ".join(action.channels)
+                self._complain((*path, "values"), f"the procedure measures here: {wanted}")
+            else:
+                for member, value in entry.values.items():
+                    at: Path = (*path, "values", member)
+                    self._fits(at, value.unit.symbol, action.units[member], member)
+        for action in steps[len(entries) :]:
+            text = f"what was measured is missing: '{action.name}' of {', '.join(action.channels)}"
+            self._complain(("measurements",), text, key=True)
+        for index in range(len(steps), len(entries)):
+            text = "the procedure measures nothing, or nothing more"
+            self._complain(("measurements", index), text)
 
     def _set_points(self) -> None:
         known: dict[str, str] = {}

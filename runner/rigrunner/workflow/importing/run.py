@@ -68,7 +68,8 @@ def import_run(
 
 def _file_names(mapping: LoadedMapping) -> list[str]:
     parts: list[Part] = [*mapping.model.recordings]
-    parts += [zero for zero in mapping.model.zeros.values() if isinstance(zero, Part)]
+    zeros = (zero for member in mapping.model.zeros for zero in mapping.model.zeros_of(member))
+    parts += [zero for zero in zeros if isinstance(zero, Part)]
     return list(dict.fromkeys(part.file for part in parts))
 
 

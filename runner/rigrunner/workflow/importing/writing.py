@@ -23,7 +23,7 @@ from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.limits import judge
 from rigrunner.engine.steps import Measured
-from rigrunner.plan.actions import Record, Zero
+from rigrunner.plan.actions import Measure, Record, Zero
 from rigrunner.workflow.importing.columns import Wanted, fault, read_part
 from rigrunner.workflow.importing.mapping import ColumnSpec
 
@@ -77,6 +77,10 @@ class _Import:
         self._sinks = sinks
         self._progress = progress
         self._done = 0
+        self._measurements = iter(enumerate(self._mapping.measurements))
+        self._zeros = {
+            member: iter(self._mapping.zeros_of(member)) for member in self._mapping.zeros
+        }
         self._seq = 0
         self._started = self._mapping.started.astimezone(UTC)
         self._latest = self._started
@@ -94,6 +98,8 @@ class _Import:
         for index, step in enumerate(plan.steps):
             if isinstance(step.action, Zero):
                 self._zero(index, step, step.action)
+            elif isinstance(step.action, Measure):
+                self._measure(index, step, step.action)
             elif isinstance(step.action, Record):
                 self._record(index, step, step.action, matched[index])
         self._emit(RunEnded, self._ended(), outcome=Outcome.COMPLETED)
@@ -105,14 +111,15 @@ class _Import:
             f" read them from {files} file{'s' if files > 1 else ''}."
         )
         stated = (
-            f"Set-points, conditions, zeros and times are as {known.by} states them. That the other"
-            " steps of the procedure were done, and the rig was safe, Rigrunner has not seen."
+            f"Set-points, conditions, single values, zeros and times are as {known.by} states"
+            " them. That the other steps of the procedure were done, and the rig was safe,"
+            " Rigrunner has not seen."
         )
         return made, stated
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = f"{action.role}.{action.channel}"
-        given, at = self._mapping.zeros[member], ("zeros", member)
+        given, at = next(self._zeros[member]), ("zeros", member)
         value = given.si if isinstance(given, Quantity) else self._mean_at_rest(given, at, member)
         if abs(value) > action.within:
             message = (
@@ -121,7 +128,18 @@ class _Import:
             )
             raise fault(self._checked.mapping, at, message)
         found = {"values": {member: value}, "units": {member: action.unit}}
-        self._step(index, step, (self._started, self._started), found)
+        self._step(index, step, (self._latest, self._latest), found)
+
+    def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
+        number, entry = next(self._measurements)
+        values = {member: each.si for member, each in entry.values.items()}
+        try:
+            judge(step.terms.limits, values)
+        except DataError as error:
+            at = ("measurements", number, "values")
+            raise fault(self._checked.mapping, at, error.message) from error
+        found = {"values": values, "units": action.units}
+        self._step(index, step, (self._latest, self._latest), found)
 
     def _mean_at_rest(self, part: Part, at: DocumentPath, member: str) -> float:
         wanted = {member: Wanted(self._mapping.channels[member], ("channels", member))}

@@ -349,11 +349,61 @@ def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
     assert not list((lab / "runs").iterdir())
 
 
+MEASURES = (
+    "main:\n",
+    """main:
+  - zero: {channel: tester.torque, within: 0.05 N·m}
+  - measure: {channels: [tester.torque], name: held, limits: {tester.torque: {max: 5 N·m}}}
+""",
+)
+TWICE = ("tester.torque: 10 mN·m}", "tester.torque: [10 mN·m, {file: rest.csv, to: 3 ms}]}")
+HELD = "measurements:\n  - {name: held, values: {tester.torque: 415 mN·m}}\n"
+
+
+def test_single_values_and_several_zeros_are_imported(lab):
+    (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
+    bring_in(lab, MEASURES, file="short.yaml")
+    called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"))
+    assert called.code == 0, called.err
+    run = imported(lab)
+    (row,) = run.measurements
+    assert (row.name, row.units["tester.torque"]) == ("held", "N·m")
+    assert row.values["tester.torque"] == pytest.approx(0.415)
+    assert run.zeros["tester.torque"] == pytest.approx(0.021)  # the last one holds, as in a run
+    assert "file rest.csv" in run.header.imported
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            "name: held",
+            "name: hold",
+            "map.yaml:17:12: error: measurements[0].name: the procedure m",
+        ),
+        ("415 mN·m", "415 N", "'N' is a unit of force, but tester.torque needs one of torque"),
+        ("415 mN·m", "6 N·m", "map.yaml:17:26: error: measurements[0].values: tester.torque"),
+        ("{tester.torque: 41", "{tester.force: 41", "the procedure measures here: tester.torque"),
+        (HELD, "", "what was measured is missing: 'held' of tester.torque"),
+        (HELD, HELD + HELD.partition("\n")[2], "measurements[1]: the procedure measures nothing"),
+        ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "10 mN·m", "zeroes it 2 times, given: 1"),
+        ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 5 N]", "'N' is a unit of force"),
+        ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 60 mN·m]", "read 0.06 N·m at rest"),
+    ],
+)
+def test_values_that_are_not_the_procedure_s_are_told(lab, old, new, told):
+    (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
+    bring_in(lab, MEASURES, file="short.yaml")
+    called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"), (old, new))
+    assert told in called.err
+    assert called.code in (3, 5)
+
+
 def test_a_procedure_that_measures_or_records_nothing_is_refused(lab):
     measure = ("cycles: 10}}]", "cycles: 10}}, {measure: {channels: [tester.torque]}}]")
     text = (lab / "short.yaml").read_text(encoding="utf-8")
     bring_in(lab, measure, file="short.yaml")
-    assert "measures single values, which are not imported" in bring_in(lab).err
+    assert "what was measured is missing" in bring_in(lab).err
     wait = (
         "{record: {channels: [tester.angle, tester.torque], cycles: 10}}",
         "{wait: {time: 1 s}}",
