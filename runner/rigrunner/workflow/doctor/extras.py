@@ -29,7 +29,7 @@ PURPOSES = {
     "tdms": "importing TDMS files",
     "visa": "SCPI and other instruments behind VISA",
 }
-TOOLS = ("dev", "fuzz", "peers", "test")
+TOOLS = ("dev", "docs", "fuzz", "peers", "test")
 """Extras for those who change Rigrunner itself."""
 _LINE = re.compile(r"([\w.-]+)(?:\[\w+\])?\s*([^;]*);\s*extra == ['\"](\w+)['\"]")
 _BOUND = re.compile(r"(>=|<)\s*([\d.]+)")
