@@ -71,13 +71,28 @@ def _find(name_or_path: str, folder: Path, what: str) -> Path:
     if path.name == name_or_path and shipped.is_file():
         return shipped
     if path.is_dir():
-        raise UsageError(f"'{name_or_path}' is a folder, not a {what} file")
-    hint = _near(name_or_path, _names(folder))
+        raise UsageError(
+            f"'{name_or_path}' is a folder, not a {what} file",
+            hint=f"YAML files in it: {', '.join(_files(path)) or 'none'}",
+        )
+    hint = _near_file(path) or _near(name_or_path, _names(folder))
     raise UsageError(f"there is no {what} '{name_or_path}'", hint=hint)
 
 
 def _names(folder: Path) -> list[str]:
     return sorted(found.stem for found in folder.glob("*.yaml"))
+
+
+def _files(folder: Path) -> list[str]:
+    return sorted(found.name for found in folder.glob("*.yaml"))
+
+
+def _near_file(path: Path) -> str:
+    """Return which file beside it may be meant, or which folder is not there; '' of a mere name."""
+    if path.parent != Path() and not path.parent.is_dir():
+        return f"there is no folder {path.parent}"
+    near = difflib.get_close_matches(path.name, _files(path.parent), n=1, cutoff=0.7)
+    return f"did you mean '{path.with_name(near[0])}'?" if near and path.suffix else ""
 
 
 def _near(name: str, names: list[str]) -> str:

@@ -27,7 +27,10 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
         for name, text in texts.items():
             _write_new(folder / name, text)
     except OSError as error:
-        raise UsageError(f"{error.filename or folder}: {error.strerror or error}") from error
+        raise UsageError(
+            f"cannot write {error.filename or folder}: {error.strerror or error}",
+            hint="name a folder in which you may write",
+        ) from error
 
 
 def _write_new(path: Path, text: str) -> None:

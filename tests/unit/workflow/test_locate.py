@@ -65,3 +65,23 @@ def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
         find_run("20260101", runs)
     with pytest.raises(UsageError, match="did you mean '20260102T000000Z_B_x'"):
         find_run("20260102T00000Z_B_x", runs)
+
+
+@pytest.mark.parametrize(
+    ("asked", "hint"),
+    [
+        ("stations.yaml", "did you mean 'station.yaml'?"),
+        ("lab/statoin.yaml", "did you mean 'lab/station.yaml'?"),
+        ("lap/station.yaml", "there is no folder lap"),
+        ("simulatd", "did you mean 'simulated'?"),
+        ("lab", "YAML files in it: station.yaml"),
+    ],
+)
+def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, asked, hint):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    for folder in (tmp_path, tmp_path / "lab"):
+        (folder / "station.yaml").touch()
+    with pytest.raises(UsageError) as caught:
+        find_station(asked)
+    assert caught.value.hint.replace("\\", "/") == hint

@@ -28,7 +28,8 @@ def command(runs: Path, *, as_json: bool) -> None:
     if as_json:
         result_json([_document(run) for run in listed])
     elif not listed:
-        message(f"There are no runs in {runs}.")
+        missing = "" if runs.is_dir() else ": there is no such folder"
+        message(f"There are no runs in {runs}{missing}.")
     else:
         result(table(["run", "outcome", "recordings"], [_row(run) for run in listed], "llr"))
     _tell_interrupted([run.name for run in listed if run.is_interrupted])
