@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 READ_ONLY = 0o444
+_PATIENCE_S = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""How long is waited, time after time, for a file that another program holds."""
 _REMEDIES = {
     errno.ENOSPC: "free some space on the disk",
     errno.EDQUOT: "free some space: your share of the disk is used up",
@@ -40,8 +43,20 @@ def publish(path: Path, *, read_only: bool) -> None:
     sync_file(temporary(path))
     if read_only:
         temporary(path).chmod(READ_ONLY)
-    temporary(path).replace(path)
+    _rename(temporary(path), path)
     sync_folder(path.parent)
+
+
+def _rename(source: Path, target: Path) -> None:
+    """Rename a file; on Windows another program, such as a virus scanner, may hold it a moment."""
+    for pause_s in _PATIENCE_S if os.name == "nt" else ():
+        try:
+            source.replace(target)
+        except PermissionError:
+            time.sleep(pause_s)
+        else:
+            return
+    source.replace(target)
 
 
 def sync_file(path: Path) -> None:

@@ -1,0 +1,48 @@
+"""Renaming under Windows, where another program may hold a file for a moment; played here."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from rigrunner.runfile import durable
+
+
+@pytest.fixture
+def held(monkeypatch):
+    """Let a file be held by another program for so many attempts to rename it."""
+    left = []
+    plain = Path.replace
+
+    def replace(self, target):
+        if left:
+            left.pop()
+            raise PermissionError(13, "held by another program")
+        return plain(self, target)
+
+    monkeypatch.setattr(Path, "replace", replace)
+    monkeypatch.setattr(durable, "_PATIENCE_S", (0.001, 0.001))
+    return left
+
+
+def publish(monkeypatch, path, system):
+    durable.temporary(path).write_bytes(b"whole")
+    monkeypatch.setattr(durable, "os", SimpleNamespace(**{**vars(os), "name": system}))
+    durable.publish(path, read_only=False)
+
+
+def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(tmp_path, monkeypatch, held):
+    held.extend([1, 1])
+    publish(monkeypatch, tmp_path / "a", "nt")
+    assert (tmp_path / "a").read_bytes() == b"whole"
+
+
+@pytest.mark.parametrize(("system", "times"), [("nt", 3), ("posix", 1)])
+def test_what_stays_held_is_an_error(tmp_path, monkeypatch, held, system, times):
+    held.extend([1] * times)
+    with pytest.raises(PermissionError):
+        publish(monkeypatch, tmp_path / "a", system)
+    assert not (tmp_path / "a").exists()
