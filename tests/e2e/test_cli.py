@@ -14,7 +14,7 @@ import pytest
 from helpers_cli import call
 from rigrunner import __version__
 from rigrunner.api.errors import ExitCode
-from rigrunner.workflow.locate import find_procedure
+from rigrunner.workflow.locate import find_procedure, find_station
 
 LOADED = "starting_torque_1000n"
 NO_LOAD = "no_load_inertia_sweep"
@@ -274,3 +274,9 @@ def wait_for_line(stream, word):
         if word in line:
             return
     raise AssertionError(f"the run ended before '{word}'")
+
+
+def test_a_file_of_another_kind_is_told():
+    called = call("check", find_station("simulated"))
+    assert called.code == ExitCode.INVALID
+    assert "hint: this is a file of the kind 'station'; 'procedure' is needed" in called.err

@@ -36,6 +36,8 @@ _ALLOWED = {
     "string_too_short": "a text of {min_length} or more characters",
     "string_too_long": "a text of {max_length} or fewer characters",
 }
+_FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")
+"""What says of which kind a file is, such as station/1."""
 _LONGEST = 60
 
 
@@ -101,5 +103,11 @@ def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
     if kind == "literal_error" and isinstance(got, str):
         allowed = re.findall("'([^']*)'", str(context["expected"]))
         near = difflib.get_close_matches(got[:_LONGEST], allowed, n=1)
-        return f"did you mean '{near[0]}'?" if near else ""
+        return f"did you mean '{near[0]}'?" if near else _other_kind(got, allowed)
     return ""
+
+
+def _other_kind(got: str, allowed: list[str]) -> str:
+    """Say so where a whole file is of another kind than is asked for."""
+    kinds = [found[1] for text in (got, *allowed) if (found := _FILE_MARK.fullmatch(text))]
+    return f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed" if kinds[1:] else ""
