@@ -150,10 +150,10 @@ def test_ci_runs_the_readme_commands_as_they_stand():
     (again,) = code_blocks(ROOT / "docs/index.md")
     assert again.code == first.code.splitlines(keepends=True)[0]
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    extract = re.search(r"awk '.*?' \"\$root/README.md\"", script)[0]
+    extract = re.search(r"^page_block\(\).*?^}", script, re.MULTILINE | re.DOTALL)[0]
     shown = subprocess.run(
-        ["bash", "-c", extract], env=os.environ | {"root": str(ROOT)}, capture_output=True,
-        text=True, check=True,
+        ["bash", "-c", f"{extract}\npage_block README.md 1"],
+        env=os.environ | {"root": str(ROOT)}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert shown.stdout == first.code
     assert "run_readme_command 1" in script

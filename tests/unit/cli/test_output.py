@@ -30,7 +30,7 @@ def test_text_is_printed_on_an_ascii_terminal(monkeypatch):
     monkeypatch.setattr("sys.stdout", stream)
     output.result("0.7 N·m")
     stream.seek(0)
-    assert stream.read() == "0.7 N?m\n"
+    assert stream.read() == "0.7 N.m\n"
 
 
 def test_a_nan_is_refused():
