@@ -23,6 +23,8 @@ def two_workers(workers=2):
         ) as found,
     ):
         yield found
+        if workers and found.status is distributed.Status.running:
+            found.wait_for_workers(workers, timeout=60)  # or closing fails while one is begun anew
 
 
 def busy_pid(address):
