@@ -300,7 +300,7 @@ def test_the_script_of_the_run_file_page_finds_the_manifest_to_be_right(demo, tm
 def test_a_short_script_without_rigrunner_reads_all_of_a_run(version, demo, tmp_path):
     _, block = scripts_of_the_run_file_page()
     lines = [line for line in block.code.splitlines() if line.strip()]
-    assert len(lines) <= 35
+    assert len(lines) <= 30
     path = demo.loaded / "run.h5" if version == "now" else OLD_RUN
     (tmp_path / "run.h5").write_bytes(path.read_bytes())
     printed = execute(block, tmp_path, "run-file.md")
