@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from rigrunner.api.events import Alarm, Event
 from rigrunner.clock import UtcTexts, utc_text
@@ -63,6 +63,16 @@ def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, 
 
 SET_BACK = timedelta(seconds=1)
 """A time server moves a clock by less."""
+
+
+class Emit(Protocol):
+    """Puts an event on the bus."""
+
+    def __call__(
+        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+    ) -> None:
+        """Stamp and hand out an event of that kind; `whole`: of which all fields are given."""
+        ...
 
 
 class Emitter:

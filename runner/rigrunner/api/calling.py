@@ -8,7 +8,6 @@ from __future__ import annotations
 import threading
 from concurrent.futures import Future, wait
 from contextlib import suppress
-from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -22,14 +21,6 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _Job = tuple["Callable[[], Any]", "Future[Any]"]
-
-
-@dataclass(frozen=True)
-class Patience:
-    """How long a device that may block is waited for, beyond the time that its drives need."""
-
-    connect_s: float = 10.0
-    answer_s: float = 10.0
 
 
 class Caller(Protocol):

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
-from rigrunner.api.calling import Patience
 from rigrunner.api.errors import PluginError
 
 if TYPE_CHECKING:
@@ -79,6 +78,14 @@ class DirectWire:
     def exchange(self, request: str, perform: Callable[[], _Answer]) -> _Answer:  # noqa: ARG002  (the Protocol's)
         """Return what `perform` does."""
         return perform()
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long a device that may block is waited for, beyond the time that its drives need."""
+
+    connect_s: float = 10.0
+    answer_s: float = 10.0
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api.data import Block
-    from rigrunner.engine.session import Emit
+    from rigrunner.bus import Emit
     from rigrunner.plan.actions import Interlock
     from rigrunner.rig import Rig
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
-    from rigrunner.engine.session import Emit
+    from rigrunner.bus import Emit
 
 GOES_ON = "; the run goes on"
 """Ends the text of the alarm for a failure that is passed over."""

@@ -5,31 +5,19 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DeviceTimeoutError
 from rigrunner.api.events import Intervention
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.devices import StopToken
-    from rigrunner.api.events import Event
+    from rigrunner.bus import Emit
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.interlocks import Guard
     from rigrunner.engine.pausing import Pauses
     from rigrunner.rig import Rig
-
-
-class Emit(Protocol):
-    """Puts an event on the bus."""
-
-    def __call__(
-        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
-    ) -> None:
-        """Stamp and hand out an event of that kind; `whole`: of which all fields are given."""
-        ...
 
 
 @dataclass(frozen=True)

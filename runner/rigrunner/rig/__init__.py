@@ -1,6 +1,6 @@
 """The devices of a station as a unit: connect, make safe, close."""
 
-from rigrunner.api.calling import Patience
+from rigrunner.api.devices import Patience
 from rigrunner.rig.drives import agrees
 from rigrunner.rig.rig import Rig
 from rigrunner.rig.safe_state import SafetyReport

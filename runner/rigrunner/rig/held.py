@@ -12,8 +12,7 @@ from rigrunner.rig.drives import agrees, approach, as_number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api.calling import Patience
-    from rigrunner.api.devices import Clock
+    from rigrunner.api.devices import Clock, Patience
     from rigrunner.rig.role import Role
     from rigrunner.station.drive_rules import DriveRules
 

@@ -6,11 +6,12 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from rigrunner.api.calling import Patience, blocks_of
+from rigrunner.api.calling import blocks_of
 from rigrunner.api.devices import (
     CountsStreams,
     KnowsStream,
     KnowsTruth,
+    Patience,
     Pausable,
     Readable,
     Streaming,

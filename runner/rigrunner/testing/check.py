@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.testing.subject import Subject
-
-SubjectT = TypeVar("SubjectT", bound="Subject")
+SubjectT = TypeVar("SubjectT")
 
 
 class Nonconformity(AssertionError):  # noqa: N818  (the word of ISO 9000, 3.6.9)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from rigrunner.api.calling import Patience
-from rigrunner.api.devices import DeviceContext
+from rigrunner.api.devices import DeviceContext, Patience
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.plan import check_limits, check_plugins, make_plan, predict
 from rigrunner.procedure import InconsistentProcedureError, load_procedure

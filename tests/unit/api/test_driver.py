@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from rigrunner.api.calling import Patience
 from rigrunner.api.devices import (
     Approaching,
     ChannelInfo,
@@ -14,6 +13,7 @@ from rigrunner.api.devices import (
     DeviceContext,
     DriveInfo,
     Identity,
+    Patience,
     Readable,
 )
 from rigrunner.api.driver import Driver, check_patience

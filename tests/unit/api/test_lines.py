@@ -10,8 +10,7 @@ from pydantic import ValidationError
 from helpers_lines import HANG_UP, peer
 from helpers_peers import SerialPeer
 from rigrunner.api import lines
-from rigrunner.api.calling import Patience
-from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
+from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo, Patience
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceNotFoundError,

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
     from concurrent.futures import Future
 
-    from rigrunner.api.calling import Caller, Patience
+    from rigrunner.api.calling import Caller
     from rigrunner.api.data import Block
-    from rigrunner.api.devices import Device, DriveInfo, Identity, StopToken
+    from rigrunner.api.devices import Device, DriveInfo, Identity, Patience, StopToken
 
 _T = TypeVar("_T")
 _GLANCE_S = 0.1

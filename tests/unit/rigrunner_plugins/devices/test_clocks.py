@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from helpers_clocks import Sampler
-from rigrunner.api.calling import Patience
-from rigrunner.api.devices import DeviceContext
+from rigrunner.api.devices import DeviceContext, Patience
 from rigrunner.api.errors import (
     DeviceLostError,
     DeviceRejectedError,

@@ -10,12 +10,13 @@ from pathlib import Path
 import pytest
 
 from helpers_devices import CHANNELS, DRIVES, FakeTester, Listener, plan_of, record, run
-from rigrunner.api.calling import Patience, ThreadCaller
+from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.devices import (
     Approaching,
     ChannelInfo,
     DeviceContext,
     Identity,
+    Patience,
     Pausable,
     Readable,
     Settable,
