@@ -154,7 +154,7 @@ def process_is_gone(pid, patience_s=PATIENCE_S):
 def rig_process(server):
     """Return the number of the process that has the rig."""
     lines = ps("pid=,args=", "--ppid", server.process.pid).splitlines()
-    return next(int(each.split()[0]) for each in lines if "panel.process.main" in each)
+    return next(int(each.split()[0]) for each in lines if "panel.jobs.main" in each)
 
 
 def ps(fields, *which):

@@ -35,7 +35,7 @@ SETTINGS = """plugin: fast_tester
       load_rate: 5000 N/s
       sensors: {rate: 1000 kHz, spike_probability: 0.0002 %}"""
 EVERY_S, PATIENCE_S = 0.1, 1800.0
-PARTS = {"panel": "-c ", "run": "panel.process.main", "analyst": "panel.live.analyst"}
+PARTS = {"panel": "-c ", "run": "panel.jobs.main", "analyst": "panel.live.analyst"}
 RAW_BYTES = 4 * 8
 MB, MS = 1e6, 1e3
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.engine import Choice, Decision
 from rigrunner.panel.errors import PanelError, wrong_state
+from rigrunner.panel.live.story import Story
 from rigrunner.panel.live.watcher import Watcher
 from rigrunner.panel.process import messages as told
 from rigrunner.panel.process.launch import Process
-from rigrunner.panel.view.story import Story
 from rigrunner.procedure.answers import AnswerError
 
 if TYPE_CHECKING:
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
     from rigrunner.engine import Interference
     from rigrunner.panel.live.curves import Curves
+    from rigrunner.panel.live.story import Links
     from rigrunner.panel.process.messages import Job
     from rigrunner.panel.view.board import Board
     from rigrunner.panel.view.sections import JobView
-    from rigrunner.panel.view.story import Links
 
 _log = logging.getLogger("rigrunner.panel")
 
-RIG_PROCESS = "rigrunner.panel.process.main"
+RIG_PROCESS = "rigrunner.panel.jobs.main"
 
 
 class Desk:

@@ -19,6 +19,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.engine import Choice, Paused
 from rigrunner.panel.live.asked import Analysed
+from rigrunner.panel.live.story import Story
 from rigrunner.panel.process import messages as told
 from rigrunner.panel.view.board import Board
 from rigrunner.panel.view.sections import (
@@ -30,7 +31,6 @@ from rigrunner.panel.view.sections import (
     Readings,
     StepView,
 )
-from rigrunner.panel.view.story import Story
 from rigrunner.procedure.answers import Expected
 
 numbers = itertools.count()

@@ -1,1 +1,1 @@
-"""What the process that has the rig does."""
+"""The program of the process that has the rig, and its jobs: preflight, run, manual session."""

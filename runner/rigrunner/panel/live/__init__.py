@@ -1,1 +1,1 @@
-"""Curves for the screen, and the analysis of what was recorded so far."""
+"""What is known of a job that goes on: its story, its curves, and the analysis so far."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.data import Recording
-    from rigrunner.panel.view.story import Story
+    from rigrunner.panel.live.story import Story
 
 ANALYST = "rigrunner.panel.live.analyst"
 LEAST_PAUSE_S = 0.25

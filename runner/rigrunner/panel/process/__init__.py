@@ -1,1 +1,1 @@
-"""A run, preflight or manual session in a process of its own, and what passes to and from it."""
+"""How the panel and the processes that work for it talk: what passes, and on what way."""

@@ -1,1 +1,1 @@
-"""The state that every screen shows, and how events change it."""
+"""The state that every screen shows, section by section."""
