@@ -27,7 +27,7 @@ from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import RunStarted, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock
 from rigrunner.panel.live.story import Story
-from rigrunner.panel.process.messages import Curve, Happened, Planned
+from rigrunner.panel.process.news import Curve, Happened, Planned
 from rigrunner.panel.view.board import Board
 from rigrunner.panel.view.sections import JobView, PlanView, StepView
 

@@ -11,7 +11,7 @@ from rigrunner.engine import Choice, Decision
 from rigrunner.panel.errors import PanelError, wrong_state
 from rigrunner.panel.live.story import Story
 from rigrunner.panel.live.watcher import Watcher
-from rigrunner.panel.process import messages as told
+from rigrunner.panel.process import news, orders
 from rigrunner.panel.process.launch import Process
 from rigrunner.procedure.answers import AnswerError
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from rigrunner.engine import Interference
     from rigrunner.panel.live.curves import Curves
-    from rigrunner.panel.live.story import Links
-    from rigrunner.panel.process.messages import Job
+    from rigrunner.panel.live.of_news import Links
+    from rigrunner.panel.process.orders import Job
     from rigrunner.panel.view.board import Board
     from rigrunner.panel.view.sections import JobView
 
@@ -87,7 +87,7 @@ class Desk:
                 accepted = asked.expected.accept(text)
             except AnswerError as error:
                 raise PanelError(422, "invalid", error.message, error.hint) from error
-            self._send(told.GiveAnswer(prompt, accepted, by))
+            self._send(orders.GiveAnswer(prompt, accepted, by))
 
     def pause(self, by: str, decision: Decision | None = None) -> None:
         """Pause at the next safe point; with a decision, go on so at once."""
@@ -95,7 +95,7 @@ class Desk:
             story = self._going()
             if self.board.get("phase") not in ("running", "asking", "pausing"):
                 raise wrong_state("nothing runs that could be paused")
-            self._send(told.AskPause(by, decision))
+            self._send(orders.AskPause(by, decision))
             story.asked(str(decision.choice) if decision else "pause")
 
     def decide(self, choice: Choice, by: str, reason: str) -> None:
@@ -110,19 +110,19 @@ class Desk:
             allowed = self.board.get("pause").choices
             if choice not in allowed:
                 raise wrong_state(f"'{choice}' is not possible here", f"now: {', '.join(allowed)}")
-            self._send(told.Decide(decision))
+            self._send(orders.Decide(decision))
 
     def abort(self, by: str, reason: str) -> None:
         """End the run in order: teardown, and the rig is made safe."""
         with self._lock:
             story = self._going()
-            self._send(told.Abort(by, reason))
+            self._send(orders.Abort(by, reason))
             story.asked("abort")
 
     def stop(self, by: str, reason: str) -> bool:
         """Let the rig be made safe at once; return whether anything was going on."""
         process = self._process  # without the lock: nothing may be waited for
-        stopped = process is not None and process.send(told.Stop(by, reason))
+        stopped = process is not None and process.send(orders.Stop(by, reason))
         with self._lock:
             if self._story is not None and not self._story.is_over:
                 self._story.asked("stop")
@@ -140,7 +140,7 @@ class Desk:
         """Let the run's record say what a person did, if a run goes on."""
         with self._lock:
             if self.is_busy:
-                self._send(told.PutOnRecord(what))
+                self._send(orders.PutOnRecord(what))
 
     def tick(self) -> None:
         """Let time pass on the screen."""
@@ -171,7 +171,7 @@ class Desk:
             watcher = self._watcher if story is self._story else None
         if watcher is not None:
             watcher.notice(message)
-        if isinstance(message, told.Curve):
+        if isinstance(message, news.Curve):
             self.board.wake()
 
     def _lost(self, story: Story, code: int | None) -> None:

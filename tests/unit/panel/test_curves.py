@@ -11,7 +11,7 @@ from rigrunner.panel.live.curves import Curves
 from rigrunner.panel.live.frames import frame, parse_frame
 from rigrunner.panel.live.swing import PHASES, SwingCutter
 from rigrunner.panel.live.trend import COLUMNS, STEP_S, Trend
-from rigrunner.panel.process.messages import Curve
+from rigrunner.panel.process.news import Curve
 
 RATE_HZ = 2000.0
 

@@ -20,19 +20,8 @@ from rigrunner.panel.live.watcher import ANALYST
 from rigrunner.panel.process.channel import Channel, ChannelClosedError
 from rigrunner.panel.process.inbox import Inbox
 from rigrunner.panel.process.launch import Process
-from rigrunner.panel.process.messages import (
-    Abort,
-    Answered,
-    Asked,
-    AskPause,
-    Curve,
-    Decide,
-    GiveAnswer,
-    PausedNow,
-    PutOnRecord,
-    Stop,
-    WentOn,
-)
+from rigrunner.panel.process.news import Answered, Asked, Curve, PausedNow, WentOn
+from rigrunner.panel.process.orders import Abort, AskPause, Decide, GiveAnswer, PutOnRecord, Stop
 from rigrunner.panel.process.outbox import MOST_CURVES, Outbox
 from rigrunner.panel.process.person import PanelAnswers, PanelPauses
 from rigrunner.panel.process.switch import Switch

@@ -20,7 +20,7 @@ from rigrunner.api.events import (
 from rigrunner.engine import Choice, Paused
 from rigrunner.panel.live.asked import Analysed
 from rigrunner.panel.live.story import Story
-from rigrunner.panel.process import messages as told
+from rigrunner.panel.process import news
 from rigrunner.panel.view.board import Board
 from rigrunner.panel.view.sections import (
     Finished,
@@ -57,7 +57,7 @@ PLAN = PlanView(
 
 
 def event(kind, **fields):
-    return told.Happened(kind(seq=next(numbers), monotonic_s=0.0, utc="2026", **fields))
+    return news.Happened(kind(seq=next(numbers), monotonic_s=0.0, utc="2026", **fields))
 
 
 def begun(index, recording=""):
@@ -78,7 +78,7 @@ def board():
 def story(board):
     job = JobView(kind="run", procedure="p", station="s", realtime=False)
     story = Story(board, job, NoLinks())
-    story.take(told.Planned(PLAN, "nl", "Title"))
+    story.take(news.Planned(PLAN, "nl", "Title"))
     return story
 
 
@@ -92,22 +92,22 @@ def test_phases_follow_what_happens(board, story):
 
     assert board.get("phase") == "starting"
     assert after(event(RunStarted, **STARTED)) == "running"
-    asked = told.Asked(7, "setup[0]", "confirm", "Ready?", "x.png", Expected(("yes", "no")))
+    asked = news.Asked(7, "setup[0]", "confirm", "Ready?", "x.png", Expected(("yes", "no")))
     assert after(asked) == "asking"
     assert board.get("prompt").picture == "/api/pictures/x.png"
     assert board.get("prompt").choices == ("yes", "no")
-    assert after(told.Answered(7)) == "running"
+    assert after(news.Answered(7)) == "running"
     assert board.get("prompt") is None
     story.asked("pause")
     assert board.get("phase") == "pausing"
     paused = Paused("main[1]", "a", "a pause was asked for", (), (Choice.RESUME, Choice.ABORT))
-    assert after(told.PausedNow(paused)) == "paused"
+    assert after(news.PausedNow(paused)) == "paused"
     assert (board.get("asked"), board.get("pause").choices) == ("", ("resume", "abort"))
-    assert after(told.WentOn()) == "running"
+    assert after(news.WentOn()) == "running"
     assert after(event(Intervention, action="abort", by="interlock x")) == "ending"
     assert after(event(RunEnded, outcome=Outcome.ABORTED)) == "analysing"
     end = Finished(run="R1", folder="f", outcome="aborted", reason="", verdict="")
-    assert after(told.Ended(end)) == "finished"
+    assert after(news.Ended(end)) == "finished"
     assert board.get("finished") == end
 
 
@@ -131,7 +131,7 @@ def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):
     for message in (begun(0), ended(0), begun(1, "001"), ended(1, ok=False)):
         story.take(message)
     assert board.get("progress").states == "ox.."
-    story.take(told.PausedNow(paused))
+    story.take(news.PausedNow(paused))
     assert board.get("progress").states == "o..."
     assert board.get("progress").left_s == 30.0
     story.take(begun(1, "001"))
@@ -176,7 +176,7 @@ def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
     assert board.get("live") == LIVE
     final = LIVE.model_copy(update={"final": True, "recordings": 4})
     end = Finished(run="R1", folder="f", outcome="completed", reason="", verdict="pass")
-    story.take(told.Ended(end, final))
+    story.take(news.Ended(end, final))
     story.analysed(Analysed(LIVE))  # an answer that came too late
     assert board.get("live") == final
 
@@ -193,7 +193,7 @@ def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story
 
 @pytest.mark.parametrize(("code", "outcome"), [("aborted", "aborted"), ("device", "error")])
 def test_a_job_that_never_began_says_why(board, story, code, outcome):
-    story.take(told.Failed("it is so", "do this", code))
+    story.take(news.Failed("it is so", "do this", code))
     found = board.get("finished")
     assert board.get("phase") == "finished"
     assert (found.outcome, found.reason, found.hint) == (outcome, "it is so", "do this")
@@ -204,12 +204,12 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
     assert (board.get("phase"), board.get("preflight").done) == ("checking", False)
     good = PreflightItem(kind="disk", name="disk", state="warn", text="little")
-    story.take(told.Checked(good))
+    story.take(news.Checked(good))
     assert board.get("preflight").items == (good,)
-    story.take(told.Ended())
+    story.take(news.Ended())
     assert (board.get("phase"), board.get("preflight").may_start) == ("idle", True)
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
-    story.take(told.Failed("no such file", "look", "invalid"))
+    story.take(news.Failed("no such file", "look", "invalid"))
     found = board.get("preflight")
     assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
     assert found.items[0].mend == "look"

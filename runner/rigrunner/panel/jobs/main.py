@@ -22,12 +22,14 @@ from rigrunner.panel.jobs.run import run
 from rigrunner.panel.process.channel import Channel
 from rigrunner.panel.process.inbox import Inbox
 from rigrunner.panel.process.link import Link
-from rigrunner.panel.process.messages import Ended, Failed, Job
+from rigrunner.panel.process.news import Ended, Failed
 from rigrunner.panel.process.outbox import Outbox
 from rigrunner.panel.process.switch import Switch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from rigrunner.panel.process.orders import Job
 
 _JOBS: dict[str, Callable[[Job, Link], Ended]] = {
     "preflight": preflight,

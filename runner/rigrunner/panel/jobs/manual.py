@@ -16,15 +16,8 @@ from rigrunner.clock import utc_text
 from rigrunner.engine.streams import checked_stream
 from rigrunner.panel.jobs.overriding import overrides_of
 from rigrunner.panel.live.asked import LIVE
-from rigrunner.panel.process.messages import (
-    CloseManual,
-    Ended,
-    LiveRecording,
-    ManualNow,
-    Planned,
-    RecordManually,
-    SetManually,
-)
+from rigrunner.panel.process.news import Ended, LiveRecording, ManualNow, Planned
+from rigrunner.panel.process.orders import CloseManual, RecordManually, SetManually
 from rigrunner.panel.process.person import PanelPauses
 from rigrunner.panel.view.manual import DriveView, ManualView
 from rigrunner.panel.view.of_plan import plan_view
@@ -42,7 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
     from rigrunner.engine.session import Session
     from rigrunner.panel.process.link import Link
-    from rigrunner.panel.process.messages import Job
+    from rigrunner.panel.process.orders import Job
     from rigrunner.workflow.prepare import Planned as PlannedRun
 
 LOOK_S = 2.0

@@ -10,7 +10,7 @@ from rigrunner.workflow.overrides import overrides_for
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.panel.process.messages import Job
+    from rigrunner.panel.process.orders import Job
     from rigrunner.workflow.prepare import Planned
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.panel.jobs.preflight_paper import calibrations
 from rigrunner.panel.jobs.preflight_rig import rig_items
-from rigrunner.panel.process.messages import Checked, Ended
+from rigrunner.panel.process.news import Checked, Ended
 from rigrunner.panel.view.sections import PreflightItem
 from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.panel.process.link import Link
-    from rigrunner.panel.process.messages import Job
+    from rigrunner.panel.process.orders import Job
     from rigrunner.workflow.prepare import Planned
 
 _TWICE = 2

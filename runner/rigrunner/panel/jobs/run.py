@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.panel.jobs.overriding import overrides_of
-from rigrunner.panel.process.messages import Analysing, Ended, Planned
+from rigrunner.panel.process.news import Analysing, Ended, Planned
 from rigrunner.panel.process.person import PanelAnswers, PanelPauses
 from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
@@ -16,7 +16,7 @@ from rigrunner.workflow.record import execute
 
 if TYPE_CHECKING:
     from rigrunner.panel.process.link import Link
-    from rigrunner.panel.process.messages import Job
+    from rigrunner.panel.process.orders import Job
 
 
 def run(job: Job, link: Link) -> Ended:

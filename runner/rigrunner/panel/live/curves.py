@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rigrunner.panel.live.swing import Swing
-    from rigrunner.panel.process.messages import Curve
+    from rigrunner.panel.process.news import Curve
 
     Floats = NDArray[np.floating]
 

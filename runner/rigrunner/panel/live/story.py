@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.api.events import (
     Event,
@@ -15,38 +15,25 @@ from rigrunner.api.events import (
 )
 from rigrunner.panel.live.asked import LIVE
 from rigrunner.panel.live.curves import Curves
-from rigrunner.panel.process import messages as told
+from rigrunner.panel.live.of_news import failed_item, failed_run, pause_view, prompt_view
+from rigrunner.panel.process import news
 from rigrunner.panel.view.journal import JournalView
 from rigrunner.panel.view.reading import readings_after
 from rigrunner.panel.view.sections import (
     AnalysingView,
-    Finished,
     JobView,
-    PauseView,
     Preflight,
     PreflightItem,
     Progress,
-    PromptView,
     Readings,
 )
 from rigrunner.panel.view.track import Track
 
 if TYPE_CHECKING:
     from rigrunner.panel.live.asked import Analysed
+    from rigrunner.panel.live.of_news import Links
     from rigrunner.panel.view.board import Board
-    from rigrunner.panel.view.sections import FileLink, LiveView, Phase, PointView
-
-
-class Links(Protocol):
-    """Knows under which addresses a screen can get files."""
-
-    def picture(self, path: str) -> str:
-        """Return the address of a procedure's picture."""
-        ...
-
-    def of_run(self, run: str) -> tuple[FileLink, ...]:
-        """Return the files of a run with their addresses."""
-        ...
+    from rigrunner.panel.view.sections import Finished, LiveView, Phase, PointView
 
 
 class Story:
@@ -57,7 +44,7 @@ class Story:
         self.curves = Curves()
         self.no_load = ""
         self.recording = ""
-        self.prompt: told.Asked | None = None
+        self.prompt: news.Asked | None = None
         self.paused = False
         self.is_over = False
         self._board = board
@@ -83,48 +70,41 @@ class Story:
     def take(self, message: object) -> None:  # noqa: C901, PLR0912  (a line for each kind)
         """Take a message of the process that does the job."""
         match message:
-            case told.Curve():
+            case news.Curve():
                 self._take_curve(message)
-            case told.Happened(event=event):
+            case news.Happened(event=event):
                 self._take_event(event)
-            case told.Planned(plan=plan, no_load=no_load, title=title):
+            case news.Planned(plan=plan, no_load=no_load, title=title):
                 self._track = Track(plan)
                 self.no_load = no_load
                 self.job = self.job.model_copy(update={"title": title, "no_load": no_load})
                 self._board.put(plan=plan, job=self.job, progress=self._progress())
-            case told.Asked():
+            case news.Asked():
                 self.prompt = message
-                self._board.put(prompt=self._prompt(message))
-            case told.Answered():
+                self._board.put(prompt=prompt_view(message, self._links))
+            case news.Answered():
                 self.prompt = None
                 self._board.put(prompt=None)
-            case told.PausedNow(paused=paused):
+            case news.PausedNow(paused=paused):
                 self.paused = True
-                view = PauseView(
-                    step=paused.step,
-                    point=paused.point,
-                    reason=paused.reason,
-                    moving=paused.moving,
-                    choices=tuple(str(each) for each in paused.choices),
-                )
                 if self._track is not None:
                     self._track.break_off()
-                self._board.put(pause=view, asked="", progress=self._progress())
-            case told.WentOn():
+                self._board.put(pause=pause_view(paused), asked="", progress=self._progress())
+            case news.WentOn():
                 self.paused = False
                 self._board.put(pause=None, asked="")
-            case told.ManualNow(view=view, frequency_hz=frequency_hz):
+            case news.ManualNow(view=view, frequency_hz=frequency_hz):
                 self.curves.begin(view.recording or LIVE, frequency_hz)
                 self._board.put(manual=view)
-            case told.Checked(item=item):
+            case news.Checked(item=item):
                 self._preflight((*self._items(), item))
-            case told.Analysing(what=what, done=done, of=of):
+            case news.Analysing(what=what, done=done, of=of):
                 self._board.put(analysing=AnalysingView(what=what, done=done, of=of))
-            case told.Ended(finished=finished, live=live):
+            case news.Ended(finished=finished, live=live):
                 self._end(finished)
                 if live is not None:
                     self._board.put(live=live)
-            case told.Failed():
+            case news.Failed():
                 self._fail(message)
         self._tell_phase()
 
@@ -155,9 +135,9 @@ class Story:
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
             hint = "'rigrunner resume' or 'recover' takes up what it left; look at the rig first"
-            self.take(told.Failed(f"the process of the run ended {how}", hint))
+            self.take(news.Failed(f"the process of the run ended {how}", hint))
 
-    def _take_curve(self, curve: told.Curve) -> None:
+    def _take_curve(self, curve: news.Curve) -> None:
         samples = len(next(iter(curve.channels.values()), ()))
         start_s = curve.monotonic_s - self._started_s - samples / curve.rate_hz
         self.curves.take(curve, max(start_s, 0.0))
@@ -210,18 +190,6 @@ class Story:
             return None
         return self._track.view(time.monotonic() if self.job.realtime else None)
 
-    def _prompt(self, asked: told.Asked) -> PromptView:
-        return PromptView(
-            id=asked.number,
-            step=asked.step,
-            text=asked.text,
-            kind=asked.kind,
-            choices=asked.expected.choices,
-            expected=asked.expected.words,
-            unit=asked.expected.unit,
-            picture=self._links.picture(asked.picture) if asked.picture else "",
-        )
-
     def _items(self) -> tuple[PreflightItem, ...]:
         preflight = self._board.get("preflight")
         return preflight.items if preflight is not None else ()
@@ -248,20 +216,10 @@ class Story:
                 finished = finished.model_copy(update={"files": files})
             self._board.put(finished=finished)
 
-    def _fail(self, failed: told.Failed) -> None:
-        finished = Finished(
-            run=self.job.run,
-            folder="",
-            outcome="aborted" if failed.code == "aborted" else "error",
-            reason=failed.message,
-            verdict="",
-            error=failed.trace or failed.message,
-            hint=failed.hint,
-            problems=tuple(str(each) for each in failed.problems),
-        )
+    def _fail(self, failed: news.Failed) -> None:
         if self.job.kind == "preflight":
-            self._preflight((*self._items(), _failure(failed)))
-        self._end(finished)
+            self._preflight((*self._items(), failed_item(failed)))
+        self._end(failed_run(failed, self.job.run))
 
     def _tell_phase(self) -> None:
         self._board.put(phase=self._phase())
@@ -285,8 +243,3 @@ class Story:
         if not self._has_begun:
             return "starting"
         return "manual" if self.job.kind == "manual" else "running"
-
-
-def _failure(failed: told.Failed) -> PreflightItem:
-    text = "; ".join(str(each) for each in failed.problems) or failed.message
-    return PreflightItem(kind="procedure", name="files", state="fail", text=text, mend=failed.hint)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.events import RunStarted, StepEnded
 from rigrunner.panel.live.asked import LIVE, Analyse, Analysed
 from rigrunner.panel.process.launch import Process
-from rigrunner.panel.process.messages import Curve, Ended, Failed, Happened, LiveRecording
+from rigrunner.panel.process.news import Curve, Ended, Failed, Happened, LiveRecording
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

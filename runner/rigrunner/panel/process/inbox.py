@@ -7,7 +7,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.panel.process.channel import ChannelClosedError
-from rigrunner.panel.process.messages import (
+from rigrunner.panel.process.orders import (
     Abort,
     AskPause,
     CloseManual,
@@ -22,14 +22,13 @@ from rigrunner.panel.process.messages import (
 if TYPE_CHECKING:
     from rigrunner.engine import Decision, Interference
     from rigrunner.panel.process.channel import Channel
+    from rigrunner.panel.process.orders import Wish
     from rigrunner.panel.process.switch import Switch
 
 LOOK_EVERY_S = 0.05
 _T = TypeVar("_T")
 
 GONE = "the panel is gone"
-
-Wish = SetManually | RecordManually | CloseManual
 
 
 class Inbox:

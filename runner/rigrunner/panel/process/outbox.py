@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.api.events import Event, Samples
 from rigrunner.panel.process.channel import ChannelClosedError
-from rigrunner.panel.process.messages import Curve, Happened
+from rigrunner.panel.process.news import Curve, Happened
 
 if TYPE_CHECKING:
     from rigrunner.panel.process.channel import Channel

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from rigrunner.engine import Choice
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.session import stopped
-from rigrunner.panel.process.messages import Answered, Asked, PausedNow, WentOn
+from rigrunner.panel.process.news import Answered, Asked, PausedNow, WentOn
 from rigrunner.procedure.answers import Expected
 
 if TYPE_CHECKING:

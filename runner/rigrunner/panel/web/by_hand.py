@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.quantity import parse_quantity, unit
 from rigrunner.panel.errors import PanelError, not_found, wrong_state
-from rigrunner.panel.process.messages import CloseManual, RecordManually, SetManually
+from rigrunner.panel.process.orders import CloseManual, RecordManually, SetManually
 from rigrunner.panel.web.answers import Done
 from rigrunner.panel.web.running import start_job
 

@@ -11,7 +11,7 @@ from rigrunner.api.errors import UsageError
 from rigrunner.clock import utc_text
 from rigrunner.engine import Choice, Interference
 from rigrunner.panel.errors import PanelError, not_found, wrong_state
-from rigrunner.panel.process.messages import Job
+from rigrunner.panel.process.orders import Job
 from rigrunner.panel.view.sections import JobView, PreflightItem
 from rigrunner.panel.web.answers import Done, Stopped
 from rigrunner.panel.web.choosing import files
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.panel.process.messages import Kind
+    from rigrunner.panel.process.orders import Kind
     from rigrunner.panel.view.sections import Preflight
     from rigrunner.panel.web.asked import Asked
     from rigrunner.panel.web.panel import Panel
