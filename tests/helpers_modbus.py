@@ -18,7 +18,7 @@ from pymodbus.server import ModbusSerialServer
 from rigrunner.api.devices import DeviceContext
 from rigrunner.clock import WallClock
 from rigrunner.registry import load_registry
-from rigrunner_plugins.loopback.modbus_server import sim_device
+from rigrunner_plugins.devices.modbus.served.server import sim_device
 
 HANG_UP = object()
 """In place of an answer: the peer closes the connection."""

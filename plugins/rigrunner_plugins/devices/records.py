@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.hooks import DeviceRecord, hookimpl
 from rigrunner_plugins.devices.modbus.trial import ABSENT as MODBUS_ABSENT
 from rigrunner_plugins.devices.modbus.trial import TRIAL as MODBUS_TRIAL
-from rigrunner_plugins.devices.text.records import TEXT_DEVICES
+from rigrunner_plugins.devices.records_of_text import TEXT_DEVICES
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext

@@ -9,14 +9,14 @@ from importlib.resources import files
 from string import Template
 from typing import TYPE_CHECKING
 
+from rigrunner_plugins.devices.modbus.served.inverter import Inverter
+from rigrunner_plugins.devices.modbus.served.press import Press
+from rigrunner_plugins.devices.modbus.served.server import ModbusServer
+from rigrunner_plugins.devices.simulated.plant import Plant
 from rigrunner_plugins.devices.swing_tester_sim.rig import closed_form_rig
 from rigrunner_plugins.devices.swing_tester_sim.settings import SwingTesterSimSettings
 from rigrunner_plugins.loopback.bridge import Bridge, BridgeServer
 from rigrunner_plugins.loopback.cell import LoadCell
-from rigrunner_plugins.loopback.inverter import Inverter
-from rigrunner_plugins.loopback.modbus_server import ModbusServer
-from rigrunner_plugins.loopback.plant import Plant
-from rigrunner_plugins.loopback.press import Press
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

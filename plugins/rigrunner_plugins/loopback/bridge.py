@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rigrunner.api.data import Array
+    from rigrunner_plugins.devices.simulated.plant import Plant
     from rigrunner_plugins.devices.simulated.sampling import SimulatedRig
-    from rigrunner_plugins.loopback.plant import Plant
 
 IDENTITY = "Rigrunner,Loopback torque bridge,SIM-LB-01,1.0"
 NO_ERROR = '0,"No error"'

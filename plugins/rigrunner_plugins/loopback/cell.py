@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 if TYPE_CHECKING:
-    from rigrunner_plugins.loopback.plant import Plant
+    from rigrunner_plugins.devices.simulated.plant import Plant
 
 LINES_PER_S = 10.0
 NOISE_N = 0.3

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import DeviceContext, Identity
     from rigrunner_plugins.devices.modbus.line import Line
     from rigrunner_plugins.devices.modbus.places import Number, Place
+    from rigrunner_plugins.devices.modbus.served.server import ModbusServer
     from rigrunner_plugins.devices.modbus.settings import ModbusSettings, Write
-    from rigrunner_plugins.loopback.modbus_server import ModbusServer
 
 _T = TypeVar("_T")
 _BASIC_OBJECTS = range(3)
@@ -153,7 +153,7 @@ class ModbusDevice(Driver):
         """Return the settings, with the address of the simulator if there is one."""
         if self._settings.simulator is None:
             return self._settings
-        from rigrunner_plugins.devices.modbus.simulator import serve  # noqa: PLC0415  (pymodbus)
+        from rigrunner_plugins.devices.modbus.served.serving import serve  # noqa: PLC0415  (pymodbus)
 
         self._server = serve(
             self._settings.simulator, self._settings.unit_id, lambda: self._moment_s

@@ -13,10 +13,10 @@ from helpers_modbus import FREQUENCY, device, modbus_line
 from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, MissingPackageError
 from rigrunner_plugins.devices.modbus.grouping import Span
 from rigrunner_plugins.devices.modbus.places import Place
-from rigrunner_plugins.loopback.inverter import NOTHING_HEARD, OVERLOAD, Inverter
-from rigrunner_plugins.loopback.modbus_server import ModbusServer
-from rigrunner_plugins.loopback.plant import Plant
-from rigrunner_plugins.loopback.press import Press
+from rigrunner_plugins.devices.modbus.served.inverter import NOTHING_HEARD, OVERLOAD, Inverter
+from rigrunner_plugins.devices.modbus.served.press import Press
+from rigrunner_plugins.devices.modbus.served.server import ModbusServer
+from rigrunner_plugins.devices.simulated.plant import Plant
 
 FLOAT = {"type": "float32", "word_order": "little", "unit": "N"}
 LOAD = {

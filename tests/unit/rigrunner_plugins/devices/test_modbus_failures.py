@@ -30,9 +30,14 @@ from rigrunner.api.events import MadeSafe, Outcome, StepStarted
 from rigrunner.clock import WallClock
 from rigrunner.plan.actions import SetDrive
 from rigrunner.rig import Patience, Rig
-from rigrunner_plugins.loopback.inverter import HEARTBEAT, NOTHING_HEARD, WATCHDOG, Inverter
-from rigrunner_plugins.loopback.modbus_server import ModbusServer
-from rigrunner_plugins.loopback.plant import Plant
+from rigrunner_plugins.devices.modbus.served.inverter import (
+    HEARTBEAT,
+    NOTHING_HEARD,
+    WATCHDOG,
+    Inverter,
+)
+from rigrunner_plugins.devices.modbus.served.server import ModbusServer
+from rigrunner_plugins.devices.simulated.plant import Plant
 
 CHANNELS = {"torque": {"input": 0, "unit": "N·m"}}
 MAIN = (SetDrive("tester", "frequency", 10.0, "Hz"), SetDrive("tester", "frequency", 20.0, "Hz"))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner_plugins.loopback.inverter import Inverter
-from rigrunner_plugins.loopback.modbus_server import ModbusServer
-from rigrunner_plugins.loopback.plant import Plant
-from rigrunner_plugins.loopback.press import Press
+from rigrunner_plugins.devices.modbus.served.inverter import Inverter
+from rigrunner_plugins.devices.modbus.served.press import Press
+from rigrunner_plugins.devices.modbus.served.server import ModbusServer
+from rigrunner_plugins.devices.simulated.plant import Plant
 
 if TYPE_CHECKING:
     from collections.abc import Callable

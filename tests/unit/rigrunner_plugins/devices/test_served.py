@@ -1,10 +1,10 @@
-"""What the instruments on loopback act on."""
+"""Simulated instruments that answer Modbus, and the plant that they act on."""
 
 from __future__ import annotations
 
 import pytest
 
-from rigrunner_plugins.loopback.inverter import (
+from rigrunner_plugins.devices.modbus.served.inverter import (
     AT_SET_POINT,
     FAULT,
     NOTHING_HEARD,
@@ -12,8 +12,8 @@ from rigrunner_plugins.loopback.inverter import (
     RUNNING,
     Inverter,
 )
-from rigrunner_plugins.loopback.plant import Plant
-from rigrunner_plugins.loopback.press import Press
+from rigrunner_plugins.devices.modbus.served.press import Press
+from rigrunner_plugins.devices.simulated.plant import Plant
 
 
 class Hand:

@@ -1,0 +1,1 @@
+"""Simulated instruments that answer Modbus, and the server on loopback that serves them."""
