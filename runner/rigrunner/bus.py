@@ -30,6 +30,8 @@ class Bus:
     ) -> None:
         self._critical = tuple(critical)
         self._guarded = tuple(guarded)
+        self.failure: Exception | None = None
+        """The first error of a critical sink: what came after it may not be on record."""
 
     def emit(self, event: Event) -> list[str]:
         """Hand out the event and say, in words, which guarded sinks were dropped by it.
@@ -52,6 +54,7 @@ class Bus:
                 why = f"{type(error).__name__}: {error}"
                 dropped.append(f"{_name(sink)} failed and was dropped: {why}")
         if failures:
+            self.failure = self.failure or failures[0]
             raise failures[0]
         return dropped
 

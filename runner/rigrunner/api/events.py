@@ -169,6 +169,8 @@ class RunEnded(Event):
     reason: str = ""
     read_back: Mapping[str, float] = field(default_factory=dict)
     """What was read back of each drive after making safe: 'role.drive' in SI units."""
+    resumable: bool = False
+    """Whether it ended because it could not be kept on record: once it can be, it may go on."""
 
 
 class EventSink(Protocol):

@@ -10,6 +10,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.bus import Emitter
 from rigrunner.engine.answers import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
+from rigrunner.engine.notes import Notes
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.run import Run
 from rigrunner.engine.session import Session
@@ -50,7 +51,8 @@ def run_by_hand(  # noqa: PLR0917  (the things that a run is made of)
     """
     emit = Emitter(bus, clock)
     session = Session(rig, emit, UnattendedAnswers(), stop, Guard(interlocks, rig, emit), pauses)
-    run = _ByHand(Plan((), tuple(interlocks)), session, overrides, None)
+    notes = Notes(bus, emit, stop)
+    run = _ByHand(Plan((), tuple(interlocks)), session, notes, overrides)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.follow, steps, run_id))

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
-    from rigrunner.bus import Emit
+    from rigrunner.bus import Bus, Emit
 
 GOES_ON = "; the run goes on"
 """Ends the text of the alarm for a failure that is passed over."""
@@ -22,7 +22,10 @@ GOES_ON = "; the run goes on"
 class Notes:
     """The first error decides how a run ends, the others are put on record beside it."""
 
-    def __init__(self, emit: Emit, stop: StopToken, passed_over: Iterable[str] = ()) -> None:
+    def __init__(
+        self, bus: Bus, emit: Emit, stop: StopToken, passed_over: Iterable[str] = ()
+    ) -> None:
+        self._bus = bus
         self._emit = emit
         self._stop = stop
         self._noted: list[BaseException] = []
@@ -63,6 +66,10 @@ class Notes:
         """Let an error that is on record already count for the outcome."""
         self._noted.append(error)
         self.first = self._noted[0]
+
+    def is_unkept(self, error: BaseException | None) -> bool:
+        """Say whether an error is that the run cannot be kept on record: no step is to blame."""
+        return error is not None and error is self._bus.failure
 
     def pass_over(self, text: str) -> None:
         """Let the run go on, and say so at its end."""

@@ -75,7 +75,9 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     """
     emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
-    run = Run(plan, Session(rig, emit, answers, stop, guard, pauses), overrides, seam)
+    session = Session(rig, emit, answers, stop, guard, pauses)
+    notes = Notes(bus, emit, stop, seam.passed_over if seam else ())
+    run = Run(plan, session, notes, overrides, seam)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
@@ -94,14 +96,15 @@ class Run:
         self,
         plan: Plan,
         session: Session,
+        notes: Notes,
         overrides: Sequence[Override],
-        seam: Seam | None,
+        seam: Seam | None = None,
     ) -> None:
         self._plan = plan
         self._overrides = overrides
         self._seam = seam
         self._session = session
-        self.notes = Notes(session.emit, session.stop, seam.passed_over if seam else ())
+        self.notes = notes
         self._tries = Counter[int](seam.tries if seam else {})
         self._begun = -1
 
@@ -161,7 +164,9 @@ class Run:
             self.notes.keep(DeviceError("the rig is not safe: " + "; ".join(unsafe)))
         read_back = {name: value for each in reports for name, value in _read_back(each).items()}
         outcome, reason = self.notes.outcome()
-        self.notes.tell(RunEnded, outcome=outcome, reason=reason, read_back=read_back)
+        resumable = self.notes.is_unkept(self.notes.first)
+        known = {"reason": reason, "read_back": read_back, "resumable": resumable}
+        self.notes.tell(RunEnded, outcome=outcome, **known)
         passed_over = self.notes.passed_over
         return RunSummary(*self.notes.outcome(), self.notes.first, not unsafe, passed_over)
 

@@ -71,6 +71,9 @@ def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception
 def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool, bool]:
     """Put a failure on record; return whether it is tried again, and whether passed over."""
     path = attempt.step.path
+    if notes.is_unkept(error):
+        notes.note(path, error)
+        return False, False
     again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
     if again:
         tries = attempt.step.terms.tries

@@ -8,7 +8,7 @@ import pytest
 
 from helpers_devices import FakeTester, Listener, NthCall, record, run
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
-from rigrunner.api.events import Alarm, Note, Outcome, StepEnded, StepStarted
+from rigrunner.api.events import Alarm, Note, Outcome, RunEnded, Samples, StepEnded, StepStarted
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.clock import SimulatedClock
 from rigrunner.plan.actions import (
@@ -114,6 +114,39 @@ def test_a_stop_is_no_failure_that_is_passed_over():
     summary, _ = done(device, (record("001"), Terms(tries=5, goes_on=True)), LOAD, stop=stop)
 
     assert (summary.outcome, summary.reason) == (Outcome.ABORTED, "stopped on request")
+
+
+@pytest.mark.parametrize("terms", [Terms(tries=3), Terms(goes_on=True)])
+def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms):
+    full = DataError("cannot write 000001.samples: No space left on device")
+
+    def keep(event):
+        if isinstance(event, Samples):
+            raise full
+
+    other = Listener()
+    plan = steps((record("001"), terms), LOAD)
+    summary = run(FakeTester(), plan, critical=[Listener(keep), other])
+
+    assert (summary.outcome, summary.error) == (Outcome.ERROR, full)
+    assert [one.step for one in other.of(StepStarted)] == ["main[0]"]
+    assert [one.resumable for one in other.of(RunEnded)] == [True]
+
+
+def test_a_run_that_a_device_ended_is_not_one_to_go_on_with_though_it_is_not_kept_either():
+    def refuse(call):
+        if call.startswith("read"):
+            raise DeviceTimeoutError("late")
+
+    def keep(event):
+        if isinstance(event, StepEnded):
+            raise DataError("cannot write events: No space left on device")
+
+    other = Listener()
+    summary = run(FakeTester(before=refuse), steps(LOAD), critical=[Listener(keep), other])
+
+    assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: late")
+    assert [one.resumable for one in other.of(RunEnded)] == [False]
 
 
 def test_a_critical_sink_that_fails_is_not_passed_over():
