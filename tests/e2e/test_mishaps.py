@@ -139,9 +139,20 @@ def test_a_folder_that_becomes_read_only_costs_nothing_that_was_complete(open_fo
     assert not finished.sealed
     assert safety.is_confirmed
     assert [one.name for one in read(folder).recordings] == ["001_8Hz", "002_15Hz"]
-    assert "Permission denied" in read(folder).info.reason  # and so the run has an end
-    assert take_up(folder).sealed
-    assert [one.name for one in read(folder).recordings] == ["001_8Hz", "002_15Hz"]
+    shown = call("resume", folder.name, "--runs", runs, "--dry-run")
+    assert "error at 2026" in shown.err
+    assert "Permission denied" in shown.err
+    assert "goes on at main[0]" in shown.err
+    assert take_up(folder).outcome is Outcome.COMPLETED
+    stored = read(folder)
+    assert len(stored.recordings) == 5
+    first, last = (one for one in stored.events if isinstance(one, RunEnded))
+    assert (first.outcome, last.outcome) == (Outcome.ERROR, Outcome.COMPLETED)
+    assert "Permission denied" in first.reason
+    assert first.read_back == {"tester.frequency": 0.0, "tester.load": 0.0}
+    assert (stored.info.outcome, stored.info.reason) == ("completed", "")
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Permission denied" in report  # the record tells why it was taken up
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows lets nobody remove what is open")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.cli.output import message
+from rigrunner.workflow.resume import how_it_ended
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 def tell_resumable(run: ResumableRun) -> None:
     """Say on stderr what is on the disk and what comes next."""
-    message(f"{run.stored.header.run_id}: broken off after {run.stored.info.ended_utc}")
+    message(f"{run.stored.header.run_id}: {how_it_ended(run.stored)}")
     message(on_disk(run.stored))
     if run.seam is None:
         message("  the run had come to its end: only analysis, file and report are missing")

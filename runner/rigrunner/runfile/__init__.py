@@ -15,6 +15,7 @@ from rigrunner.runfile.reading import (
     sealed_file_of,
 )
 from rigrunner.runfile.sealing import seal
+from rigrunner.runfile.seams import end_of
 from rigrunner.runfile.summary import RunSummary, read_summary
 from rigrunner.runfile.tail import Tail, tail_of
 from rigrunner.runfile.writer import RunWriter
@@ -30,6 +31,7 @@ __all__ = [
     "SweepPlot",
     "Tail",
     "create_run_folder",
+    "end_of",
     "file_differences",
     "is_going_on",
     "read",

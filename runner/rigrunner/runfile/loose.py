@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded, StepStarted
+from rigrunner.api.events import Answer, Outcome, StepEnded, StepStarted
 from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
@@ -23,7 +23,7 @@ from rigrunner.runfile.recordings import (
     read_recording,
     stored_bytes,
 )
-from rigrunner.runfile.seams import zeros_in_force
+from rigrunner.runfile.seams import end_of, zeros_in_force
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
@@ -51,11 +51,6 @@ class Journal:
     records_end: int
     """Where its last intact record ends in the file."""
 
-    @property
-    def has_ended(self) -> bool:
-        """Whether the run came to its end, whatever that was."""
-        return any(isinstance(event, RunEnded) for event in self.events)
-
     def zeros(self) -> tuple[dict[str, float], dict[str, str]]:
         """Return the latest zero of each channel, and the units."""
         values: dict[str, float] = {}
@@ -68,8 +63,7 @@ class Journal:
 
     def end(self) -> tuple[str, str, str]:
         """Return when the run ended, its outcome and the reason."""
-        last = next((one for one in reversed(self.events) if isinstance(one, RunEnded)), None)
-        if last is not None:
+        if (last := end_of(self.events)) is not None:
             return last.utc, str(last.outcome), last.reason
         latest_utc = self.events[-1].utc if self.events else self.header.started_utc
         return latest_utc, str(Outcome.ERROR), NEVER_ENDED

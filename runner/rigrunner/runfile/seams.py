@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.events import RESUME_RUN, Intervention, StepEnded, StepStarted
+from rigrunner.api.events import (
+    RESUME_RUN,
+    Intervention,
+    RunEnded,
+    RunStarted,
+    StepEnded,
+    StepStarted,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -40,3 +47,14 @@ def parts_of(events: Iterable[Event]) -> dict[str, int]:
         elif isinstance(event, StepStarted) and event.recording:
             found[event.recording] = part
     return found
+
+
+def end_of(events: Iterable[Event]) -> RunEnded | None:
+    """Return how the latest part of a run ended; None where it did not, or was broken off."""
+    end: RunEnded | None = None
+    for event in events:
+        if isinstance(event, RunEnded):
+            end = event
+        elif isinstance(event, RunStarted):
+            end = None
+    return end

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Intervention, Outcome, RunEnded
 from rigrunner.bus import EventStamp
-from rigrunner.runfile import RunWriter, read, run_lock, seal, sealed_file_of
+from rigrunner.runfile import RunWriter, end_of, read, run_lock, seal, sealed_file_of
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Clock
@@ -30,8 +30,14 @@ def read_interrupted(folder: Path) -> StoredRun:
 
 
 def has_ended(stored: StoredRun) -> bool:
-    """Say whether a run had come to its end, and only its file is not made yet."""
-    return any(isinstance(event, RunEnded) for event in stored.events)
+    """Say whether a run had come to an end, whatever that was, and its file is not made yet."""
+    return end_of(stored.events) is not None
+
+
+def may_go_on(stored: StoredRun) -> bool:
+    """Say whether a run is to go on: it was broken off, or ended for want of a place to keep it."""
+    end = end_of(stored.events)
+    return end is None or end.resumable
 
 
 def person(stored: StoredRun) -> str:

@@ -15,7 +15,7 @@ from rigrunner.engine import find_seam, passed_over
 from rigrunner.runfile import RunWriter
 from rigrunner.station import load_station
 from rigrunner.workflow.finish import finish, stoppable
-from rigrunner.workflow.interrupted import has_ended, used_no_load
+from rigrunner.workflow.interrupted import has_ended, may_go_on, used_no_load
 from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.overrides import require_still_allowed
 from rigrunner.workflow.record import carry_out, syncs_measurements
@@ -71,9 +71,8 @@ def prepare_resume(
 ) -> ResumableRun:
     """Check that a run can be taken up and find where; raise DataError with all that differs."""
     check_same(stored.header, planned)
-    if has_ended(stored):
-        seam = None
-    else:
+    seam = None
+    if may_go_on(stored):
         require_still_allowed(planned, datetime.fromisoformat(stored.header.started_utc))
         seam = find_seam(planned.plan.steps, stored.events, by, _subject(stored))
     named = no_load or (str(used) if (used := used_no_load(stored)) else None)
@@ -118,6 +117,15 @@ def resume(
     )
 
 
+def how_it_ended(stored: StoredRun) -> str:
+    """Return in words when a run was broken off, or ended, and why."""
+    info = stored.info
+    if not has_ended(stored):
+        return f"broken off after {info.ended_utc}"
+    why = f": {info.reason}" if info.reason else ""
+    return f"{info.outcome} at {info.ended_utc}{why}"
+
+
 def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
     info = run.stored.info
     outcome = Outcome(info.outcome)
@@ -140,4 +148,4 @@ def _file(stored: StoredRun, what: str) -> Path:
 def _subject(stored: StoredRun) -> str:
     names = stored.info.recording_names
     made = f"recordings made before: {', '.join(names)}" if names else "nothing recorded before"
-    return f"broken off after {stored.info.ended_utc}; {made}"
+    return f"{how_it_ended(stored)}; {made}"

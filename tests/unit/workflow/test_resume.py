@@ -8,8 +8,8 @@ from dataclasses import replace
 import h5py
 import pytest
 
-from helpers_resume import Snapshot, broken_off, broken_off_at, resumable, take_up
-from helpers_workflow import FEW_FREQUENCIES, station_file
+from helpers_resume import FEWER, NO_LOAD, Snapshot, broken_off, broken_off_at, resumable, take_up
+from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run, station_file
 from rigrunner.api.errors import DataError, ExitCode, UsageError
 from rigrunner.api.events import (
     RESUME_RUN,
@@ -22,10 +22,12 @@ from rigrunner.api.events import (
 )
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
-from rigrunner.runfile import is_going_on, read, run_lock
+from rigrunner.runfile import NEVER_ENDED, is_going_on, read, run_lock
+from rigrunner.runfile.sealing import fold
 from rigrunner.workflow import provenance
 from rigrunner.workflow.interrupted import recover
 from rigrunner.workflow.resume import resume, run_files
+from rigrunner.workflow.runs import list_runs
 from rigrunner.workflow.stored import open_run
 from rigrunner.workflow.verify import verify_run
 
@@ -286,3 +288,55 @@ def test_recover_leaves_a_run_that_had_ended_its_outcome(tmp_path):
     stored = recover(killed, None, "A. Jones")
     assert stored.info.outcome == "completed"
     assert stored.info.sealed
+
+
+@pytest.fixture
+def unkept(tmp_path, monkeypatch):
+    """Return a run whose second recording could be folded neither at once nor at sealing."""
+    failed = threading.Event()
+
+    def full(files, samples, step):
+        if samples.number == 2:
+            failed.set()
+            raise DataError("cannot write 000002.h5: No space left on device")
+        fold(files, samples, step)
+
+    def wait(event):
+        assert not in_recording("003")(event) or failed.wait(30)
+
+    procedure = quick_procedure(tmp_path, NO_LOAD, FEWER)
+    with monkeypatch.context() as disk:
+        disk.setattr("rigrunner.runfile.writer.fold", full)
+        disk.setattr("rigrunner.runfile.sealing.fold", full)
+        ended = run(procedure, tmp_path / "runs", listeners=[wait])
+    assert (ended.outcome, ended.sealed) == (Outcome.ERROR, False)
+    return ended.folder
+
+
+def test_a_run_whose_recording_could_not_be_folded_goes_on_and_tells_its_former_end(
+    unkept, tmp_path
+):
+    (listed,) = list_runs(unkept.parent)
+    assert (listed.state, listed.is_interrupted) == ("error, not sealed", True)
+    again = Snapshot(unkept.parent, tmp_path / "again", in_recording("005"))
+    resumed = take_up(unkept, listeners=[again])
+    assert resumed.outcome is Outcome.COMPLETED
+    stored = read(resumed.folder)
+    assert len(stored.recordings) == 5
+    former = next(one for one in stored.events if isinstance(one, RunEnded))
+    assert "No space left" in former.reason
+    assert former.read_back["tester.load"] == 0.0
+    seam = next(one for one in stored.events if isinstance(one, Intervention))
+    assert "No space left" in seam.subject
+    assert verify_run(resumed.folder, load_registry()).matches
+
+    killed = read(again.folder)  # its former end is not its end any more
+    assert (killed.info.outcome, killed.info.reason) == ("error", NEVER_ENDED)
+    assert resumable(again.folder).seam is not None
+
+
+def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
+    stored = recover(unkept, None, "A. Jones")
+    assert (stored.info.sealed, stored.info.outcome) == (True, "error")
+    assert "No space left" in stored.info.reason
+    assert [one.name for one in stored.recordings] == ["001_8Hz", "002_15Hz"]
