@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from rigrunner.api.events import EventSink
+
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 TRUTH = {"starting_torque_nm": 0.7262, "inertia_kg_m2": 0.002324}
 
@@ -67,8 +69,8 @@ PLOT = SweepPlot(*(np.arange(2.0) + row for row in range(4)))
 DOCUMENT = {"headline": {"value": 0.7262, "unit": "N·m"}, "notes": ["a", None, 1e-300]}
 
 
-def emitter_of(writer: RunWriter) -> Emitter:
-    return Emitter(Bus([writer]), SimulatedClock(START))
+def emitter_of(*sinks: EventSink) -> Emitter:
+    return Emitter(Bus(sinks), SimulatedClock(START))
 
 
 def start_recording(emit: Emitter, recording: Recording, index: int = 0) -> None:

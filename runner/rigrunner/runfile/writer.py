@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
+    from rigrunner.api.events import EventSink
     from rigrunner.runfile.model import RunHeader, SweepPlot
 
 
@@ -30,7 +31,7 @@ class RunWriter:
     """Takes the events of one run into its folder. Raises DataError if it cannot.
 
     When the event of a finished recording was taken, the recording is on the disk: in its journal,
-    which becomes an HDF5 file while the run goes on. `raise_failed_fold` tells where that fails.
+    which becomes an HDF5 file while the run goes on.
     """
 
     def __init__(
@@ -51,6 +52,9 @@ class RunWriter:
         self._samples: JournalWriter | None = None
         self._shape: Shape | None = None
         self._started: StepStarted | None = None
+        self._is_torn = False
+        """Whether a block of the recording is missing: none that follows it is kept."""
+        self._failure: DataError | None = None
         self._folding = Folding()
 
     def __enter__(self) -> Self:
@@ -74,8 +78,21 @@ class RunWriter:
         """How many recordings were begun."""
         return self._recordings
 
+    @property
+    def sinks(self) -> tuple[EventSink, EventSink]:
+        """The writer as two critical sinks of a bus, one that keeps and one that raises.
+
+        A bus drops a sink that raises. Apart, what ends the run leaves the one that keeps, for how
+        the rig was made safe and how the run ended.
+        """
+        return self._keep, self._raise_failed
+
     def __call__(self, event: Event) -> None:
         """Take one event."""
+        self._keep(event)
+        self._raise_failed(event)
+
+    def _keep(self, event: Event) -> None:
         try:
             match event:
                 case StepStarted() | StepEnded() if not event.recording:
@@ -92,15 +109,15 @@ class RunWriter:
                     self._take_samples(event)
                 case _:
                     self._append(event)
-        except OSError as error:
-            raise cannot_write(self.folder, error) from error
+        except OSError as error:  # of a journal, which takes back what it could not write whole
+            self._failure = cannot_write(self.folder, error)
+            self._failure.__cause__ = error
 
-    def raise_failed_fold(self, event: Event) -> None:  # noqa: ARG002  (a sink takes events)
-        """Raise what a fold has raised, if one has.
-
-        A critical sink of its own, behind the writer: it ends the run, and the writer keeps on
-        record the event that was due, how the rig was made safe and how the run ended.
-        """
+    def _raise_failed(self, event: Event) -> None:  # noqa: ARG002  (a sink takes events)
+        """Raise what could not be kept, or what a fold has raised."""
+        if self._failure is not None:
+            failure, self._failure = self._failure, None
+            raise failure
         if self._folding.going:
             self._folding.check()
 
@@ -129,11 +146,14 @@ class RunWriter:
         self._close_samples()
         self._append(event)
         self._recordings += 1
-        self._started = event
+        self._started, self._is_torn = event, False
 
     def _take_samples(self, event: Samples) -> None:
         if self._started is None or self._started.recording != event.recording:
             raise DataError(f"samples of '{event.recording}' came outside of its step")
+        if self._is_torn:
+            return
+        self._is_torn = True  # until this block is kept
         block = event.block
         if self._samples is None:
             self._samples = JournalWriter(self._files.samples(self._recordings))
@@ -142,10 +162,13 @@ class RunWriter:
         self._samples.append_parts(Kind.BLOCK, block_bytes(event.recording, block))
         self._shape = replace(self._shape, samples=self._shape.samples + block.samples)
         self._samples.sync_sometimes()
+        self._is_torn = False
 
     def _end_recording(self, event: StepEnded) -> None:
         started, shape, samples = self._started, self._shape, self._close_samples()
         self._started = None
+        if self._is_torn and event.ok:
+            return  # it is not done
         if event.truth:
             self._events.append(Kind.TRUTH, truth_bytes(event.recording, event.truth))
         self._append(event)

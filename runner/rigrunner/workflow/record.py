@@ -144,8 +144,7 @@ def into_folder(
             try:
                 writer = held.enter_context(opened(identified))
                 with open_log(writer.folder) as log:
-                    keeping = (writer, writer.raise_failed_fold)
-                    bus = Bus(keeping, [*log, *told])
+                    bus = Bus(writer.sinks, [*log, *told])
                     summary = work(rig, bus, writer.folder.name)
             finally:
                 rig.make_safe()

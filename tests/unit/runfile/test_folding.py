@@ -108,7 +108,7 @@ def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
     with RunWriter(tmp_path / "run", header_of()) as writer:
         summary = run(
             FakeTester(before=lambda call: done.wait(10) if call == "set frequency 20" else None),
-            critical=[writer, writer.raise_failed_fold],
+            critical=writer.sinks,
         )
         assert (summary.outcome, summary.safe) == (Outcome.ERROR, True)
         assert "No space left" in summary.reason
@@ -189,6 +189,6 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
         held.set()
         wait(writer._folding.going)
         with pytest.raises(DataError, match=r"samples can be read back, not 40001"):
-            writer.raise_failed_fold(start_recording(emit, TWO[0], 1))
+            start_recording(emit, TWO[0], 1)
     assert samples.exists()
     assert not RunFolder(folder).finished_parts()

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import errno
+import os
 import subprocess
 import sys
+from itertools import count
 
 import pytest
 
@@ -17,8 +20,9 @@ from helpers_runfile import (
     start_recording,
 )
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Outcome, StepEnded
+from rigrunner.api.events import MadeSafe, Outcome, RunEnded, StepEnded
 from rigrunner.runfile import RunWriter, read, read_truth, seal
+from rigrunner.runfile.journal import JournalWriter
 
 
 def test_what_the_engine_records_is_stored_whole(tmp_path):
@@ -86,6 +90,50 @@ def test_full_disk_ends_an_engine_run_in_order(tmp_path):
     assert summary.safe
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
     assert read(tmp_path / "run").info.outcome == "error"
+
+
+def failing_once(number):
+    """Return how blocks are kept on a disk that is full for one of them."""
+    plain, calls = JournalWriter.append_parts, count()
+
+    def append_parts(self, kind, parts):
+        if next(calls) == number:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        plain(self, kind, parts)
+
+    return append_parts
+
+
+def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monkeypatch):
+    monkeypatch.setattr(JournalWriter, "append_parts", failing_once(1))
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        summary = run(FakeTester(), critical=writer.sinks)
+    stored = read(tmp_path / "run")
+    assert (stored.info.outcome, stored.info.reason) == ("error", summary.reason)
+    assert "No space left on device" in summary.reason
+    assert {one.what for one in stored.events if isinstance(one, MadeSafe)} == {"tester"}
+    assert isinstance(stored.events[-1], RunEnded)
+    assert stored.events[-1].resumable
+    assert not stored.recordings
+    (part,) = stored.incomplete
+    assert part.samples > 0
+
+
+def test_nothing_is_kept_behind_a_block_that_could_not_be(tmp_path, monkeypatch):
+    monkeypatch.setattr(JournalWriter, "append_parts", failing_once(3))
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(*writer.sinks)
+        start_recording(emit, TWO[1])
+        with pytest.raises(DataError, match="No space left"):
+            send_samples(emit, TWO[1], 1000)
+        send_samples(emit, TWO[1], 1000)  # as in a teardown, which is done all the same
+        end_recording(emit, TWO[1])
+        start_recording(emit, TWO[0], 1)
+        send_samples(emit, TWO[0], 1000)
+        end_recording(emit, TWO[0], 1)
+    stored = read(tmp_path / "run")
+    assert [(one.name, one.samples) for one in stored.incomplete] == [(TWO[1].name, 3000)]
+    assert [one.name for one in stored.recordings] == [TWO[0].name]
 
 
 def test_sealing_on_a_full_disk_is_told_and_can_be_done_again(tmp_path):
