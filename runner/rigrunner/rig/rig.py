@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from rigrunner.api.calling import blocks_of
 from rigrunner.api.devices import (
     CountsStreams,
-    KnowsStream,
     KnowsTruth,
     Patience,
     Pausable,
-    Readable,
     Streaming,
 )
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.held import HeldDrive
+from rigrunner.rig.reading import found_of_stream, read, read_beside
 from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import make_safe, safe_places
 from rigrunner.station.drive_rules import DriveRules
@@ -36,13 +35,6 @@ _T = TypeVar("_T")
 
 def _nothing() -> None:
     pass
-
-
-def _missing(
-    role: str, channels: Sequence[str], values: Mapping[str, float]
-) -> DeviceRejectedError:
-    missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
-    return DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")
 
 
 class Rig:
@@ -113,9 +105,8 @@ class Rig:
         """
         held = self._held(role, drive)
         self._rules.check(held.member, held.allowed, value, self._standing)
-        self._set_points.pop(
-            held.member, None
-        )  # where it stands is not known until it is read back
+        # where it stands is not known until it is read back
+        self._set_points.pop(held.member, None)
         actual = held.move(value, timeout_s, self.clock, meanwhile)
         self._set_points[held.member] = value
         return actual
@@ -198,8 +189,7 @@ class Rig:
 
     def read(self, role: str, channels: Sequence[str]) -> dict[str, float]:
         """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
-        device = self._roles[role].need(Readable)  # type: ignore[type-abstract]  # a Protocol
-        return self._read(role, device, channels)
+        return read(self._roles[role], channels, self._patience.answer_s)
 
     def conditions(
         self, role: str, streamed: Sequence[str]
@@ -208,24 +198,11 @@ class Rig:
 
         Returns values and units by 'role.channel'.
         """
-        values: dict[str, float] = {}
-        units: dict[str, str] = {}
-        for name, device in self.devices.items():
-            if isinstance(device, Readable):
-                busy = streamed if name == role else ()
-                wanted = {info.name: info.unit for info in device.channels if info.name not in busy}
-                values |= self._read(name, device, tuple(wanted))
-                units |= {f"{name}.{channel}": unit for channel, unit in wanted.items()}
-        return values, units
+        return read_beside(self._roles.values(), {role: streamed}, self._patience.answer_s)
 
     def stream_conditions(self, role: str) -> tuple[dict[str, float], dict[str, str]]:
         """Return what the role's device found of its last stream, as `conditions` does."""
-        device = self.devices[role]
-        if not isinstance(device, KnowsStream):
-            return {}, {}
-        found = self._call(role, "tell of the stream", device.stream_conditions)
-        values = {f"{role}.{name}": float(value) for name, (value, _) in found.items()}
-        return values, {f"{role}.{name}": unit for name, (_, unit) in found.items()}
+        return found_of_stream(self._roles[role], self._patience.answer_s)
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
         """Make every device safe, whatever happens to the others; never raises.
@@ -286,21 +263,6 @@ class Rig:
 
     def _longest_s(self, role: str) -> float:
         return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
-
-    def _read(self, role: str, device: Readable, channels: Sequence[str]) -> dict[str, float]:
-        values = self._roles[role].call("read", device.read, self._patience.answer_s, channels)
-        found = {}
-        try:
-            for name in channels:
-                value = values.get(name, math.nan)
-                if not math.isfinite(value):
-                    raise _missing(role, channels, values)
-                found[f"{role}.{name}"] = float(value)
-        except (TypeError, AttributeError) as error:
-            raise DeviceRejectedError(
-                f"{role}: the driver gave {values!r}", hint="a number of each channel is needed"
-            ) from error
-        return found
 
     def _drive(self, role: str, drive: str) -> DriveInfo:
         return self._roles[role].drive(drive)

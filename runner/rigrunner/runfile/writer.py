@@ -21,7 +21,6 @@ from rigrunner.runfile.sealing import fold, seal
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
-    from types import TracebackType
 
     from rigrunner.api.events import EventSink
     from rigrunner.runfile.model import RunHeader, SweepPlot
@@ -60,12 +59,7 @@ class RunWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property

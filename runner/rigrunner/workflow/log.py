@@ -21,7 +21,6 @@ from rigrunner.api.events import (
 
 if TYPE_CHECKING:
     from pathlib import Path
-    from types import TracebackType
 
 
 class RunLog:
@@ -33,12 +32,7 @@ class RunLog:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def __call__(self, event: Event) -> None:

@@ -14,7 +14,6 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-    from types import TracebackType
 
     from pymodbus.pdu import ModbusPDU
 
@@ -64,12 +63,7 @@ class ModbusServer:
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
     def start(self) -> None:

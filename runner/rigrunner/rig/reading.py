@@ -1,0 +1,68 @@
+"""What the devices read: single values by 'role.channel', each of them a number."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import KnowsStream, Readable
+from rigrunner.api.errors import DeviceRejectedError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from rigrunner.rig.role import Role
+
+Found = tuple[dict[str, float], dict[str, str]]
+"""Values and units by 'role.channel'."""
+
+
+def read(role: Role, channels: Sequence[str], answer_s: float) -> dict[str, float]:
+    """Return the present value of each channel; raise a DeviceError."""
+    device = role.need(Readable)  # type: ignore[type-abstract]  # a Protocol
+    values = role.call("read", device.read, answer_s, channels)
+    found = {}
+    try:
+        for name in channels:
+            value = values.get(name, math.nan)
+            if not math.isfinite(value):
+                raise _missing(role.name, channels, values)
+            found[f"{role.name}.{name}"] = float(value)
+    except (TypeError, AttributeError) as error:
+        raise DeviceRejectedError(
+            f"{role.name}: the driver gave {values!r}", hint="a number of each channel is needed"
+        ) from error
+    return found
+
+
+def read_beside(
+    roles: Iterable[Role], streamed: Mapping[str, Sequence[str]], answer_s: float
+) -> Found:
+    """Read once all that can be read beside the channels that a role streams."""
+    values: dict[str, float] = {}
+    units: dict[str, str] = {}
+    for role in roles:
+        if role.able(Readable) is not None:  # type: ignore[type-abstract]  # a Protocol
+            busy = streamed.get(role.name, ())
+            channels = role.device.channels
+            wanted = {info.name: info.unit for info in channels if info.name not in busy}
+            values |= read(role, tuple(wanted), answer_s)
+            units |= {f"{role.name}.{channel}": unit for channel, unit in wanted.items()}
+    return values, units
+
+
+def found_of_stream(role: Role, answer_s: float) -> Found:
+    """Return what a device found of its last stream; nothing where it finds out nothing."""
+    device = role.able(KnowsStream)  # type: ignore[type-abstract]  # a Protocol
+    if device is None:
+        return {}, {}
+    found = role.call("tell of the stream", device.stream_conditions, answer_s)
+    values = {f"{role.name}.{name}": float(value) for name, (value, _) in found.items()}
+    return values, {f"{role.name}.{name}": unit for name, (_, unit) in found.items()}
+
+
+def _missing(
+    role: str, channels: Sequence[str], values: Mapping[str, float]
+) -> DeviceRejectedError:
+    missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
+    return DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")
