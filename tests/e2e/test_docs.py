@@ -51,21 +51,22 @@ def named(path):
 
 @pytest.mark.parametrize("page", SCRIPTS, ids=named)
 def test_every_block_of_the_page_works(page, request, tmp_path):
+    """In one shell, as a reader has it: each block begins in the folder in which the last ended."""
     blocks = code_blocks(page)
     install_entry_points(blocks, tmp_path)
-    output = ""
+    folder, output = tmp_path, ""
     for block in blocks:
         if block.elsewhere:
             assert block.elsewhere in RUN_ELSEWHERE, f"{page}:{block.line}"
         elif block.file:
-            (tmp_path / block.file).write_text(block.code, encoding="utf-8")
+            (folder / block.file).write_text(block.code, encoding="utf-8")
         elif block.language == "text":
             assert matches(block.code, output), f"{page}:{block.line} does not match\n{output}"
         else:
             if DEMO.search(block.code):
                 copied = copy_of(request.getfixturevalue("demo"))
                 block = replace(block, code=DEMO.sub(copied, block.code))  # noqa: PLW2901  (the same)
-            output = execute(block, tmp_path, f"{page}:{block.line}")
+            output, folder = executed(block, folder, f"{page}:{block.line}", lies_in=tmp_path)
 
 
 RUN_BY_A_TEST_OF_ITS_OWN = {ROOT / "docs/reference/run-file.md"}
@@ -97,14 +98,20 @@ def copy_of(demo):
 
 
 def execute(block, folder, where):
+    return executed(block, folder, where, lies_in=folder)[0]
+
+
+def executed(block, folder, where, lies_in):
+    """Run a block in a folder; return what it printed, and the folder in which it ended."""
+    ended = lies_in.with_name(f"{lies_in.name}-ended-in")
     runners = {
-        "sh": ["bash", "-euo", "pipefail", "-c", block.code],
+        "sh": ["bash", "-euo", "pipefail", "-c", f"{block.code}\npwd > {shlex.quote(str(ended))}"],
         "python": [sys.executable, "-c", block.code],
     }
     assert block.language in runners, f"{where}: nobody knows how to run '{block.language}'"
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]),
+        "PYTHONPATH": os.pathsep.join(filter(None, [str(lies_in), os.environ.get("PYTHONPATH")])),
         "COLUMNS": "80",
     }
     done = subprocess.run(
@@ -118,7 +125,9 @@ def execute(block, folder, where):
         check=False,
     )
     assert done.returncode == 0, f"{where} ended with {done.returncode}\n{done.stdout}"
-    return done.stdout
+    if block.language == "sh":
+        folder = Path(ended.read_text(encoding="utf-8").rstrip("\n"))
+    return done.stdout, folder
 
 
 def install_entry_points(blocks, folder):

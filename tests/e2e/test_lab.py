@@ -74,6 +74,11 @@ def test_making_it_twice_changes_nothing(printed):
     assert called.out == ""
 
 
+def test_in_the_folder_itself_nobody_is_sent_anywhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert not [line for line in call("init", ".").out.splitlines() if line.startswith("cd")]
+
+
 def test_a_new_drop_in_works_in_the_lab_at_once(tmp_path):
     lab = tmp_path / "lab"
     commands = (

@@ -182,7 +182,7 @@ def test_the_tutorial_works_as_it_stands_in_its_time(author, tmp_path):
     for block in code_blocks(TUTORIAL):
         where = f"{TUTORIAL.name}:{block.line}"
         if block.file:
-            (tmp_path / block.file).write_text(block.code, encoding="utf-8")
+            (folder / block.file).write_text(block.code, encoding="utf-8")
         elif block.language == "text":
             assert matches(block.code, output), f"{where} does not match\n{output}"
         else:

@@ -22,6 +22,7 @@ def command(folder: Path) -> None:
 
     procedures = make_lab(folder, load_registry())
     message(f"Made the lab folder {folder}; its README.md says what is where. To try it:")
-    result(f"cd {shlex.quote(str(folder))}")
+    if folder.resolve() != Path.cwd():
+        result(f"cd {shlex.quote(str(folder))}")
     for procedure in procedures:
         result(f"rigrunner run {procedure} --station {STATION} --unattended")
