@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from helpers_analysis import RIG, instrument, swing_point
-from rigrunner.analysis.clocks import CLOCKS, SHARE, alignment_u_s
+from rigrunner.analysis.clocks import CLOCKS, SHARE, alignment_u_s, alignments
 from rigrunner.analysis.phase import ALIGNMENT, CLOCK_NOTE, compensated
-from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, Sweep
+from rigrunner.api.analysis import CompensatedPoint, Compensation, Component, PeakPoint, Sweep
 from rigrunner.api.data import Estimate, Recording
 from rigrunner.api.errors import DataError
 from rigrunner.signal.swings import with_swings
@@ -82,6 +82,19 @@ def test_beyond_it_is_refused_with_what_is_and_what_may_be():
     assert (check.name, check.ok, check.decisive) == (CLOCKS.name, False, True)
     assert check.text == f"10 Hz: {1e3 * u_s:.2g} ms, allowed {1e3 * TOLERATED_S:.2g} ms"
     assert check.value == pytest.approx(2.0, rel=1e-2)
+
+
+def test_a_single_value_has_no_doubt_about_its_clocks():
+    value = PeakPoint(
+        recording="table 1",
+        set_frequency_hz=HERTZ,
+        frequency_hz=Estimate(HERTZ, 0.0, unit="Hz"),
+        load_n=0.0,
+        peak_nm=np.ones(1),
+        peak_kept=np.ones(1, dtype=bool),
+    )
+    (found,) = alignments((_made(TORQUE_NM),), (value,), np.zeros(1))
+    assert (found.u_s, found.effect) == (0.0, 0.0)
 
 
 def test_a_doubt_of_a_whole_cycle_does_not_pass_for_none():

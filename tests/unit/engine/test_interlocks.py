@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers_devices import FakeTester, Listener, plan_of, record, run
+from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import (
     InterlockCleared,
@@ -25,6 +26,7 @@ from rigrunner.api.quantity import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.watching import Watch
 from rigrunner.plan.actions import Interlock, SetDrive, Settle
 from rigrunner.rig import Rig
@@ -284,3 +286,16 @@ def test_a_value_that_is_read_is_judged_as_an_array_of_one(rule, seen):
         arrays.take(np.array([now_s]), np.array([value]), now_s)
         numbers.take_one(value, now_s)
         assert repr(vars(numbers)) == repr(vars(arrays))
+
+
+@pytest.mark.parametrize(("samples", "trips"), [(50, False), (150, True)])
+def test_a_condition_lasts_as_long_as_its_samples_at_their_rate(samples, trips):
+    clock = SimulatedClock()
+    rig = Rig({"tester": FakeTester()}, clock)
+    lasting = replace(HOT, member="tester.torque", maximum=5.0, debounce_s=0.1)
+    guard = Guard([lasting], rig, lambda *_, **__: None)
+    clock.sleep(1.0)
+    values = np.zeros(500)
+    values[100 : 100 + samples] = 9.0
+    guard.feed("tester", Block(1000.0, 0, 1.0, {"torque": values}))
+    assert bool(guard.tripped) is trips

@@ -161,6 +161,9 @@ def test_interlocks_come_from_station_and_procedure_in_si_units():
     assert (hot.maximum, hot.debounce_s, hot.does) == (2000.0, 0.05, "abort")
     assert hot.condition == "above 2 kN"
     assert (cold.member, cold.minimum, cold.does) == ("tester.torque", -5.0, "pause")
+    # what it does not say: at once, looked at ten times a second, until it has cleared
+    assert (cold.debounce_s, cold.every_s, cold.hysteresis) == (0.0, 0.1, 0.0)
+    assert (cold.latched, cold.overridable) == (False, False)
 
 
 def test_points_and_what_cannot_be_repeated_are_in_the_plan():

@@ -58,6 +58,13 @@ def test_finds_every_whole_cycle_where_it_starts(frequency, start, offset):
     assert cycles.ratio == pytest.approx(RATIO, rel=2e-3)
 
 
+def test_one_whole_cycle_is_enough():
+    phase = recorded(10.0, 1.3, 5.5)
+    cycles = find_cycles(encoder(swing(phase), np.random.default_rng(3)), RATE, RATIO)
+    assert cycles.count == 1
+    assert cycles.frequency_hz[0] == pytest.approx(10.0, rel=1e-3)
+
+
 def test_encoder_noise_makes_no_cycles():
     phase = recorded(1.0, 60.5, 0.3)
     angle = encoder(swing(phase), np.random.default_rng(4))

@@ -7,6 +7,7 @@ from helpers_rigs import INSTRUMENT
 from helpers_sweeps import prepared
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.compensations.identification import identify, vector, with_vector
+from rigrunner_plugins.compensations.model_template import no_load_model
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
 from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
@@ -44,6 +45,16 @@ def test_learns_a_delay():
 
 def test_friction_level_is_the_supports():
     assert identified(RigParameters()).friction.level_nm == pytest.approx(0.7597, rel=0.05)
+
+
+def test_what_the_model_leaves_of_a_torque_has_no_mean():
+    """Its mean is friction, which the friction of the model has."""
+    points = prepared(RigParameters(), 0.0)
+    rig = identify(points, make_swing(measured_ratio(points)), INSTRUMENT.low_pass)
+    left_nm = no_load_model(points, rig).unexplained_nm
+    assert left_nm.shape[0] == len(points)
+    assert np.abs(left_nm).max() > 0
+    np.testing.assert_allclose(left_nm.mean(axis=1), 0.0, atol=1e-12)
 
 
 def test_refuses_too_few_frequencies():
