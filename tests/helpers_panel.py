@@ -135,9 +135,15 @@ def served(lab, runs, *options):
 def ready(screen, procedure, station="station.yaml", name="Ann"):
     """Take control, look at the rig, and return what a start is to be told."""
     screen.post("control", name=name, take_over=True)
+    earlier = screen.state["preflight"]
     screen.post("preflight", 202, procedure=procedure, station=station)
-    screen.until(lambda state: state["preflight"] and state["preflight"]["done"])
+    screen.until(lambda state: _is_done_since(earlier, state["preflight"]))
     return {"procedure": procedure, "station": station}
+
+
+def _is_done_since(earlier, preflight):
+    when = earlier and earlier["checked_utc"]
+    return preflight and preflight["done"] and preflight["checked_utc"] != when
 
 
 def process_is_gone(pid, patience_s=PATIENCE_S):
