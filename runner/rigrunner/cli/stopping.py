@@ -43,14 +43,14 @@ class SignalStop:
         self._event = threading.Event()
         self._reason: AbortedError | None = None
         self._attended = attended
-        self._running = self._asking = False
+        self._running = self._asking = self._is_let_be = False
         self._presses = 0
         self._consoles = [one for one in (1, 2) if os.isatty(one)]
 
     def __call__(self, event: Event) -> None:
         """Take note of whether a run is going on."""
         if isinstance(event, RunStarted):
-            self._running = True
+            self._running, self._is_let_be = True, False
         elif isinstance(event, RunEnded):
             self._running = False
 
@@ -74,6 +74,10 @@ class SignalStop:
         """Take note that the run goes on: the next Ctrl-C pauses it."""
         self._presses = 0
 
+    def let_be(self) -> None:
+        """Take note that the rig is being made safe: no Ctrl-C breaks that off."""
+        self._is_let_be = True
+
     @contextmanager
     def while_asking(self) -> Iterator[None]:
         """Let a signal break off the wait for a person's answer, which looks at no token."""
@@ -94,7 +98,7 @@ class SignalStop:
             raise KeyboardInterrupt
         self._presses += 1
         presses = self._presses if self._attended else self._presses + 1
-        if presses > _STOP_NOW:
+        if presses > _STOP_NOW or self._is_let_be:
             _say("The rig is being made safe; please wait.")
         elif presses == _STOP_NOW:
             _say("Stopping now: no teardown, the rig is made safe.")

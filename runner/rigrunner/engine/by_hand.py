@@ -59,7 +59,7 @@ def run_by_hand(  # noqa: PLR0917  (the things that a run is made of)
     except BaseException as error:  # noqa: BLE001  (an interrupt that fell between two steps)
         run.notes.note("run", error)
     finally:
-        reports = rig.make_safe()
+        reports = run.make_safe()
     return run.end(reports)
 
 

@@ -90,6 +90,15 @@ class Reasoned(Protocol):
         ...
 
 
+@runtime_checkable
+class Forbearing(Protocol):
+    """A stop token that would interrupt the run, and can be told to let it be."""
+
+    def let_be(self) -> None:
+        """Interrupt nothing from now on: the rig is being made safe, and that put on record."""
+        ...
+
+
 class StopNow(KeyboardInterrupt):
     """A person wants no teardown either: the rig is made safe at once."""
 

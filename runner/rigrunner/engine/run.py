@@ -20,7 +20,7 @@ from rigrunner.bus import Emitter
 from rigrunner.engine.breaks import take_break
 from rigrunner.engine.interlocks import Guard, InterlockError
 from rigrunner.engine.notes import Notes
-from rigrunner.engine.pausing import Choice, PauseWantedError, StopNow
+from rigrunner.engine.pausing import Choice, Forbearing, PauseWantedError, StopNow
 from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
 from rigrunner.engine.session import Session
 from rigrunner.engine.tries import do_step
@@ -85,7 +85,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     except BaseException as error:  # noqa: BLE001  (an interrupt that fell between two steps)
         run.notes.note("run", error)
     finally:
-        reports = rig.make_safe()
+        reports = run.make_safe()
     return run.end(reports)
 
 
@@ -150,6 +150,17 @@ class Run:
                 self._tell_safe(self._session.rig.make_safe())
         except BaseException as error:  # noqa: BLE001  (kept; what follows must make the rig safe)
             self.notes.note("run", error)
+
+    def make_safe(self) -> tuple[SafetyReport, ...]:
+        """Make the rig safe, which nobody's impatience breaks off; what fell before is noted."""
+        rig, stop = self._session.rig, self._session.stop
+        try:
+            if isinstance(stop, Forbearing):
+                stop.let_be()
+            return rig.make_safe()
+        except KeyboardInterrupt as error:
+            self.notes.note("run", error)
+            return rig.make_safe()
 
     def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
         """Put on record how the rig was left and how the run ended."""

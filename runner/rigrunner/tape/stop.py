@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import AbortedError, ExitCode
-from rigrunner.engine.pausing import Reasoned
+from rigrunner.engine.pausing import Forbearing, Reasoned
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,11 +16,23 @@ if TYPE_CHECKING:
 _IS_SET, _REASON = "is the run to stop?", "why it is to stop"
 
 
-class RecordedStop:
+class _OnTape:
+    """A token on tape, and the plain one behind it."""
+
+    def __init__(self, plain: StopToken) -> None:
+        self.plain = plain
+
+    def let_be(self) -> None:
+        """Let the plain token interrupt nothing from now on."""
+        if isinstance(self.plain, Forbearing):
+            self.plain.let_be()
+
+
+class RecordedStop(_OnTape):
     """A stop token of which each look is saved."""
 
     def __init__(self, plain: StopToken, wire: Wire) -> None:
-        self.plain = plain
+        super().__init__(plain)
         self._wire = wire
 
     def is_set(self) -> bool:
@@ -32,14 +44,14 @@ class RecordedStop:
         return _error(self._wire.exchange(_REASON, lambda: _told(self.plain)))
 
 
-class ReplayedStop:
+class ReplayedStop(_OnTape):
     """A stop token that is set where it was; and, by who stops the replay, at any time.
 
     It never raises, as the clock of a replay does not.
     """
 
     def __init__(self, plain: StopToken, wire: ReplayWire) -> None:
-        self.plain = plain
+        super().__init__(plain)
         self._wire = wire
         self._was_set = False
 
@@ -56,7 +68,7 @@ class ReplayedStop:
 
 def plain_stop(stop: StopToken) -> StopToken:
     """Return the token that is behind one on tape, for what is not on that tape itself."""
-    return stop.plain if isinstance(stop, (RecordedStop, ReplayedStop)) else stop
+    return stop.plain if isinstance(stop, _OnTape) else stop
 
 
 def _told(stop: StopToken) -> dict[str, Any]:

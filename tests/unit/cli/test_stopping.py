@@ -95,3 +95,15 @@ def test_the_former_handlers_return():
     with stop_on_signals():
         assert signal.getsignal(signal.SIGTERM) != before[0]
     assert (signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGINT)) == before
+
+
+def test_while_the_rig_is_made_safe_no_ctrl_c_breaks_that_off():
+    with stop_on_signals() as stop:
+        stop(STARTED)
+        press()
+        stop.let_be()
+        for _ in range(3):
+            press()
+        stop(ENDED)
+        with pytest.raises(KeyboardInterrupt):
+            press()

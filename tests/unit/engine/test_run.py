@@ -19,7 +19,7 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
-from rigrunner.engine import UnattendedAnswers
+from rigrunner.engine import StopNow, UnattendedAnswers
 from rigrunner.plan.actions import Ask, Confirm, SetDrive, Settle
 from rigrunner.procedure.answers import Expected
 
@@ -352,3 +352,41 @@ def test_a_device_that_could_not_be_made_safe_is_on_record():
     run(FakeTester(read_back_offset=0.5), plan_of((), (), ()), critical=[listener])
     (made,) = listener.of(MadeSafe)
     assert made.problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
+
+
+class Impatient:
+    """A stop token whose Ctrl-C comes at each event, until it is told to let the run be."""
+
+    is_let_be = False
+
+    def __init__(self, *, at_the_last_moment: bool = False) -> None:
+        self._late = at_the_last_moment
+
+    def is_set(self) -> bool:
+        return False
+
+    def let_be(self) -> None:
+        self.is_let_be = not self._late
+        if self._late:
+            self._late = False
+            raise StopNow
+
+    def press(self, event: object) -> None:
+        if isinstance(event, (MadeSafe, RunEnded)) and not self.is_let_be:
+            raise StopNow
+
+
+def test_a_last_ctrl_c_while_the_rig_is_made_safe_takes_nothing_from_the_record():
+    device, stop = FakeTester(), Impatient()
+    listener = Listener(before=stop.press)
+    summary = run(device, critical=[listener], stop=stop)
+    assert (summary.outcome, summary.safe) == (Outcome.COMPLETED, True)
+    assert isinstance(listener.events[-1], RunEnded)
+
+
+def test_a_ctrl_c_that_falls_just_before_leaves_the_rig_safe_and_is_on_record():
+    device, listener = FakeTester(), Listener()
+    summary = run(device, critical=[listener], stop=Impatient(at_the_last_moment=True))
+    assert (summary.outcome, summary.safe) == (Outcome.ABORTED, True)
+    assert device.drives_at == STANDSTILL
+    assert isinstance(listener.events[-1], RunEnded)

@@ -185,6 +185,13 @@ def test_once_the_run_has_ended_a_stop_interrupts_nothing():
     assert switch.is_set()
 
 
+def test_while_the_rig_is_made_safe_a_stop_interrupts_nothing():
+    switch = Switch()
+    switch.let_be()
+    switch.stop(BY, WHY)
+    assert switch.is_set()
+
+
 def test_an_abort_says_who_and_why_and_the_first_one_counts(ends):
     switch = Switch()
     Inbox(ends.run, switch).start()

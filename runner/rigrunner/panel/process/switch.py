@@ -38,8 +38,12 @@ class Switch:
     def __call__(self, event: Event) -> None:
         """Take note of the end of the run; an event sink."""
         if isinstance(event, RunEnded):
-            with self._lock:
-                self._is_safe = True
+            self.let_be()
+
+    def let_be(self) -> None:
+        """Interrupt nothing from now on: the rig is being made safe."""
+        with self._lock:
+            self._is_safe, self._armed = True, False
 
     def is_set(self) -> bool:
         """Return True once the run is to end."""
