@@ -38,7 +38,7 @@ def pytest_configure() -> None:
     if worker:
         folder = Path(tempfile.gettempdir()) / f"rigrunner-tests-{os.getppid()}-{worker}"
         folder.mkdir(exist_ok=True)
-        os.environ["TMPDIR"] = str(folder)
+        os.environ["TMPDIR"] = os.environ["RIGRUNNER_LOCKS"] = str(folder)
         tempfile.tempdir = None  # it is looked up again
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
+import sys
 from contextlib import contextmanager, nullcontext, suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rigrunner.station import LoadedStation
     from rigrunner.workflow.prepare import Planned
 
+VARIABLE = "RIGRUNNER_LOCKS"
+"""Names the folder of locks, such as one that several containers share, in place of the usual."""
 FOLDER = "rigrunner-rigs"
 EVERYONE = 0o777
 """The next run may be another person's; a lock that only its maker could open would stand in it."""
@@ -66,11 +68,22 @@ def station_lock(station: LoadedStation, registry: Registry, what: str) -> Itera
 
 def lock_folder() -> Path:
     """Return the folder of locks that everyone on this machine shares."""
-    folder = Path(tempfile.gettempdir()) / FOLDER
+    named = os.environ.get(VARIABLE)
+    folder = Path(named) if named else _everyones() / FOLDER
     folder.mkdir(exist_ok=True)
     with suppress(PermissionError):  # another person made it, and opened it to all
         folder.chmod(EVERYONE)
     return folder
+
+
+def _everyones() -> Path:
+    """Return where all may write: the folder for temporary files may be one person's own.
+
+    It is on Windows and macOS, and where TMPDIR says so; two persons would hold two locks.
+    """
+    if sys.platform == "win32":
+        return Path(os.environ.get("PUBLIC", "C:/Users/Public"))
+    return Path("/tmp")  # noqa: S108  (everyone's is what is wanted)
 
 
 def _simulated(station: LoadedStation, registry: Registry) -> bool:

@@ -4,7 +4,6 @@ import dataclasses
 import signal
 import subprocess
 import sys
-import tempfile
 
 import pytest
 
@@ -42,7 +41,7 @@ class RealDevices:
 
 @pytest.fixture(autouse=True)
 def own_locks(tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigrunner-rigs"))
 
 
 def planned(folder, station_id="press-1", *, simulated=False):
@@ -70,6 +69,23 @@ def test_once_the_run_is_over_the_rig_is_free(tmp_path):
     for _ in range(2):
         with rig_lock(rig):
             pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="TMPDIR is of POSIX")
+def test_who_has_temporary_files_of_ones_own_shares_the_locks_all_the_same(monkeypatch, tmp_path):
+    monkeypatch.delenv("RIGRUNNER_LOCKS")
+    before = lock_folder()
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    assert lock_folder() == before
+    assert not lock_folder().is_relative_to(tmp_path)
+
+
+def test_on_windows_the_locks_are_not_in_the_users_own_folder(monkeypatch, tmp_path):
+    monkeypatch.delenv("RIGRUNNER_LOCKS")
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setenv("PUBLIC", str(tmp_path))
+    assert lock_folder() == tmp_path / "rigrunner-rigs"
 
 
 def test_two_rigs_run_side_by_side(tmp_path):
