@@ -170,6 +170,20 @@ def test_what_does_not_match_is_refused_and_leaves_nothing(packed, tmp_path, cha
     assert left == []
 
 
+def test_nothing_is_read_only_that_may_have_to_be_removed_again(packed, tmp_path, monkeypatch):
+    """Windows does not remove it; here the moment is looked at in which it may become needed."""
+    seen = []
+
+    def differs(_packed, _contents, file):
+        seen.append(file.stat().st_mode & stat.S_IWUSR)
+        raise DataError("it is not the same")
+
+    monkeypatch.setattr("rigrunner.workflow.packing.unpack._require_same", differs)
+    with pytest.raises(DataError):
+        unpack(packed, tmp_path / "runs")
+    assert seen == [stat.S_IWUSR]
+
+
 def test_a_bomb_is_refused_before_anything_is_taken_out(packed, tmp_path):
     bomb = repacked(packed, tmp_path / "bomb.zip", lambda _: None, kind=ZIP_DEFLATED)
     with pytest.raises(DataError, match="is compressed"):

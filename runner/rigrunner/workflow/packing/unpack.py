@@ -43,6 +43,8 @@ def unpack(packed: Path, runs: Path) -> Path:
                 _take_out(packed, file, contents, place)
             _require_same(packed, contents, place / RUN_FILE)
             with writing(target):
+                # not before: Windows removes no file that is read-only
+                (place / RUN_FILE).chmod(READ_ONLY)
                 place.chmod(0o755)
                 place.rename(target)
                 sync_folder(runs)
@@ -91,7 +93,6 @@ def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> N
                 out.write(block)
         _require_digest(packed, each, digest.hexdigest())
         sync_file(target)
-    (place / RUN_FILE).chmod(READ_ONLY)
 
 
 def _require_digest(packed: Path, each: PackedFile, found: str) -> None:
