@@ -200,5 +200,9 @@ def test_there_is_ci_for_three_systems():
     assert "bash .ci/run" in linux
     systems = jobs["elsewhere"]["strategy"]["matrix"]["os"]
     assert {name.partition("-")[0] for name in systems} == {"windows", "macos"}
+    used = re.findall(r"uses: (.*)", text)
+    assert used
+    for action in used:  # a tag can be moved; what is behind it is run with our rights
+        assert re.fullmatch(r"[\w/-]+@[0-9a-f]{40} # v[\d.]+", action), action
     for path in re.findall(r"\btests/[\w/.]+", text):
         assert (ROOT / path).exists(), path

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 TEMPLATE = Path(__file__).parent / "lab_template"
 STATION = "station.yaml"
-_UNDER_ANOTHER_NAME = {"gitignore": ".gitignore"}
+_UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
 """Files that would have an effect where the template lies."""
 _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",

@@ -15,6 +15,7 @@ from rigrunner.workflow.locate import find_procedure
 
 FILES = {
     *("README.md", ".gitignore", "station.yaml", "station.schema.json", "letterhead/README.md"),
+    ".gitattributes",
     *("plugins/room_thermometer.py", "procedures/procedure.schema.json"),
     *("procedures/no_load_inertia_sweep.yaml", "procedures/starting_torque_1000n.yaml"),
     *("letterhead/letterhead.yaml", "letterhead/logo.svg", "letterhead/letterhead.schema.json"),
