@@ -28,7 +28,8 @@ WIDTH, BAND, BOX, LEFT = 1180, 78, 34, 16
 GUESTS_X = 1000  # where the column of plugins and reports begins
 INSIDE = GUESTS_X - 40 - LEFT
 ASIDE = {
-    "panel": 0.16, "testing": 0.36, "notebook": 0.91, "golden": 0.57, "archive": 0.74,
+    "panel": 0.16, "testing": 0.36, "notebook": 0.91, "study": 0.405, "golden": 0.585,
+    "monitoring": 0.765, "archive": 0.74,
     "tape": 0.19, "engine": 0.24, "procedure": 0.3, "station": 0.13, "interlock": 0.13,
     "signal": 0.5, "blas": 0.8,
 }  # fmt: skip

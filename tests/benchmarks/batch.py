@@ -28,9 +28,9 @@ from helpers_reanalysis import reanalysed
 from helpers_workflow import run
 from rigrunner.clock import SimulatedClock
 from rigrunner.jobs import InProcess, Processes, journal
+from rigrunner.study.coverage import run_coverage
+from rigrunner.study.going import Going
 from rigrunner.workflow.locate import find_procedure
-from rigrunner.workflow.study.coverage import run_coverage
-from rigrunner.workflow.study.going import Going
 
 if TYPE_CHECKING:
     from collections.abc import Callable

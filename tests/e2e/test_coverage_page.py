@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from rigrunner.workflow.study.coverage_case import limits
-from rigrunner.workflow.study.coverage_plots import FIGURES
-from rigrunner.workflow.study.coverage_population import HEADER, law_rows, population_rows
-from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
-from rigrunner.workflow.study.coverage_table import ROW_HEADER, held_text
-from rigrunner.workflow.study.share import Share
-from rigrunner.workflow.study.tools import tools
+from rigrunner.study.coverage_case import limits
+from rigrunner.study.coverage_plots import FIGURES
+from rigrunner.study.coverage_population import HEADER, law_rows, population_rows
+from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
+from rigrunner.study.coverage_table import ROW_HEADER, held_text
+from rigrunner.study.share import Share
+from rigrunner.study.tools import tools
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reference/coverage.md").read_text(encoding="utf-8")

@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 
 from rigrunner.analysis.checks import LIMITS
-from rigrunner.workflow.study.breaks import BREAKS, REFUSED
-from rigrunner.workflow.study.diagnostics_rigs import CYCLES, FREQUENCIES_HZ, POPULATIONS
-from rigrunner.workflow.study.diagnostics_table import (
+from rigrunner.study.breaks import BREAKS, REFUSED
+from rigrunner.study.diagnostics_rigs import CYCLES, FREQUENCIES_HZ, POPULATIONS
+from rigrunner.study.diagnostics_table import (
     ALARM_HEADER,
     BREAK_HEADER,
     NOTHING,
     share_text,
 )
-from rigrunner.workflow.study.share import Share
+from rigrunner.study.share import Share
 from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
 
 ALL = (*LIMITS, *METHOD_LIMITS)

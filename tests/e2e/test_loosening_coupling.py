@@ -13,9 +13,9 @@ from helpers_cli import call
 from helpers_trends import index_all, on_day
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.workflow.study.bench import Bench, Value
-from rigrunner.workflow.study.recording import RecordedBench, record_bench
-from rigrunner.workflow.study.tools import primary_alone, tools
+from rigrunner.study.bench import Bench, Value
+from rigrunner.study.recording import RecordedBench, record_bench
+from rigrunner.study.tools import primary_alone, tools
 
 if TYPE_CHECKING:
     from rigrunner.api.data import RunData

@@ -7,10 +7,10 @@ import pytest
 
 from rigrunner.cli.main import main
 from rigrunner.jobs import Cluster, Processes, usable_cores
-from rigrunner.workflow.study import diagnostics as module
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.diagnostics import tally
-from rigrunner.workflow.study.diagnostics_case import Finding
+from rigrunner.study import diagnostics as module
+from rigrunner.study.case import Case
+from rigrunner.study.diagnostics import tally
+from rigrunner.study.diagnostics_case import Finding
 
 RIGS = [
     Finding(Case("swing_tester_sim", "", 1, 0), ("stroke",), ("stroke",), 0.004),

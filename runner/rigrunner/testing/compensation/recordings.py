@@ -15,12 +15,12 @@ from rigrunner.api.devices import DeviceContext
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.station import load_station
+from rigrunner.study.bench import LOAD_N, Value
+from rigrunner.study.coverage_case import limits
+from rigrunner.study.coverage_rigs import draw
+from rigrunner.study.recording import record_bench
+from rigrunner.study.tools import tools
 from rigrunner.workflow.locate import find_station
-from rigrunner.workflow.study.bench import LOAD_N, Value
-from rigrunner.workflow.study.coverage_case import limits
-from rigrunner.workflow.study.coverage_rigs import draw
-from rigrunner.workflow.study.recording import record_bench
-from rigrunner.workflow.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,10 +15,10 @@ from rigrunner.api.measurand import Condition
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import Registry, load_registry
 from rigrunner.signal.coverage import expanded
+from rigrunner.study.tools import tools
 from rigrunner.testing.check import Nonconformity, demand
 from rigrunner.testing.compensation.recordings import CLOSED_FORM, Runs, starts, swings
 from rigrunner.testing.subject import Subject
-from rigrunner.workflow.study.tools import tools
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Compensation

@@ -21,13 +21,13 @@ from rigrunner.certificate.order import Order, complete
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.procedure import load_procedure
+from rigrunner.study.tools import PROCEDURE, tools
 from rigrunner.testing.compensation.recordings import CLOSED_FORM, swings
 from rigrunner.workflow.certify import read_source
 from rigrunner.workflow.labfolder import TEMPLATE
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
-from rigrunner.workflow.study.tools import PROCEDURE, tools
 
 if TYPE_CHECKING:
     from rigrunner.api.data import RunData

@@ -12,7 +12,7 @@ from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import table
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.study.coverage import Study
+    from rigrunner.study.coverage import Study
 
 
 @click.command(name="coverage")
@@ -46,9 +46,9 @@ def command(
     Random simulated rigs with errors from the distributions that the budget states. The same seed
     gives the same rigs and the same tables.
     """
-    from rigrunner.workflow.study.coverage import run_coverage
-    from rigrunner.workflow.study.coverage_plots import draw_figures
-    from rigrunner.workflow.study.coverage_table import markdown, study_document
+    from rigrunner.study.coverage import run_coverage
+    from rigrunner.study.coverage_plots import draw_figures
+    from rigrunner.study.coverage_table import markdown, study_document
 
     with going("coverage", jobs, dask, keep) as cases:
         study = run_coverage(rigs=rigs, seed=seed, going=cases)
@@ -62,7 +62,7 @@ def command(
 
 
 def _text(study: Study) -> str:
-    from rigrunner.workflow.study.coverage_table import summary, tables
+    from rigrunner.study.coverage_table import summary, tables
 
     found = (f"{each.title}\n{table(each.header, each.rows, each.sides)}" for each in tables(study))
     return "\n\n".join([summary(study), *found])

@@ -13,7 +13,7 @@ from rigrunner.cli.table import table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.workflow.study.diagnostics import Study
+    from rigrunner.study.diagnostics import Study
 
 
 @click.command(name="diagnostics")
@@ -43,8 +43,8 @@ def command(
 
     The same seed gives the same rigs and the same table.
     """
-    from rigrunner.workflow.study.diagnostics import run_diagnostics
-    from rigrunner.workflow.study.diagnostics_table import markdown, study_document
+    from rigrunner.study.diagnostics import run_diagnostics
+    from rigrunner.study.diagnostics_table import markdown, study_document
 
     with going("diagnostics", jobs, dask, keep) as cases:
         study = run_diagnostics(
@@ -57,7 +57,7 @@ def command(
 
 
 def _tables(study: Study) -> str:
-    from rigrunner.workflow.study.diagnostics_table import (
+    from rigrunner.study.diagnostics_table import (
         ALARM_HEADER,
         BREAK_HEADER,
         alarm_rows,

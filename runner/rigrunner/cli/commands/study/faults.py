@@ -13,7 +13,7 @@ from rigrunner.cli.table import table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner.workflow.study.faults import Study
+    from rigrunner.study.faults import Study
 
 
 @click.command(name="faults")
@@ -40,8 +40,8 @@ def command(
     Faults are put into the recordings of random simulated rigs, which the engine and the analysis
     then take as any others. The same seed gives the same cases and the same tables.
     """
-    from rigrunner.workflow.study.fault_table import markdown, study_document
-    from rigrunner.workflow.study.faults import run_faults
+    from rigrunner.study.fault_table import markdown, study_document
+    from rigrunner.study.faults import run_faults
 
     with going("faults", jobs, dask, keep) as recordings:
         study = run_faults(cases_wanted=cases, seed=seed, going=recordings)
@@ -52,7 +52,7 @@ def command(
 
 
 def _text(study: Study) -> str:
-    from rigrunner.workflow.study.fault_table import (
+    from rigrunner.study.fault_table import (
         HEADER,
         SIDES,
         SILENT_HEADER,

@@ -14,7 +14,7 @@ from rigrunner.cli.options import json_option
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from rigrunner.workflow.study.going import Going
+    from rigrunner.study.going import Going
 
 _seed = click.option(
     "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Names the rigs."
@@ -40,7 +40,7 @@ def going(study: str, jobs: int | None, dask: str | None, keep: Path | None) -> 
     """Give what goes through a study's cases; what it kept is removed once the tables are there."""
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner.jobs import discard
-    from rigrunner.workflow.study.going import Going
+    from rigrunner.study.going import Going
 
     kept = keep or Path(f"rigrunner-study-{study}.part")
     workers = workers_for(jobs, dask)

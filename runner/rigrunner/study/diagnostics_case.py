@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
-from rigrunner.workflow.study.breaks import BREAKS, REFUSED
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS, healthy
-from rigrunner.workflow.study.recording import record_bench
-from rigrunner.workflow.study.tools import checked_by, checks_of, primary_alone, tools
+from rigrunner.study.breaks import BREAKS, REFUSED
+from rigrunner.study.case import Case
+from rigrunner.study.diagnostics_rigs import POPULATIONS, healthy
+from rigrunner.study.recording import record_bench
+from rigrunner.study.tools import checked_by, checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.results import Result
     from rigrunner.procedure import AnalysisSpec
-    from rigrunner.workflow.study.bench import Bench
-    from rigrunner.workflow.study.breaks import Break
+    from rigrunner.study.bench import Bench
+    from rigrunner.study.breaks import Break
 
 
 @dataclass(frozen=True)

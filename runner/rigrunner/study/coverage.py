@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.workflow.study.coverage_case import METHODS, Finding, cases, examine
-from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, LAWS, NATURAL_HZ, RANGES
-from rigrunner.workflow.study.share import Share, clustered
+from rigrunner.study.coverage_case import METHODS, Finding, cases, examine
+from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, LAWS, NATURAL_HZ, RANGES
+from rigrunner.study.share import Share, clustered
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from rigrunner.api.data import Array
-    from rigrunner.workflow.study.coverage_case import Outcome
-    from rigrunner.workflow.study.going import Going
-    from rigrunner.workflow.study.share import Clustered
+    from rigrunner.study.coverage_case import Outcome
+    from rigrunner.study.going import Going
+    from rigrunner.study.share import Clustered
 
 BANDS_HZ = tuple(pairwise((NATURAL_HZ[0], 300.0, 450.0, 600.0, NATURAL_HZ[1])))
 """The strata of natural frequency."""

@@ -11,8 +11,8 @@ from pydantic import TypeAdapter
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.jobs import journal
+from rigrunner.study.tools import tools
 from rigrunner.workflow.provenance import code_digest, refuse_other_software, software
-from rigrunner.workflow.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.jobs import Done, Journal, Workers
-    from rigrunner.workflow.study.case import Case
+    from rigrunner.study.case import Case
 
 Finding = TypeVar("Finding", bound="DataclassInstance")
 

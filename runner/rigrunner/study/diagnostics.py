@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study.breaks import BREAKS, REFUSED
-from rigrunner.workflow.study.diagnostics_case import Finding, cases, examine
-from rigrunner.workflow.study.share import Share
+from rigrunner.study.breaks import BREAKS, REFUSED
+from rigrunner.study.diagnostics_case import Finding, cases, examine
+from rigrunner.study.share import Share
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.workflow.study.breaks import Break
-    from rigrunner.workflow.study.going import Going
+    from rigrunner.study.breaks import Break
+    from rigrunner.study.going import Going
 
 
 @dataclass(frozen=True)

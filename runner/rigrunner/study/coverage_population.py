@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study import coverage_rigs as rigs
-from rigrunner.workflow.study.populations import PAUSE_S
+from rigrunner.study import coverage_rigs as rigs
+from rigrunner.study.populations import PAUSE_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner.workflow.study.bench import Range
-    from rigrunner.workflow.study.coverage_rigs import Limits
+    from rigrunner.study.bench import Range
+    from rigrunner.study.coverage_rigs import Limits
 
 HEADER = ("rigs of", "quantity", "from", "to", "unit")
 BOTH = "both"

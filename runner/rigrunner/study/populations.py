@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study.bench import DAMPING, INERTIA, NATURAL, Range
+from rigrunner.study.bench import DAMPING, INERTIA, NATURAL, Range
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study.bench import LOAD_N, NATURAL, Value, scaled, with_inertia
-from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS
+from rigrunner.study.bench import LOAD_N, NATURAL, Value, scaled, with_inertia
+from rigrunner.study.diagnostics_rigs import POPULATIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.random import Generator
 
-    from rigrunner.workflow.study.bench import Bench
+    from rigrunner.study.bench import Bench
 
 REFUSED = "(refused)"
 """Stands for the analysis' refusal, where that is the answer to a break."""

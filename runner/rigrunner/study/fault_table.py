@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.workflow.study.diagnostics_table import share_text
-from rigrunner.workflow.study.markdown import piped
+from rigrunner.study.diagnostics_table import share_text
+from rigrunner.study.markdown import piped
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.study.fault_case import Finding
-    from rigrunner.workflow.study.faults import FaultRow, Silent, Study
+    from rigrunner.study.fault_case import Finding
+    from rigrunner.study.faults import FaultRow, Silent, Study
 
 HEADER = (
     "fault", "from to", "cases", "recording failed", "analysis refused", "flagged", "by",

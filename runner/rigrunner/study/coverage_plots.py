@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.workflow.study.coverage import BANDS_HZ
-from rigrunner.workflow.study.coverage_case import METHODS
-from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, RANGES
-from rigrunner.workflow.study.coverage_table import WITH, WITHOUT, band_text
+from rigrunner.study.coverage import BANDS_HZ
+from rigrunner.study.coverage_case import METHODS
+from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, RANGES
+from rigrunner.study.coverage_table import WITH, WITHOUT, band_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from rigrunner.workflow.study.coverage import Sample, Study
+    from rigrunner.study.coverage import Sample, Study
 
 BLUE, VERMILION, GREY, INK = "#0072B2", "#D55E00", "#5F6B7A", "#1f2933"
 """Of the palette of Okabe and Ito (2008), told apart by most colour-blind readers."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.workflow.study.coverage_case import METHODS
-from rigrunner.workflow.study.markdown import piped
+from rigrunner.study.coverage_case import METHODS
+from rigrunner.study.markdown import piped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner.workflow.study.coverage import Row, Spread, Stratum, Study
-    from rigrunner.workflow.study.share import Clustered, Share
+    from rigrunner.study.coverage import Row, Spread, Stratum, Study
+    from rigrunner.study.share import Clustered, Share
 
 WITH, WITHOUT = "with sensor term", "without sensor term"
 ROW_HEADER = (

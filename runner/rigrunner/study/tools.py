@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import AnalysisSpec, Measurand
     from rigrunner.registry import Registry
     from rigrunner.station import Station
-    from rigrunner.workflow.study.recording import RecordedBench
+    from rigrunner.study.recording import RecordedBench
 
 PROCEDURE, STATION = "starting_torque_1000n", "simulated"
 NO_LOAD_PREFIX = "no-load run: "

@@ -22,7 +22,7 @@ from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.session import Session
 from rigrunner.engine.streams import checked_stream
 from rigrunner.rig import Rig
-from rigrunner.workflow.study.bench import LOAD_N, nested
+from rigrunner.study.bench import LOAD_N, nested
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import RigDescription, TorqueInstrument
     from rigrunner.registry import Registry
     from rigrunner.station import Station
-    from rigrunner.workflow.study.bench import Bench, BenchSettings
+    from rigrunner.study.bench import Bench, BenchSettings
 
 SETTLE_CYCLES = 5
 MARGIN_CYCLES = 1.0

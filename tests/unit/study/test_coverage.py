@@ -8,11 +8,11 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.jobs import InProcess, Processes
-from rigrunner.workflow.study import coverage_rigs
-from rigrunner.workflow.study.bench import INERTIA, NATURAL
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.coverage import BANDS_HZ, run_coverage, tally
-from rigrunner.workflow.study.coverage_case import (
+from rigrunner.study import coverage_rigs
+from rigrunner.study.bench import INERTIA, NATURAL
+from rigrunner.study.case import Case
+from rigrunner.study.coverage import BANDS_HZ, run_coverage, tally
+from rigrunner.study.coverage_case import (
     METHODS,
     Finding,
     Outcome,
@@ -21,11 +21,11 @@ from rigrunner.workflow.study.coverage_case import (
     is_sensor,
     limits,
 )
-from rigrunner.workflow.study.coverage_plots import FIGURES, draw_figures
-from rigrunner.workflow.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
-from rigrunner.workflow.study.coverage_table import markdown, study_document
-from rigrunner.workflow.study.going import Going
-from rigrunner.workflow.study.tools import tools
+from rigrunner.study.coverage_plots import FIGURES, draw_figures
+from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
+from rigrunner.study.coverage_table import markdown, study_document
+from rigrunner.study.going import Going
+from rigrunner.study.tools import tools
 from rigrunner_plugins.compensations.settings import InverseSettings
 
 SIM, ODE = RANGES

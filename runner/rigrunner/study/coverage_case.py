@@ -13,18 +13,18 @@ from rigrunner.api.data import Estimate
 from rigrunner.procedure.analysis_spec import CompensationRef
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
-from rigrunner.workflow.study.bench import LOAD_N
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.coverage_rigs import RANGES, Limits, draw
-from rigrunner.workflow.study.recording import record_bench
-from rigrunner.workflow.study.tools import tools
+from rigrunner.study.bench import LOAD_N
+from rigrunner.study.case import Case
+from rigrunner.study.coverage_rigs import RANGES, Limits, draw
+from rigrunner.study.recording import record_bench
+from rigrunner.study.tools import tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api.analysis import CompensatedPoint
-    from rigrunner.workflow.study.bench import Bench
-    from rigrunner.workflow.study.coverage_rigs import Rig
+    from rigrunner.study.bench import Bench
+    from rigrunner.study.coverage_rigs import Rig
 
 METHODS = ("template_inverse", "model_inverse")
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study.bench import NATURAL, Bench, Range, Value, drawn
-from rigrunner.workflow.study.populations import (
+from rigrunner.study.bench import NATURAL, Bench, Range, Value, drawn
+from rigrunner.study.populations import (
     PAUSE_S,
     REFERENCE_TOLERANCE,
     SAMPLES_PER_RESONANCE,

@@ -11,10 +11,10 @@ import pytest
 
 from rigrunner.api.errors import AbortedError, DataError, UsageError
 from rigrunner.jobs import InProcess
-from rigrunner.workflow.study import going as module
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.coverage_case import Finding, Outcome
-from rigrunner.workflow.study.going import Going
+from rigrunner.study import going as module
+from rigrunner.study.case import Case
+from rigrunner.study.coverage_case import Finding, Outcome
+from rigrunner.study.going import Going
 
 CASES = [Case("sim", "", 1, number) for number in range(5)]
 EXACT = Outcome((0.1 + 0.2, -inf), (pi, 1e-300), (1 / 3, 2.0), 0.1, 0.2)

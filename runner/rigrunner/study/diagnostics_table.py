@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS
-from rigrunner.workflow.study.markdown import piped
+from rigrunner.study.diagnostics_rigs import POPULATIONS
+from rigrunner.study.markdown import piped
 
 if TYPE_CHECKING:
-    from rigrunner.workflow.study.diagnostics import BreakRow, Error, Study
-    from rigrunner.workflow.study.share import Share
+    from rigrunner.study.diagnostics import BreakRow, Error, Study
+    from rigrunner.study.share import Share
 
 ALARM_HEADER = ("check", *POPULATIONS)
 BREAK_HEADER = ("break", "from to", "seen by", "missed", "other checks", "error / N·m")

@@ -10,8 +10,8 @@ import pytest
 from rigrunner.api.devices import DeviceContext
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.fault_case import (
+from rigrunner.study.case import Case
+from rigrunner.study.fault_case import (
     ANALYSIS,
     CRASH,
     RECORDING,
@@ -19,10 +19,10 @@ from rigrunner.workflow.study.fault_case import (
     cases,
     examine,
 )
-from rigrunner.workflow.study.fault_kinds import FAULTS, UNSEEN
-from rigrunner.workflow.study.fault_table import fault_rows, markdown, study_document, summary
-from rigrunner.workflow.study.faults import tally
-from rigrunner.workflow.study.share import Share
+from rigrunner.study.fault_kinds import FAULTS, UNSEEN
+from rigrunner.study.fault_table import fault_rows, markdown, study_document, summary
+from rigrunner.study.faults import tally
+from rigrunner.study.share import Share
 
 SIM = "swing_tester_sim"
 

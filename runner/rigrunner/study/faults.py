@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.study.fault_case import (
+from rigrunner.study.fault_case import (
     ANALYSIS,
     CRASH,
     RECORDING,
@@ -14,14 +14,14 @@ from rigrunner.workflow.study.fault_case import (
     cases,
     examine,
 )
-from rigrunner.workflow.study.fault_kinds import FAULTS, UNSEEN
-from rigrunner.workflow.study.share import Share
+from rigrunner.study.fault_kinds import FAULTS, UNSEEN
+from rigrunner.study.share import Share
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.workflow.study.fault_kinds import DataFault
-    from rigrunner.workflow.study.going import Going
+    from rigrunner.study.fault_kinds import DataFault
+    from rigrunner.study.going import Going
 
 FAR = 2.0
 """Times the stated expanded uncertainty."""

@@ -9,15 +9,15 @@ import pytest
 from rigrunner.analysis.checks import LIMITS
 from rigrunner.api.errors import AbortedError
 from rigrunner.jobs import InProcess, Processes
-from rigrunner.workflow.study.bench import NATURAL, nested
-from rigrunner.workflow.study.breaks import BREAKS, REFUSED
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.diagnostics import run_diagnostics, tally
-from rigrunner.workflow.study.diagnostics_case import Finding, cases, examine
-from rigrunner.workflow.study.diagnostics_rigs import POPULATIONS, healthy
-from rigrunner.workflow.study.diagnostics_table import markdown, study_document
-from rigrunner.workflow.study.going import Going
-from rigrunner.workflow.study.share import Share
+from rigrunner.study.bench import NATURAL, nested
+from rigrunner.study.breaks import BREAKS, REFUSED
+from rigrunner.study.case import Case
+from rigrunner.study.diagnostics import run_diagnostics, tally
+from rigrunner.study.diagnostics_case import Finding, cases, examine
+from rigrunner.study.diagnostics_rigs import POPULATIONS, healthy
+from rigrunner.study.diagnostics_table import markdown, study_document
+from rigrunner.study.going import Going
+from rigrunner.study.share import Share
 from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigrunner.workflow.study.share import Share, clustered, rate_interval
+from rigrunner.study.share import Share, clustered, rate_interval
 
 
 def test_values_of_one_rig_that_agree_count_once():

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError, DeviceError
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.study.case import Case
-from rigrunner.workflow.study.coverage_case import limits
-from rigrunner.workflow.study.coverage_rigs import RANGES, draw
-from rigrunner.workflow.study.fault_kinds import FAULTS, UNSEEN
-from rigrunner.workflow.study.recording import NO_FAULTS, Faults, record_bench
-from rigrunner.workflow.study.tools import checked_by, checks_of, primary_alone, tools
+from rigrunner.study.case import Case
+from rigrunner.study.coverage_case import limits
+from rigrunner.study.coverage_rigs import RANGES, draw
+from rigrunner.study.fault_kinds import FAULTS, UNSEEN
+from rigrunner.study.recording import NO_FAULTS, Faults, record_bench
+from rigrunner.study.tools import checked_by, checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Estimate
     from rigrunner.api.results import Result
-    from rigrunner.workflow.study.bench import Bench
-    from rigrunner.workflow.study.fault_kinds import DataFault
-    from rigrunner.workflow.study.recording import RecordedBench
+    from rigrunner.study.bench import Bench
+    from rigrunner.study.fault_kinds import DataFault
+    from rigrunner.study.recording import RecordedBench
 
 RECORDING, ANALYSIS, CRASH = "(recording failed)", "(refused)", "(crashed)"
 """Stand for the answers of the engine and of the analysis, and for an analysis that broke."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.instruments import torque_instruments
-from rigrunner.workflow.study.bench import (
+from rigrunner.study.bench import (
     LOAD_N,
     NATURAL,
     Bench,
@@ -22,7 +22,7 @@ from rigrunner.workflow.study.bench import (
     scaled,
     with_inertia,
 )
-from rigrunner.workflow.study.populations import (
+from rigrunner.study.populations import (
     PAUSE_S,
     REFERENCE_TOLERANCE,
     SAMPLES_PER_RESONANCE,
