@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from multiprocessing.connection import Connection
 
+ENVIRONMENT = {**ONE_THREAD, "PYTHONSAFEPATH": "1"}
+"""Of the process: its interpreter looks at it once, as do its libraries.
+
+Without the second one an interpreter that is spawned imports modules of the folder that one stands
+in before those of Python: there may be anybody's.
+"""
 END = None
 """Sent in place of an item: there are no more."""
 
@@ -30,7 +36,7 @@ class Worker:
         self.pipe, its = context.Pipe()
         self.place = self.attempt = -1
         self._process = context.Process(target=serve, args=(its,), daemon=True)
-        with _one_thread():
+        with _environment():
             self._process.start()
         its.close()  # or the death of the process would not end the pipe
         self._send(task)
@@ -98,10 +104,10 @@ def _task(pipe: Connection) -> Callable[[Any], Any]:
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
-    """Let a process begin with one thread: its libraries look at the environment once."""
-    former = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(ONE_THREAD)
+def _environment() -> Iterator[None]:
+    """Let a process begin with our environment."""
+    former = {name: os.environ.get(name) for name in ENVIRONMENT}
+    os.environ.update(ENVIRONMENT)
     try:
         yield
     finally:

@@ -28,7 +28,13 @@ def refuse_crashing(path: Path) -> None:
     limit_s = _LEAST_S + path.stat().st_size / _BYTES_PER_S
     try:
         done = subprocess.run(  # noqa: S603  (this interpreter, on a text of ours)
-            [sys.executable, "-c", _CHILD, str(path)],
+            [
+                sys.executable,
+                "-P",
+                "-c",
+                _CHILD,
+                str(path),
+            ],  # -P: no module of the folder we are in
             stdin=subprocess.DEVNULL,
             capture_output=True,
             timeout=limit_s,

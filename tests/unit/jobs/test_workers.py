@@ -103,3 +103,10 @@ def test_a_task_that_cannot_be_imported_is_told_of_every_item():
 
     found = done(Processes(1), Local(), [1, 2])
     assert found == dict.fromkeys([1, 2], "ModuleNotFoundError: No module named 'no_such_module'")
+
+
+def test_processes_import_no_module_of_the_folder_that_one_stands_in(monkeypatch, tmp_path):
+    (tmp_path / "multiprocessing.py").write_text("open('was_imported', 'w')")
+    monkeypatch.chdir(tmp_path)
+    assert done(Processes(1), Squares(tmp_path), [2]) == {2: 4}
+    assert not (tmp_path / "was_imported").exists()

@@ -71,3 +71,11 @@ def test_the_child_reads_attributes_and_data_of_all_there_is(tmp_path):
     probe.walk(str(sealed))
     (tmp_path / "text.h5").write_text("hello")
     probe.walk(str(tmp_path / "text.h5"))
+
+
+def test_a_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch):
+    old_layout(tmp_path / "old.h5")
+    (tmp_path / "h5py.py").write_text("open('was_imported', 'w')")
+    monkeypatch.chdir(tmp_path)
+    refuse_crashing(tmp_path / "old.h5")
+    assert not (tmp_path / "was_imported").exists()
