@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import sys
 from contextlib import contextmanager, nullcontext, suppress
 from datetime import UTC, datetime
@@ -26,8 +27,12 @@ if TYPE_CHECKING:
 VARIABLE = "RIGRUNNER_LOCKS"
 """Names the folder of locks, such as one that several containers share, in place of the usual."""
 FOLDER = "rigrunner-rigs"
-EVERYONE = 0o777
-"""The next run may be another person's; a lock that only its maker could open would stand in it."""
+EVERYONE = 0o1777
+"""Of the folder: everyone makes locks in it, and nobody removes those of others (sticky)."""
+FOR_ALL = 0o666
+"""Of its files: the next run may be another person's, and has to open them."""
+_UNFOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+"""Somebody may have put a link there, or a pipe that nobody reads."""
 
 
 def rig_lock(planned: Planned) -> AbstractContextManager[None]:
@@ -48,7 +53,7 @@ def station_lock(station: LoadedStation, registry: Registry, what: str) -> Itera
         yield
         return
     lock_file = lock_folder() / f"{station.model.id}.lock"
-    lock = FileLock(lock_file, timeout=0, mode=0o666)
+    lock = FileLock(lock_file, timeout=0, mode=FOR_ALL)
     try:
         lock.acquire()
     except Timeout as error:
@@ -62,17 +67,27 @@ def station_lock(station: LoadedStation, registry: Registry, what: str) -> Itera
         _write_holder(lock_file, what)
         yield
     finally:
-        _holder(lock_file).unlink(missing_ok=True)
+        with suppress(OSError):
+            _holder(lock_file).unlink()
         lock.release()
 
 
 def lock_folder() -> Path:
-    """Return the folder of locks that everyone on this machine shares."""
+    """Return the folder of locks that everyone on this machine shares.
+
+    Raises DeviceError where a link or a file stands in its place.
+    """
     named = os.environ.get(VARIABLE)
     folder = Path(named) if named else _everyones() / FOLDER
-    folder.mkdir(exist_ok=True)
-    with suppress(PermissionError):  # another person made it, and opened it to all
-        folder.chmod(EVERYONE)
+    try:
+        folder.mkdir(exist_ok=True)
+        if sys.platform != "win32":  # there the folder above it says who may do what
+            _open_to_all(folder)
+    except OSError as error:
+        raise DeviceError(
+            f"the rig cannot be locked: {folder} is no folder for locks: {error.strerror}",
+            hint="remove what stands there",
+        ) from error
     return folder
 
 
@@ -84,6 +99,16 @@ def _everyones() -> Path:
     if sys.platform == "win32":
         return Path(os.environ.get("PUBLIC", "C:/Users/Public"))
     return Path("/tmp")  # noqa: S108  (everyone's is what is wanted)
+
+
+def _open_to_all(folder: Path) -> None:
+    """Let everyone make locks in a folder; whoever put a link there gains nothing by it."""
+    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        with suppress(PermissionError):  # another person made it, and opened it to all
+            os.fchmod(opened, EVERYONE)
+    finally:
+        os.close(opened)
 
 
 def _simulated(station: LoadedStation, registry: Registry) -> bool:
@@ -101,7 +126,29 @@ def _write_holder(lock_file: Path, what: str) -> None:
         "procedure": what,
         "since": utc_text(datetime.now(UTC)),
     }
-    _holder(lock_file).write_text(json.dumps(content), encoding="utf-8")
+    with suppress(OSError):  # it tells who holds the rig; what holds it is the lock
+        _write_plain(_holder(lock_file), json.dumps(content).encode())
+
+
+def _write_plain(path: Path, content: bytes) -> None:
+    """Write a file in a folder where others write too; raise OSError for what is no file of ours.
+
+    That is a link, or a file with a second name: writing to it would change another one. An
+    existing file is not opened as one to be made: in such folders Linux refuses it to others.
+    """
+    flags = os.O_WRONLY | _UNFOLLOWED
+    try:
+        opened = os.open(path, flags | os.O_CREAT | os.O_EXCL, FOR_ALL)
+        with suppress(AttributeError):  # Windows has it not
+            os.fchmod(opened, FOR_ALL)
+    except FileExistsError:
+        opened = os.open(path, flags)
+    with os.fdopen(opened, "wb") as file:
+        known = os.fstat(file.fileno())
+        if not stat.S_ISREG(known.st_mode) or known.st_nlink > 1:
+            raise OSError(f"{path} is a link")
+        file.truncate()
+        file.write(content)
 
 
 def _holder_text(lock_file: Path) -> str:

@@ -1,9 +1,12 @@
 """One run at a time on a real rig, whoever starts it and however the other one ends."""
 
 import dataclasses
+import os
 import signal
+import stat
 import subprocess
 import sys
+from contextlib import suppress
 
 import pytest
 
@@ -151,3 +154,45 @@ def test_what_is_played_back_needs_no_rig(tmp_path):
         played = ReplayedTape(tmp_path / "tape")
         with played, rig_lock(dataclasses.replace(planned(tmp_path / "two"), tape=played)):
             pass
+
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="there the folder is a person's own")
+
+
+@POSIX
+def test_nobody_can_remove_the_lock_of_another_person():
+    assert stat.S_IMODE(lock_folder().stat().st_mode) == 0o1777
+    lock_folder().chmod(0o777)  # as an earlier version made it
+    assert stat.S_IMODE(lock_folder().stat().st_mode) == 0o1777
+
+
+@POSIX
+@pytest.mark.parametrize("put", ["symlink_to", "hardlink_to"])
+def test_a_link_in_the_folder_of_locks_leads_to_no_file_of_ours(tmp_path, put):
+    """As another user of the machine could put it there beforehand."""
+    ours = tmp_path / "ours"
+    ours.write_text("precious")
+    getattr(lock_folder() / "press-1.json", put)(ours)
+    with rig_lock(planned(tmp_path / "one")):
+        pass
+    getattr(lock_folder() / "press-2.lock", put)(ours)
+    with suppress(DeviceError), rig_lock(planned(tmp_path / "two", "press-2")):
+        pass
+    assert ours.read_text() == "precious"
+
+
+@POSIX
+def test_a_pipe_in_place_of_the_holder_keeps_nobody_waiting(tmp_path):
+    os.mkfifo(lock_folder() / "press-1.json")
+    with rig_lock(planned(tmp_path / "one")):
+        pass
+
+
+@POSIX
+def test_a_link_in_place_of_the_folder_opens_no_folder_of_ours(tmp_path):
+    ours = tmp_path / "ours"
+    ours.mkdir(mode=0o700)
+    (tmp_path / "rigrunner-rigs").symlink_to(ours)
+    with pytest.raises(DeviceError, match="no folder for locks"), rig_lock(planned(tmp_path / "a")):
+        pass
+    assert stat.S_IMODE(ours.stat().st_mode) == 0o700
