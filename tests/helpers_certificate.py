@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from rigrunner.api.certificate import Authorisation
 from rigrunner.certificate.order import Order
 from rigrunner.registry import load_registry
-from rigrunner.workflow.certify import Request, certify
+from rigrunner.workflow.certifying.certify import Request, certify
 from rigrunner.workflow.labfolder import TEMPLATE
 
 NOW = datetime(2026, 11, 22, 9, 30, tzinfo=UTC)

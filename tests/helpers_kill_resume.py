@@ -32,7 +32,7 @@ from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
 from rigrunner.workflow.report import write_report
-from rigrunner.workflow.verify import verify_run
+from rigrunner.workflow.verifying.run import verify_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -16,7 +16,7 @@ from rigrunner.api.certificate import certificate_json, parse_certificate
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.content import certifiable
 from rigrunner.registry import load_registry
-from rigrunner.workflow.certify import read_source
+from rigrunner.workflow.certifying.certify import read_source
 
 LANGUAGES = ("en", "de")
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import UNITS
 from rigrunner.testing.check import AnyCheck, Nonconformity, applies, check, demand
-from rigrunner.workflow.fields import all_fields, fields_of
-from rigrunner.workflow.settings_schema import settings_schema
+from rigrunner.workflow.schemas.fields import all_fields, fields_of
+from rigrunner.workflow.schemas.settings import settings_schema
 
 if TYPE_CHECKING:
     from rigrunner.testing.subject import Subject
-    from rigrunner.workflow.fields import Field
+    from rigrunner.workflow.schemas.fields import Field
 
 NAME = r"[a-z][a-z0-9_]*"
 LONGEST_HELP = 100

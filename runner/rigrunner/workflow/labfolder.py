@@ -10,13 +10,13 @@ from rigrunner.registry import with_drop_ins
 from rigrunner.workflow.demo import PROCEDURES
 from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.new_files import write_new_files
-from rigrunner.workflow.schema import language_schema
+from rigrunner.workflow.schemas.files import language_schema
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.registry import Registry
-    from rigrunner.workflow.schema import Language
+    from rigrunner.workflow.schemas.files import Language
 
 TEMPLATE = Path(__file__).parent / "lab_template"
 STATION = "station.yaml"

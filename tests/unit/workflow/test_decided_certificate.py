@@ -18,12 +18,12 @@ from rigrunner.procedure import Acceptance
 from rigrunner.proof.seal import seal, unsealed
 from rigrunner.registry import Registry, load_registry
 from rigrunner.runfile import read
-from rigrunner.workflow.amend import _decided
+from rigrunner.workflow.certifying.amend import _decided
 from rigrunner.workflow.decisions import Decider, decide_again
-from rigrunner.workflow.verification import Verification
-from rigrunner.workflow.verify_certificate import Means, verify_certificate
-from rigrunner.workflow.verify_decisions import check_decisions
-from rigrunner.workflow.verify_pages import check_pages
+from rigrunner.workflow.verifying.certificate import Means, verify_certificate
+from rigrunner.workflow.verifying.decisions import check_decisions
+from rigrunner.workflow.verifying.pages import check_pages
+from rigrunner.workflow.verifying.verification import Verification
 
 DECIDED = datetime(2026, 11, 22, 9, tzinfo=UTC)
 """Half an hour before the certificate is issued."""

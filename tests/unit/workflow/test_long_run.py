@@ -8,7 +8,7 @@ from helpers_long import short_blocks
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.runfile.stored_samples import StoredSamples
-from rigrunner.workflow.derived_again import refuse_other_numbers
+from rigrunner.workflow.certifying.derived_again import refuse_other_numbers
 from rigrunner.workflow.stored import analyse_run
 
 

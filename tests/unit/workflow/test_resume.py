@@ -29,7 +29,7 @@ from rigrunner.workflow.interrupted import recover
 from rigrunner.workflow.resume import resume, run_files
 from rigrunner.workflow.runs import list_runs
 from rigrunner.workflow.stored import open_run
-from rigrunner.workflow.verify import verify_run
+from rigrunner.workflow.verifying.run import verify_run
 
 TWICE = (FEW_FREQUENCIES, "[8 Hz, 15 Hz, 15 Hz, 25 Hz, 35 Hz]")
 """A set-point that comes twice, as the noise must be another one the second time."""

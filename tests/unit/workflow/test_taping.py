@@ -30,7 +30,7 @@ from rigrunner.engine import Choice, Decision, Override, UnattendedAnswers
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.runfile import read
 from rigrunner.tape import RecordedTape, ReplayedTape
-from rigrunner.workflow.certify import read_source
+from rigrunner.workflow.certifying.certify import read_source
 from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.locate import find_station
 from rigrunner.workflow.noload import LoadedRun, find_no_load

@@ -51,7 +51,7 @@ def command(
     is.
     """
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.amend import AmendRequest, amend
+    from rigrunner.workflow.certifying.amend import AmendRequest, amend
     from rigrunner.workflow.lab_plugins import lab_registry
 
     request = AmendRequest(

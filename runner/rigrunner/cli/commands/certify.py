@@ -59,7 +59,7 @@ def command(
     """
     from rigrunner.certificate.order import Order, read_order
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.certify import Request, certify
+    from rigrunner.workflow.certifying.certify import Request, certify
     from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.locate import find_run
 

@@ -61,7 +61,7 @@ def _make(path: Path, *, protected: bool) -> None:
 
 def _sign(certificate: Path, key: Path, by: str, *, protected: bool) -> None:
     from rigrunner.clock import WallClock
-    from rigrunner.workflow.sign import sign
+    from rigrunner.workflow.certifying.sign import sign
 
     passphrase = _passphrase(new=False) if protected else ""
     result(str(sign(certificate, key, by, WallClock().utc(), passphrase)))

@@ -18,7 +18,7 @@ from rigrunner.workflow.locate import find_run
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.workflow.verification import Verification
+    from rigrunner.workflow.verifying.verification import Verification
 
 FORMS = (".json", ".html", ".pdf")
 RUN_FILES = (".h5", ".hdf5")
@@ -63,8 +63,8 @@ def command(
     run of a certificate is looked for beside it and among the runs.
     """
     from rigrunner.workflow.lab_plugins import lab_registry
-    from rigrunner.workflow.verify import verify_run
-    from rigrunner.workflow.verify_certificate import Means, verify_certificate
+    from rigrunner.workflow.verifying.certificate import Means, verify_certificate
+    from rigrunner.workflow.verifying.run import verify_run
 
     registry = lab_registry(station)
     if Path(what).suffix in FORMS:

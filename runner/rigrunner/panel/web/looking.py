@@ -18,8 +18,8 @@ from rigrunner.panel.web.answers import (
 )
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
-from rigrunner.workflow.certify import Request, certify
-from rigrunner.workflow.diff import compare_runs
+from rigrunner.workflow.certifying.certify import Request, certify
+from rigrunner.workflow.comparing.compare import compare_runs
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -23,7 +23,7 @@ from rigrunner.engine import UnattendedAnswers
 from rigrunner.procedure import load_procedure
 from rigrunner.study.tools import PROCEDURE, tools
 from rigrunner.testing.compensation.recordings import CLOSED_FORM, swings
-from rigrunner.workflow.certify import read_source
+from rigrunner.workflow.certifying.certify import read_source
 from rigrunner.workflow.labfolder import TEMPLATE
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import plan_run

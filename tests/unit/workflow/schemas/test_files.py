@@ -14,7 +14,7 @@ from rigrunner.api.hooks import PROJECT, DeviceRecord, FitRecord
 from rigrunner.api.settings import Force, Settings
 from rigrunner.procedure.steps import STEPS
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
-from rigrunner.workflow.schema import Language, certificate_schema, language_schema
+from rigrunner.workflow.schemas.files import Language, certificate_schema, language_schema
 
 LANGUAGES = get_args(Language)
 COPIED = ("procedure", "station", "import")

@@ -12,7 +12,7 @@ from rigrunner.proof.compare import mismatches
 from rigrunner.runfile import file_differences, read, refuse_crashing, sealed_file_of
 from rigrunner.workflow.provenance import software
 from rigrunner.workflow.stored import analyse_run
-from rigrunner.workflow.verification import Verification
+from rigrunner.workflow.verifying.verification import Verification
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -16,13 +16,13 @@ from rigrunner.proof.contents import content_in
 from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import check_seal
 from rigrunner.runfile import read_truth, sealed_file_of
+from rigrunner.workflow.certifying.sign import forms_of, signature_file_of
 from rigrunner.workflow.provenance import is_simulated, software
-from rigrunner.workflow.sign import forms_of, signature_file_of
-from rigrunner.workflow.verification import Verification
-from rigrunner.workflow.verify import check_run, versions
-from rigrunner.workflow.verify_decisions import check_decisions, decided_again, decided_result
-from rigrunner.workflow.verify_pages import check_pages
-from rigrunner.workflow.verify_signature import check_signature_of
+from rigrunner.workflow.verifying.decisions import check_decisions, decided_again, decided_result
+from rigrunner.workflow.verifying.pages import check_pages
+from rigrunner.workflow.verifying.run import check_run, versions
+from rigrunner.workflow.verifying.signature import check_signature_of
+from rigrunner.workflow.verifying.verification import Verification
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

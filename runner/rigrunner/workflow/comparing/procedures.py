@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure import parse_procedure
-from rigrunner.workflow.diff_tree import Change, changes
+from rigrunner.workflow.comparing.tree import Change, changes
 from rigrunner.yamlfile import parse
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import unsealed
 from rigrunner.workflow.provenance import software
-from rigrunner.workflow.verify import versions
+from rigrunner.workflow.verifying.run import versions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.certificate import Certificate
     from rigrunner.registry import Registry
-    from rigrunner.workflow.verification import Verification
+    from rigrunner.workflow.verifying.verification import Verification
 
 KIND = "certificate_format"
 _OWN_WORDS = ("templates/", "texts/", "style.css")

@@ -10,7 +10,7 @@ from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
-from rigrunner.workflow.derived_again import refuse_other_numbers
+from rigrunner.workflow.certifying.derived_again import refuse_other_numbers
 from rigrunner.workflow.stored import analyse_run
 
 

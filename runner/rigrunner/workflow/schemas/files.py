@@ -17,14 +17,14 @@ from rigrunner.procedure import PluginRef, Procedure
 from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.workflow.importing.mapping import ImportMapping
-from rigrunner.workflow.schema_shapes import (
+from rigrunner.workflow.schemas.settings import SettingsSchema
+from rigrunner.workflow.schemas.shapes import (
     with_defaults_in_words,
     with_merged_steps,
     with_references,
     with_shared_quantities,
     without_unused,
 )
-from rigrunner.workflow.settings_schema import SettingsSchema
 from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:

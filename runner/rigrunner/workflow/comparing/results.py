@@ -6,7 +6,7 @@ from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.diff_tree import Change, changes
+from rigrunner.workflow.comparing.tree import Change, changes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

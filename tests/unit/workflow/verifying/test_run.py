@@ -8,7 +8,7 @@ import pytest
 
 from rigrunner.registry import load_registry
 from rigrunner.runfile.manifest import manifest_text
-from rigrunner.workflow.verify import verify_run
+from rigrunner.workflow.verifying.run import verify_run
 
 
 @pytest.fixture

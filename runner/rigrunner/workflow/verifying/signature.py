@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.proof.signature import Signature
-    from rigrunner.workflow.verification import Verification
+    from rigrunner.workflow.verifying.verification import Verification
 
 UNSIGNED = "unsigned: nothing shows who issued it"
 

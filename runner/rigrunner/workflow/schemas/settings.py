@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from rigrunner.workflow.fields import Field, fields_of
+from rigrunner.workflow.schemas.fields import Field, fields_of
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

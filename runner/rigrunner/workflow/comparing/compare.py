@@ -9,8 +9,8 @@ from rigrunner.api.errors import UsageError
 from rigrunner.procedure import load_procedure
 from rigrunner.runfile import read
 from rigrunner.workflow.approval import approval_state
-from rigrunner.workflow.diff_procedures import ProcedureTexts, procedure_changes
-from rigrunner.workflow.diff_runs import run_changes
+from rigrunner.workflow.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.workflow.comparing.runs import run_changes
 from rigrunner.workflow.locate import find_procedure, find_run
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.runfile import RunHeader
-    from rigrunner.workflow.diff_tree import Change
+    from rigrunner.workflow.comparing.tree import Change
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
     from rigrunner.workflow.decisions import DecisionFile
-    from rigrunner.workflow.verification import Verification
+    from rigrunner.workflow.verifying.verification import Verification
 
 
 def decided_again(certificate: Certificate) -> tuple[DecisionRecord, ...]:

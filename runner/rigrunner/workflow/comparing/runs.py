@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.workflow.diff_procedures import ProcedureTexts, procedure_changes
-from rigrunner.workflow.diff_results import result_changes
-from rigrunner.workflow.diff_tree import Change, changes
+from rigrunner.workflow.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.workflow.comparing.results import result_changes
+from rigrunner.workflow.comparing.tree import Change, changes
 from rigrunner.yamlfile import parse
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from helpers_workflow import START, edited, quick_procedure, run, station_file
 from rigrunner.api.errors import UsageError
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import read
-from rigrunner.workflow.diff import compare
-from rigrunner.workflow.diff_procedures import ProcedureTexts, procedure_changes
-from rigrunner.workflow.diff_results import result_changes
-from rigrunner.workflow.diff_tree import changes, same
+from rigrunner.workflow.comparing.compare import compare
+from rigrunner.workflow.comparing.procedures import ProcedureTexts, procedure_changes
+from rigrunner.workflow.comparing.results import result_changes
+from rigrunner.workflow.comparing.tree import changes, same
 from rigrunner.workflow.locate import find_procedure
 
 LOADED = find_procedure("starting_torque_1000n")

@@ -19,7 +19,7 @@ from rigrunner.api.settings import (
     WrapperSettings,
     YesNo,
 )
-from rigrunner.workflow.fields import all_fields, fields_of
+from rigrunner.workflow.schemas.fields import all_fields, fields_of
 
 
 class Inner(Settings):

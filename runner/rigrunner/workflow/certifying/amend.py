@@ -15,8 +15,8 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.results import conformity_of
 from rigrunner.clock import utc_text
-from rigrunner.workflow.certify import read_source
-from rigrunner.workflow.office import Issued, Office
+from rigrunner.workflow.certifying.certify import read_source
+from rigrunner.workflow.certifying.office import Issued, Office
 from rigrunner.workflow.provenance import software
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.workflow.fields import DIMENSION
+from rigrunner.workflow.schemas.fields import DIMENSION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence

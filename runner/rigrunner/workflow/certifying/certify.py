@@ -19,9 +19,9 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
+from rigrunner.workflow.certifying.derived_again import refuse_other_numbers
+from rigrunner.workflow.certifying.office import Issued, Office
 from rigrunner.workflow.decisions import later_decisions
-from rigrunner.workflow.derived_again import refuse_other_numbers
-from rigrunner.workflow.office import Issued, Office
 from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.stored import analyse_run
 

@@ -1,0 +1,1 @@
+"""A laboratory's documents: issued, amended and signed."""

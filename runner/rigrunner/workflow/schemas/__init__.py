@@ -1,0 +1,1 @@
+"""What people write, as JSON Schema for their editors and in words."""
