@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import math
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from rigrunner.api.events import Alarm, Event
-from rigrunner.clock import UtcTexts, utc_text
+from rigrunner.clock import utc_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable
     from datetime import datetime
 
     from rigrunner.api.devices import Clock
@@ -72,7 +73,7 @@ class Emit(Protocol):
     """Puts an event on the bus."""
 
     def __call__(
-        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+        self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
     ) -> None:
         """Stamp and hand out an event of that kind; `whole`: of which all fields are given."""
         ...
@@ -87,23 +88,17 @@ class Emitter:
 
     def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
         self._bus = bus
-        self._clock = clock
-        self._latest = clock.utc()
-        self._stamp = EventStamp(clock, first_seq)
+        self._stamp = EventStamp(clock, first_seq, self._tell_set_back)
 
     def __call__(
-        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+        self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
     ) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it.
 
-        `whole`: all of its fields but the stamp, those with a default among them.
+        `whole`: all of its fields, as `EventStamp.on` has them; it belongs to the event then.
         """
-        now, latest = self._clock.utc(), self._latest
-        self._latest = now
-        if now < latest:
-            self._tell_set_back(latest, now)
         stamp = self._stamp
-        event = stamp.at(now, kind, fields) if whole is None else stamp.on(now, kind, whole)
+        event = stamp(kind, **fields) if whole is None else stamp.on(kind, whole)
         if dropped := self._bus.emit(event):
             for text in dropped:
                 self(Alarm, source="event sink", text=text)
@@ -115,43 +110,63 @@ class Emitter:
 
 
 class EventStamp:
-    """Makes events with consecutive sequence numbers and the clock's time."""
+    """Makes events with consecutive sequence numbers and the clock's time.
 
-    def __init__(self, clock: Clock, first_seq: int = 0) -> None:
+    The date and time is looked at when its text, which has milliseconds, may be another one: of a
+    hundred events within a millisecond by the monotonic clock, once.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        first_seq: int = 0,
+        set_back: Callable[[datetime, datetime], None] = lambda *_: None,
+    ) -> None:
+        """Begin; `set_back` is told the latest time and the present one, if that is before it."""
         self._clock = clock
+        self._monotonic_s = clock.monotonic_s
         self._seq = itertools.count(first_seq)
-        self._utc_text = UtcTexts()
+        self._set_back = set_back
+        self._latest = clock.utc()
+        self._utc = ""
+        self._from_s = self._until_s = math.inf
+        """Between which times of the monotonic clock that text holds."""
         self._seen: set[type[Event]] = set()
         """The kinds of which a whole one was looked at."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
-        return self.at(self._clock.utc(), kind, fields)
+        now_s = self._monotonic_s()
+        if not self._from_s <= now_s < self._until_s:
+            self._look(now_s)
+        return kind(seq=next(self._seq), monotonic_s=now_s, utc=self._utc, **fields)
 
-    def at(self, now: datetime, kind: type[_E], given: Mapping[str, Any]) -> _E:
-        """Return an event of that kind, stamped with a date and time that was just looked at."""
-        seq, monotonic_s, utc = next(self._seq), self._clock.monotonic_s(), self._utc_text(now)
-        return kind(seq=seq, monotonic_s=monotonic_s, utc=utc, **given)
-
-    def on(self, now: datetime, kind: type[_E], whole: Mapping[str, Any]) -> _E:
+    def on(self, kind: type[_E], whole: dict[str, Any]) -> _E:
         """Return the same of all fields, in their order: for those of which there are very many.
 
-        The __init__ of a frozen dataclass sets each field on its own, in four times the time. What
-        is given is looked at when the first event of a kind is made.
+        The stamp stands before the others, to be filled in. The __init__ of a frozen dataclass sets
+        each field on its own, in four times the time. What is given is looked at when the first
+        event of a kind is made.
         """
-        known = {
-            "seq": next(self._seq),
-            "monotonic_s": self._clock.monotonic_s(),
-            "utc": self._utc_text(now),
-            **whole,
-        }
+        whole["monotonic_s"] = now_s = self._monotonic_s()
+        if not self._from_s <= now_s < self._until_s:
+            self._look(now_s)
+        whole["seq"], whole["utc"] = next(self._seq), self._utc
         if kind not in self._seen:
-            if list(known) != list(vars(kind(**known))):
+            if list(whole) != list(vars(kind(**whole))):
                 raise TypeError(f"{kind.__name__} is not whole: {', '.join(whole)}")
             self._seen.add(kind)
         event = kind.__new__(kind)
-        object.__setattr__(event, "__dict__", known)
+        object.__setattr__(event, "__dict__", whole)
         return event
+
+    def _look(self, now_s: float) -> None:
+        latest, now = self._latest, self._clock.utc()
+        self._latest, self._utc = now, utc_text(now)
+        self._from_s = now_s
+        self._until_s = now_s + (999 - now.microsecond % 1000) / 1e6
+        if now < latest:
+            self._set_back(latest, now)
 
 
 def _name(sink: EventSink) -> str:

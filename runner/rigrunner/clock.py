@@ -13,33 +13,11 @@ def utc_text(moment: datetime) -> str:
     return in_utc.isoformat(timespec="milliseconds").removesuffix("+00:00") + "Z"
 
 
-_MILLISECONDS = tuple(f"{count:03d}Z" for count in range(1000))
-
-
-class UtcTexts:
-    """Writes times as `utc_text` does; what is the same throughout a second is written once."""
-
-    def __init__(self) -> None:
-        self._first = self._last = datetime.min.replace(tzinfo=UTC)
-        """The first and the last microsecond of the second whose text is known."""
-        self._text = ""
-
-    def __call__(self, moment: datetime) -> str:
-        """Return the text of an aware time."""
-        if moment.tzinfo is not UTC:
-            return utc_text(moment)
-        if not self._first <= moment <= self._last:
-            self._first, self._last = (moment.replace(microsecond=us) for us in (0, 999_999))
-            self._text = utc_text(self._first).removesuffix("000Z")
-        return self._text + _MILLISECONDS[moment.microsecond // 1000]
-
-
 class WallClock:
     """The time of the machine; a Clock."""
 
-    def monotonic_s(self) -> float:
-        """Return seconds since an arbitrary start."""
-        return time.monotonic()
+    monotonic_s = staticmethod(time.monotonic)
+    """Seconds since an arbitrary start; asked for with every event, so without a call around it."""
 
     def utc(self) -> datetime:
         """Return the machine's date and time, in UTC."""

@@ -42,8 +42,11 @@ class Attempt:
             self._setpoints, self._units = action.setpoints, action.units
 
     def started(self) -> dict[str, Any]:
-        """Return all fields of its StepStarted but the stamp."""
+        """Return all fields of its StepStarted, whose stamp is to be filled in."""
         return {
+            "seq": 0,
+            "monotonic_s": 0.0,
+            "utc": "",
             "step": self.step.path,
             "index": self._index,
             "action": self._name,
@@ -54,8 +57,11 @@ class Attempt:
         }
 
     def ended(self, found: Measured = NOTHING, *, ok: bool) -> dict[str, Any]:
-        """Return all fields of its StepEnded but the stamp."""
+        """Return all fields of its StepEnded, whose stamp is to be filled in."""
         return {
+            "seq": 0,
+            "monotonic_s": 0.0,
+            "utc": "",
             "step": self.step.path,
             "index": self._index,
             "action": self._name,

@@ -9,7 +9,7 @@ from rigrunner.api.events import Alarm, Intervention, Outcome
 from rigrunner.engine.pausing import StopNow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
@@ -44,7 +44,7 @@ class Notes:
         return tuple(self._passed_over)
 
     def tell(
-        self, kind: type[Event], whole: Mapping[str, Any] | None = None, /, **fields: Any
+        self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
     ) -> None:
         """Emit what must not raise: a sink that fails now is an error beside the first."""
         try:

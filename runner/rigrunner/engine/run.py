@@ -39,6 +39,9 @@ if TYPE_CHECKING:
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
 
+_TEARDOWN = Phase.TEARDOWN
+"""To look up a member of an enumeration takes, in Python 3.11, as long as a call."""
+
 
 @dataclass(frozen=True)
 class RunSummary:
@@ -115,16 +118,18 @@ class Run:
         before = settles_before(steps, index) if index < len(steps) else []
         while index < len(steps) and self.notes.first is None:
             step = steps[index]
-            if step.phase is Phase.TEARDOWN:
+            if step.phase is _TEARDOWN:
                 if not step.calls:
                     break
                 self._tear_down(index, step)
                 index += 1
                 continue
             try:
-                for one in (*before, index):
+                for one in before:
                     self._go_on(one, at=index)
-                index, before = index + 1, []
+                before = []
+                self._go_on(index, at=index)
+                index += 1
             except PauseWantedError as wanted:
                 decision = take_break(steps, index, wanted, self._session)
                 index = self._next(index, decision)

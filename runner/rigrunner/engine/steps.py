@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil
 from statistics import fmean
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.api.events import Answer, Note, Prompt, Samples
@@ -33,15 +34,16 @@ _NAMES: dict[type, str] = {
 _NONE: Mapping[str, Any] = {}
 
 
-class Measured(NamedTuple):
+@dataclass(slots=True)  # to make a frozen one, or a tuple with names, takes twice as long
+class Measured:
     """What a step found, in SI units by 'role.name', and what a simulator knows of it."""
 
-    values: Mapping[str, float] = _NONE
-    units: Mapping[str, str] = _NONE
-    truth: Mapping[str, float] = _NONE
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    truth: Mapping[str, float]
 
 
-NOTHING = Measured()
+NOTHING = Measured(_NONE, _NONE, _NONE)
 
 
 def action_name(action: Action) -> str:
@@ -108,7 +110,7 @@ def _zero(action: Zero, session: Session) -> Measured:
             f" more than the {action.within:g} {action.unit} allowed",
             hint="is the rig at rest and unloaded? if so, adjust the instrument's zero",
         )
-    return Measured({name: mean}, {name: action.unit})
+    return Measured({name: mean}, {name: action.unit}, _NONE)
 
 
 def _set(action: SetDrive, session: Session) -> Measured:
@@ -117,7 +119,7 @@ def _set(action: SetDrive, session: Session) -> Measured:
     rate_per_s = session.rig.led_rate_per_s(action.role, action.drive)
     if rate_per_s is None:
         actual = session.set(action.role, action.drive, action.value)
-        return Measured({name: actual}, {name: action.unit})
+        return Measured({name: actual}, {name: action.unit}, _NONE)
     start = session.rig.standing(action.role, action.drive)
     seconds = abs(action.value - start) / rate_per_s
     return _ramp(
@@ -139,18 +141,18 @@ def _ramp(action: Ramp, session: Session) -> Measured:
         for _ in _naps(began_s + share * action.duration_s - clock.monotonic_s(), session):
             pass
     name = f"{action.role}.{action.drive}"
-    return Measured({name: actual}, {name: action.unit})
+    return Measured({name: actual}, {name: action.unit}, _NONE)
 
 
 def _measure(action: Measure, session: Session) -> Measured:
     by_role = _by_role(action.channels)
     if len(by_role) == 1:
         role, channels = by_role[0]
-        return Measured(_values(action, role, channels, session), action.units)
+        return Measured(_values(action, role, channels, session), action.units, _NONE)
     values: dict[str, float] = {}
     for role, channels in by_role:
         values.update(_values(action, role, channels, session))
-    return Measured({member: values[member] for member in action.channels}, action.units)
+    return Measured({name: values[name] for name in action.channels}, action.units, _NONE)
 
 
 @lru_cache

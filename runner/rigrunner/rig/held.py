@@ -26,6 +26,9 @@ class HeldDrive:
         self.name = name
         self.info = role.drive(name)
         self.allowed = rules.narrowed(self.member, self.info)
+        own, rate_per_s = self.info.rate_per_s, self.allowed.rate_per_s
+        self.led_rate_per_s = None if rate_per_s == own else rate_per_s
+        """How fast the drive is to be led, as the station says; None: it moves by itself."""
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol

@@ -113,9 +113,7 @@ class Rig:
 
     def led_rate_per_s(self, role: str, drive: str) -> float | None:
         """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
-        held = self._held(role, drive)
-        rate_per_s = held.allowed.rate_per_s
-        return None if rate_per_s == held.info.rate_per_s else rate_per_s
+        return self._held(role, drive).led_rate_per_s
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits that the station sets it."""

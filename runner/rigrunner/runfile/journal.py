@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import os
 import struct
-import time
-import zlib
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
+from time import monotonic
 from typing import TYPE_CHECKING, BinaryIO
+from zlib import crc32
 
 from rigrunner.api.errors import DataError
 
@@ -24,6 +24,7 @@ MAGIC = b"RIGJ\x01\r\n\x00"
 """Byte 4 is the version of the framing."""
 _HEAD = struct.Struct("<IBI")
 """Length of the payload, kind, CRC-32 over both and the payload."""
+_HEAD_BYTES, _pack = _HEAD.size, _HEAD.pack
 _SYNC_EVERY_S = 1.0
 _SMALL = 4096
 """Bytes of parts that are copied rather than written after their head."""
@@ -56,7 +57,8 @@ class JournalWriter:
         What follows that record is cut off: nothing could be read behind it.
         """
         self.path = path
-        self._synced_s = time.monotonic()
+        self.sync_due_s = monotonic() + _SYNC_EVERY_S
+        """When its latest records are to be synced."""
         self._file = path.open("xb" if records_end is None else "r+b", buffering=0)
         self._end = len(MAGIC) if records_end is None else records_end
         if records_end is None:
@@ -68,16 +70,15 @@ class JournalWriter:
     def append(self, kind: Kind, payload: bytes) -> None:
         """Append one record, in one write; the system has it on return."""
         length = len(payload)
-        checksum = zlib.crc32(payload, zlib.crc32(_HEAD.pack(length, kind, 0)))
-        record = _HEAD.pack(length, kind, checksum) + payload
+        record = _pack(length, kind, crc32(payload, crc32(_pack(length, kind, 0)))) + payload
         try:
             written = self._file.write(record)
-            if written != len(record):
+            if written != _HEAD_BYTES + length:
                 self._write(memoryview(record)[written or 0 :])
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             self._take_back()
             raise
-        self._end += _HEAD.size + length
+        self._end += _HEAD_BYTES + length
 
     def append_parts(self, kind: Kind, parts: Sequence[bytes | memoryview]) -> None:
         """Append one record whose payload is the parts in order; long ones are not copied."""
@@ -94,11 +95,11 @@ class JournalWriter:
     def sync(self) -> None:
         """Wait until all is on the disk."""
         os.fsync(self._file.fileno())
-        self._synced_s = time.monotonic()
+        self.sync_due_s = monotonic() + _SYNC_EVERY_S
 
     def sync_sometimes(self) -> None:
         """Sync if that was not done for a second."""
-        if time.monotonic() - self._synced_s > _SYNC_EVERY_S:
+        if monotonic() > self.sync_due_s:
             self.sync()
 
     def close(self) -> None:
@@ -172,7 +173,7 @@ def _next(file: BinaryIO, start: int, size: int) -> Record | None:
 
 
 def _checksum(length: int, kind: int, parts: Sequence[bytes | memoryview]) -> int:
-    checksum = zlib.crc32(_HEAD.pack(length, kind, 0))
+    checksum = crc32(_HEAD.pack(length, kind, 0))
     for part in parts:
-        checksum = zlib.crc32(part, checksum)
+        checksum = crc32(part, checksum)
     return checksum

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.errors import DataError
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
     from rigrunner.api.events import EventSink
     from rigrunner.runfile.model import RunHeader, SweepPlot
+
+_EVENT = Kind.EVENT
+"""Looked up once: in Python 3.11 a member of an enumeration takes as long as a call."""
 
 
 class RunWriter:
@@ -90,11 +94,10 @@ class RunWriter:
         try:
             match event:
                 case StepStarted() | StepEnded() if not event.recording:
-                    self._events.append(Kind.EVENT, event_bytes(event))
-                    if self._sync_measurements and _measures(event):
+                    self._events.append(_EVENT, event_bytes(event))
+                    at_once = self._sync_measurements and _measures(event)
+                    if at_once or monotonic() > self._events.sync_due_s:
                         self._events.sync()
-                    else:
-                        self._events.sync_sometimes()
                 case StepStarted():
                     self._begin_recording(event)
                 case StepEnded():
@@ -133,7 +136,7 @@ class RunWriter:
         self._folding.wait()
 
     def _append(self, event: Event) -> None:
-        self._events.append(Kind.EVENT, event_bytes(event))
+        self._events.append(_EVENT, event_bytes(event))
         self._events.sync()
 
     def _begin_recording(self, event: StepStarted) -> None:

@@ -28,6 +28,7 @@ class RunLog:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("ab", buffering=0)
+        self._write = self._file.write
 
     def __enter__(self) -> Self:
         return self
@@ -38,7 +39,7 @@ class RunLog:
     def __call__(self, event: Event) -> None:
         """Write the event as a line; samples leave none, nor do steps that end well."""
         if text := event_text(event):
-            self._file.write(f"{event.utc} {text}\n".encode())
+            self._write(f"{event.utc} {text}\n".encode())
 
 
 def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each kind)

@@ -4,6 +4,8 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from helpers_devices import Listener
 from rigrunner.api.events import (
@@ -16,7 +18,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.bus import Bus, Emitter, EventStamp
-from rigrunner.clock import SimulatedClock
+from rigrunner.clock import SimulatedClock, utc_text
 
 
 def failing(_event: object) -> None:
@@ -87,17 +89,37 @@ def test_a_clock_that_is_set_back_is_told_once_and_a_correction_is_not():
     clock, listener = Machine(datetime(2026, 3, 1, tzinfo=UTC)), Listener()
     emit = Emitter(Bus([listener]), clock)
     start(emit)
-    clock.back_s = 0.5
-    start(emit)
-    assert len(listener.events) == 2
-    clock.back_s = 3600.0
-    start(emit)
-    start(emit)
+    for clock.back_s in (0.5, 3600.0, 3600.0):
+        clock.sleep(0.001)
+        start(emit)
     told = [event.text for event in listener.events if isinstance(event, Alarm)]
     assert len(told) == 1
-    assert "set back from 2026-02-28T23:59:59.500Z to 2026-02-28T23:00:00.000Z" in told[0]
+    assert len(listener.events) == 4 + len(told)
+    assert "set back from 2026-02-28T23:59:59.501Z to 2026-02-28T23:00:00.002Z" in told[0]
 
 
+@given(
+    st.integers(0, 999_999),
+    st.lists(st.sampled_from([0.0, 1e-7, 4e-7, 1e-6, 7e-5, 3e-4, 0.0013, 0.999]), max_size=40),
+)
+def test_the_time_of_day_of_an_event_is_that_of_the_clock(microsecond, passed):
+    clock = SimulatedClock(datetime(2026, 3, 1, 23, 59, 59, microsecond, tzinfo=UTC))
+    stamp = EventStamp(clock)
+    for seconds in passed:
+        clock.sleep(seconds)
+        assert stamp(Note, step="s", text="t").utc == utc_text(clock.utc())
+
+
+def test_a_clock_whose_seconds_begin_anew_is_looked_at(clock):
+    times = iter([5.0, 1.0])
+    clock.monotonic_s = lambda: next(times)
+    stamp = EventStamp(clock)
+    stamp(Note, step="s", text="t")
+    clock.utc = lambda: datetime(2026, 3, 1, 0, 1, tzinfo=UTC)
+    assert stamp(Note, step="s", text="t").utc == "2026-03-01T00:01:00.000Z"
+
+
+STAMP = {"seq": 0, "monotonic_s": 0.0, "utc": ""}
 KINDS = [
     (RunStarted, {"run_id": "r", "steps": 1, "estimated_s": 2.0}),
     (StepStarted, {"step": "main[0].set", "index": 0, "action": "set", "text": "Set it"}),
@@ -132,11 +154,10 @@ def test_an_event_with_wrong_fields_is_refused_every_time(clock, wrong):
 @pytest.mark.parametrize(("kind", "given"), KINDS, ids=lambda one: getattr(one, "__name__", ""))
 def test_a_whole_event_is_the_one_that_its_class_makes(clock, kind, given):
     plain = kind(seq=0, monotonic_s=0.0, utc="2026-03-01T00:00:00.000Z", **given)
-    whole = {name: value for name, value in vars(plain).items() if name not in STAMP}
     listener = Listener()
     emit = Emitter(Bus([listener]), clock)
     for _ in range(3):
-        emit(kind, whole)
+        emit(kind, vars(plain) | STAMP)
     assert [replace(one, seq=0) for one in listener.events] == [plain] * 3
     assert [one.seq for one in listener.events] == [0, 1, 2]
     assert all(list(vars(one)) == list(vars(plain)) for one in listener.events)
@@ -153,7 +174,4 @@ def test_a_whole_event_is_the_one_that_its_class_makes(clock, kind, given):
 )
 def test_what_is_not_a_whole_event_is_refused(clock, wrong):
     with pytest.raises(TypeError):
-        Emitter(Bus(), clock)(Note, wrong)
-
-
-STAMP = ("seq", "monotonic_s", "utc")
+        Emitter(Bus(), clock)(Note, STAMP | wrong)
