@@ -25,6 +25,12 @@ extensions = ["myst_parser"]
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
 
+# `sphinx-build -b linkcheck docs FOLDER` asks the network for what is linked beyond this site
+linkcheck_timeout = 20
+linkcheck_retries = 2
+linkcheck_ignore = [r"http://(127\.0\.0\.1|localhost)"]
+linkcheck_allowed_redirects = {r"https://doi\.org/.*": r"https://.*"}
+
 html_theme = "furo"
 html_title = f"Rigrunner {version}"
 html_static_path = ["_static"]

@@ -1,0 +1,136 @@
+"""What pages show and nobody runs is right all the same: parts of files, and commands."""
+
+from __future__ import annotations
+
+import re
+import shlex
+
+import pytest
+import yaml
+
+from helpers_cli import call
+from helpers_docs import ROOT, code_blocks, pages
+from rigrunner.cli.lazy import LazyGroup
+from rigrunner.cli.main import rigrunner
+from rigrunner.procedure import load_procedure
+from rigrunner.workflow.inputs import read_answers
+
+PROCEDURE = ROOT / "procedures/starting_torque_1000n.yaml"
+STATION = ROOT / "procedures/stations/simulated.yaml"
+PART = "run by the reader alone: a part of a procedure"
+OF_A_STATION = {"devices", "durability", "safety", "instruments", "rig"}
+LANGUAGE = ROOT / "docs/reference/procedure-language.md"
+
+
+def is_of_answers(block):
+    return block.code.startswith("specimen: ")
+
+
+def shown():
+    """Return the blocks of YAML that no command of their page uses."""
+    return [
+        pytest.param(block.code, id=f"{page.relative_to(ROOT)}:{block.line}")
+        for page in pages()
+        for block in code_blocks(page)
+        if block.language == "yaml" and not block.file and block.elsewhere in {"", PART}
+        if not is_of_answers(block)
+    ]
+
+
+def sections(text, indent=""):
+    """Return a mapping's entries as they are written, by key."""
+    found = re.split(rf"^(?={indent}[\w]+:)", text, flags=re.MULTILINE)
+    return {
+        part.partition(":")[0].strip(): part for part in found if re.match(rf"{indent}\w+:", part)
+    }
+
+
+def completed(part, whole):
+    """Return a file with the sections of a part in place of its own."""
+    if part.startswith("  "):  # of its analysis
+        inner = sections(sections(whole)["analysis"].partition("\n")[2], "  ")
+        part = "analysis:\n" + "".join((inner | sections(part, "  ")).values())
+    found = sections(whole) | sections(part)
+    if part.startswith("analysis:") and "template_inverse" not in part:
+        del found["acceptance"]  # its limit is for that method's torque
+    return "".join(found.values())
+
+
+def checked(procedure, station):
+    called = call("check", procedure, "--station", station)
+    assert called.code == 0, called.err
+    return called.out
+
+
+@pytest.mark.parametrize("part", shown())
+def test_a_part_of_a_file_fits_into_a_whole_one(part, tmp_path):
+    known = set(yaml.safe_load(part))
+    procedure, station = tmp_path / "procedure.yaml", tmp_path / "station.yaml"
+    whole = PROCEDURE.read_text("utf-8").replace("$running_in", "5 Hz")
+    procedure.write_text(whole, encoding="utf-8")
+    station.write_text(STATION.read_text("utf-8"), encoding="utf-8")
+    changed = station if known & OF_A_STATION or "station/1" in part else procedure
+    changed.write_text(completed(part, changed.read_text("utf-8")), encoding="utf-8")
+    checked(procedure, station)
+
+
+def test_the_answers_that_are_shown_fit_the_questions_before_them(tmp_path):
+    blocks = code_blocks(LANGUAGE)
+    (place,) = (place for place, block in enumerate(blocks) if is_of_answers(block))
+    asked = "".join(
+        block.code for block in reversed(blocks[:place]) if block.code.startswith("inputs:")
+    )
+    procedure, answers = tmp_path / "procedure.yaml", tmp_path / "answers.yaml"
+    known = "".join(re.findall(r"^  \w+: {.*}\n", asked, re.MULTILINE))
+    whole = PROCEDURE.read_text("utf-8")
+    procedure.write_text(completed(f"inputs:\n{known}", whole), encoding="utf-8")
+    answers.write_text(blocks[place].code, encoding="utf-8")
+    found = read_answers(answers, load_procedure(procedure))
+    assert found == yaml.safe_load(blocks[place].code)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("analysis:\n  fits: [polinomial]\n", "polinomial"),
+        ("  primary: energi\n", "energi"),
+        ("acceptance:\n  limitt: {}\n", "limitt"),
+        ("durability: {sync: never}\n", "never"),
+    ],
+)
+def test_a_part_that_is_wrong_is_seen(wrong, words, tmp_path):
+    with pytest.raises(AssertionError, match=words):
+        test_a_part_of_a_file_fits_into_a_whole_one(wrong, tmp_path)
+
+
+def commands():
+    """Return the lines with which pages call the program, where no test calls it so."""
+    for page in pages():
+        for block in code_blocks(page):
+            if block.language == "sh" and not block.elsewhere:
+                continue
+            text = block.code.replace("\\\n", " ")
+            for line in re.findall(r"^(?:\S*/)?(?:rigrunner|python) .*", text, re.MULTILINE):
+                yield pytest.param(line, id=f"{page.relative_to(ROOT)}:{block.line}")
+
+
+@pytest.mark.parametrize("line", [*commands()])
+def test_a_command_that_is_shown_is_one_with_these_options(line):
+    words = shlex.split(line, comments=True)[1:]
+    if words[0].endswith(".py"):
+        assert (ROOT / words[0]).is_file()
+    if "rigrunner" in line.split()[0]:
+        command = rigrunner
+        while isinstance(command, LazyGroup):
+            command = command.get_command(None, words.pop(0))
+            assert command is not None, line
+        taken = {option for each in command.params for option in each.opts}
+        assert {word.partition("=")[0] for word in words if word.startswith("-")} <= taken
+
+
+def test_a_command_is_in_a_block_so_that_it_is_found():
+    """Four blanks make a block as well, which no test reads."""
+    beyond = re.compile(r"^ {4}(?:rigrunner|python|pip|git|curl) ", re.MULTILINE)
+    fenced = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+    for page in pages():
+        assert not beyond.search(fenced.sub("", page.read_text(encoding="utf-8"))), page
