@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 import subprocess
 import sys
 import threading
@@ -11,10 +12,9 @@ import time
 from contextlib import ExitStack, contextmanager, suppress
 
 import httpx
+import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
-
-from rigrunner.panel.live.frames import parse_frame
 
 PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"
 PATIENCE_S = 40.0
@@ -167,3 +167,14 @@ def ps(fields, *which):
     """Return what `ps` says of some processes; nothing of those that are gone."""
     words = ["ps", "-ww", "-o", fields, *map(str, which)]
     return subprocess.run(words, capture_output=True, text=True, check=False).stdout
+
+
+def parse_frame(content):
+    """Return header and arrays of a frame, as docs/reference/panel-api.md describes it."""
+    (length,) = struct.unpack_from("<I", content)
+    header = json.loads(content[4 : 4 + length])
+    arrays, at = {}, 4 + length
+    for name, count in header["arrays"]:
+        arrays[name] = np.frombuffer(content, "<f4", count, at)
+        at += 4 * count
+    return header, arrays

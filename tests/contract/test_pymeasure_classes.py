@@ -24,7 +24,7 @@ from pymeasure.instruments import Instrument
 from helpers_instruments import instrument
 from rigrunner.api.devices import Device
 from rigrunner.api.errors import DeviceError
-from rigrunner_plugins.devices.pymeasure.binding import instrument_class, obstacle, properties_of
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class, properties_of
 
 PAGE = Path(__file__).parents[2] / "docs/how-to/use-a-pymeasure-driver.md"
 NO_INSTRUMENTS = {"pymeasure.instruments.fakes"}
@@ -57,6 +57,16 @@ def _classes():
             ):
                 found.setdefault(one, set()).add(f"{module.__name__}.{name}")
     return sorted(min(names, key=lambda name: (len(name), name)) for names in found.values())
+
+
+def obstacle(found):
+    """Return why a class cannot be used by its station settings; empty if it can."""
+    parameters = inspect.signature(found.__init__).parameters
+    if "adapter" not in parameters:
+        return "it does not take the name of a VISA resource"
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+        return "it takes nothing that says how to connect"
+    return "" if properties_of(found) else "it has no properties"
 
 
 CLASSES = _classes()

@@ -41,11 +41,6 @@ class SupportFriction:
     growth_s: float
     viscous_nms: float
 
-    @property
-    def level_nm(self) -> float:
-        """The dry friction of a stroke under way, in N·m: the median of its magnitude."""
-        return float(np.median(np.abs(self.slow_nm)))
-
     def torque(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque if the load lags the drive by the twist, shape (n,).
 

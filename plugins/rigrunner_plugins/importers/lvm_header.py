@@ -36,8 +36,6 @@ class FileHeader:
 
     separator: str
     decimal: str
-    has_many: bool
-    """Whether each segment has a header of its own; else they follow each other under one."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,7 @@ def read_file_header(lines: Iterator[Line], file: str, settings: LvmSettings) ->
             f"the decimal mark '{decimal}' cannot be told from the separator, or is none",
             location=Location(file),
         )
-    return FileHeader(separator, decimal, tags.get("Multi_Headings", "No") == "Yes")
+    return FileHeader(separator, decimal)
 
 
 def _separator(text: str) -> str:

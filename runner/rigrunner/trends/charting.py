@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from rigrunner.api.studies import Limits, Observed
     from rigrunner.trends.charts import Individuals
 
-CHARTS = ("i-mr", "ewma")
 MOVING_RANGE = "moving range"
 EWMA = "EWMA"
 _ADVISED = 20

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from helpers_panel import parse_frame
 from rigrunner.panel.live.curves import Curves
-from rigrunner.panel.live.frames import frame, parse_frame
+from rigrunner.panel.live.frames import frame
 from rigrunner.panel.live.swing import PHASES, SwingCutter
 from rigrunner.panel.live.trend import COLUMNS, STEP_S, Trend
 from rigrunner.panel.process.news import Curve

@@ -31,7 +31,6 @@ Kind = Literal[
     "hidden gap",
     "time back",
 ]
-EVERY_CALL: tuple[Call, ...] = ("connect", "set", "read back", "read", "stream", "make safe")
 CHANNELS_UNIT = "of the channel"
 """Stands for the dimension of what the channel, or the drive, measures."""
 

@@ -95,16 +95,6 @@ def is_callable_alone(owner: type[Any], name: str) -> bool:
     )
 
 
-def obstacle(found: type[Any]) -> str:
-    """Return why a class cannot be used by its station settings; empty if it can."""
-    parameters = inspect.signature(found.__init__).parameters
-    if "adapter" not in parameters:
-        return "it does not take the name of a VISA resource"
-    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
-        return "it takes nothing that says how to connect"
-    return "" if properties_of(found) else "it has no properties"
-
-
 def _is_one(found: object, base: type[Any]) -> bool:
     return inspect.isclass(found) and issubclass(found, base) and found is not base
 

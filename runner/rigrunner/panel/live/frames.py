@@ -23,14 +23,3 @@ def frame(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.floating[An
     text += b" " * (-len(text) % _ALIGN)
     parts = [np.ascontiguousarray(values, "<f4").tobytes() for values in arrays.values()]
     return struct.pack("<I", len(text)) + text + b"".join(parts)
-
-
-def parse_frame(content: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.float32]]]:
-    """Return header and arrays of a frame: for clients in Python, and for tests."""
-    (length,) = struct.unpack_from("<I", content)
-    header = json.loads(content[_ALIGN : _ALIGN + length])
-    arrays, at = {}, _ALIGN + length
-    for name, count in header["arrays"]:
-        arrays[name] = np.frombuffer(content, "<f4", count, at).astype(np.float32)
-        at += _ALIGN * count
-    return header, arrays
