@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import tomllib
 from xml.etree import ElementTree as ET
@@ -76,6 +77,24 @@ def test_imports_are_read_as_python_reads_them(tmp_path):
     )
     part = made["Package"]("part", tmp_path / "part")
     assert part.imports == {"engine", "plan", "rig", "panel"}
+
+
+def test_what_silences_a_check_says_why():
+    """After a mark of ruff in brackets, after one of mypy as a comment."""
+    bare = re.compile(r"# noqa: [A-Z0-9, ]+$|# noqa(?!: [A-Z])|# type: ignore(\[[a-z-, ]+\])?$")
+    sources = [
+        path
+        for folder in ("runner", "plugins", "reports")
+        for path in (ROOT / folder).rglob("*.py")
+    ]
+    silent = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for path in sources
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if bare.search(line.rstrip())
+    ]
+    assert len(sources) > 500
+    assert silent == []
 
 
 def test_the_drawing_has_a_box_for_each_package():

@@ -94,7 +94,7 @@ def draw(paint: Callable[[Figure], None], height_in: float) -> bytes:
         canvas = FigureCanvasSVG(figure)
         paint(figure)
         buffer = BytesIO()
-        canvas.print_svg(buffer, metadata={"Date": None})  # type: ignore[no-untyped-call]
+        canvas.print_svg(buffer, metadata={"Date": None})  # type: ignore[no-untyped-call]  # matplotlib's
     return buffer.getvalue()
 
 

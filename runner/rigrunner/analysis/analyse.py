@@ -167,7 +167,7 @@ class _Analysis:
     def _outlier_rule(self) -> OutlierRule:
         if self.spec.outliers is None:
             return _keep_all
-        return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]
+        return self._make("outlier_rule", self.spec.outliers)  # type: ignore[no-any-return]  # made by kind
 
     def _make(self, kind: str, reference: PluginRef) -> Any:
         return self.lookup.make(kind, reference.name, reference.settings)

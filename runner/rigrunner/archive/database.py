@@ -114,7 +114,7 @@ class Database:
     def _write_ahead(self) -> None:
         """Let readers read while somebody writes; the file remembers it."""
         with self._told(), self._engine.connect() as connection:
-            connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]
+            connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
 
     @contextmanager
     def _told(self) -> Iterator[None]:

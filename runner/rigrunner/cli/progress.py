@@ -161,7 +161,12 @@ def _tell(event: Event) -> None:
 def new_bar() -> Progress:
     """Return bars with what part is done, the time that is left, and words."""
     from rich.console import Console  # noqa: PLC0415  (heavy, and needed on a terminal alone)
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+    from rich.progress import (  # noqa: PLC0415  (heavy, and for a terminal alone)
+        BarColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
     return Progress(
         TextColumn("{task.percentage:>3.0f} %"),

@@ -100,7 +100,7 @@ class _UnderWay:
 def _answer(future: Future[Any]) -> Answer[Any] | None:
     """Return the answer; None if too many workers died."""
     from distributed import KilledWorker  # noqa: PLC0415  (heavy)
-    from distributed.client import FutureCancelledError  # noqa: PLC0415
+    from distributed.client import FutureCancelledError  # noqa: PLC0415  (heavy)
 
     try:
         answer: Answer[Any] = future.result()
@@ -146,7 +146,7 @@ def _connected(cluster: Cluster) -> Iterator[Client]:
 
 async def _reach(cluster: Cluster) -> None:
     from distributed import Security  # noqa: PLC0415  (heavy)
-    from distributed.comm.core import connect  # noqa: PLC0415
+    from distributed.comm.core import connect  # noqa: PLC0415  (heavy)
 
     security = Security().get_connection_args("client")
     comm = await connect(cluster.address, timeout=cluster.patience_s, **security)

@@ -160,7 +160,7 @@ class ValidateSpec(Settings):
             return {MONTE_CARLO: {}}
         if isinstance(value, str):
             # pydantic places a ValueError, not a TypeError, where the value stands
-            raise ValueError(f"got '{value}', but a result is validated by '{MONTE_CARLO}'")  # noqa: TRY004
+            raise ValueError(f"got '{value}', but a result is validated by '{MONTE_CARLO}'")  # noqa: TRY004  (see above)
         return value
 
     @classmethod

@@ -53,8 +53,8 @@ def library() -> Any:
     """Return the module nidaqmx; raise MissingPackageError where it is not installed."""
     try:
         import nidaqmx.constants  # noqa: PLC0415  (an optional package)
-        import nidaqmx.stream_readers  # noqa: PLC0415
-        import nidaqmx.system  # noqa: PLC0415
+        import nidaqmx.stream_readers  # noqa: PLC0415  (an optional package)
+        import nidaqmx.system  # noqa: PLC0415  (an optional package)
     except ImportError as error:
         raise missing("nidaqmx", "daq") from error
     return nidaqmx

@@ -64,8 +64,8 @@ class OtherProgram:
     def stream(
         self,
         channels: Sequence[str],  # noqa: ARG002  (nobody is called)
-        duration_s: float,  # noqa: ARG002
-        stop: StopToken,  # noqa: ARG002
+        duration_s: float,  # noqa: ARG002  (nobody is called)
+        stop: StopToken,  # noqa: ARG002  (nobody is called)
     ) -> Iterator[Block]:
         """Raise DeviceNotFoundError."""
         self._refuse()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def visa_errors(problem: str, timeout_s: float, resource: Any, hint: str) -> Iterator[None]:
     """Raise DeviceTimeoutError with the hint, or DeviceLostError, for what goes wrong within."""
     from pyvisa.constants import StatusCode  # noqa: PLC0415  (slow, and optional)
-    from pyvisa.errors import Error, VisaIOError  # noqa: PLC0415
+    from pyvisa.errors import Error, VisaIOError  # noqa: PLC0415  (an optional package)
 
     try:
         yield

@@ -69,8 +69,8 @@ def command(
 
     try:
         import starlette  # noqa: F401  (only whether it is there)
-        import uvicorn  # noqa: F401
-        import websockets  # noqa: F401
+        import uvicorn  # noqa: F401  (likewise)
+        import websockets  # noqa: F401  (likewise)
     except ImportError as error:
         from rigrunner.api.errors import MissingPackageError
 

@@ -27,7 +27,7 @@ class Process:
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # so on Windows
         )
         assert self._child.stdin is not None  # noqa: S101  (both are pipes)
-        assert self._child.stdout is not None  # noqa: S101
+        assert self._child.stdout is not None  # noqa: S101  (likewise)
         self._channel = Channel(self._child.stdout, self._child.stdin)
 
     @property
