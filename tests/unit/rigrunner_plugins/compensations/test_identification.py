@@ -6,6 +6,7 @@ import pytest
 from helpers_rigs import INSTRUMENT
 from helpers_sweeps import prepared
 from rigrunner.api.errors import DataError
+from rigrunner_plugins.compensations.bearing import mean_swing
 from rigrunner_plugins.compensations.identification import identify, vector, with_vector
 from rigrunner_plugins.compensations.model_template import no_load_model
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
@@ -56,6 +57,17 @@ def test_what_the_model_leaves_of_a_torque_has_no_mean():
     assert left_nm.shape[0] == len(points)
     assert np.abs(left_nm).max() > 0
     np.testing.assert_allclose(left_nm.mean(axis=1), 0.0, atol=1e-12)
+
+
+def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
+    points = prepared(RigParameters(), 0.0)
+    (there,) = (point for point in points if point.set_frequency_hz == 15.0)
+    others = tuple(point for point in points if point is not there)
+    rig = identify(others, make_swing(measured_ratio(others)), INSTRUMENT.low_pass)
+    told = no_load_model(others, rig).template(15.0)
+    recorded = mean_swing(there, len(told.torque_nm))
+    assert np.abs(recorded.torque_nm).max() > 1.5
+    np.testing.assert_allclose(told.torque_nm, recorded.torque_nm, atol=0.1)
 
 
 def test_refuses_too_few_frequencies():
