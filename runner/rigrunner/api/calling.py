@@ -5,7 +5,9 @@ The rig calls the devices of a station so, and a device made of several calls it
 
 from __future__ import annotations
 
+import sys
 import threading
+import time
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from queue import SimpleQueue
@@ -97,6 +99,8 @@ class ThreadCaller:
 
     grace_s = 2.0
     """How long an urgent call waits for the one before it."""
+    _slice_s: float | None = 0.1 if sys.platform == "win32" else None
+    """How long is waited at a stretch: on Windows no signal breaks a wait off, nor does Stop."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -140,13 +144,23 @@ class ThreadCaller:
         self._last = future = Future[Any]()
         self._queue().put((function, future))
         try:
-            return future.result(timeout_s)  # type: ignore[no-any-return]  # one queue, many types
+            left_s = self._wait_in_slices(future, timeout_s)
+            return future.result(left_s)  # type: ignore[no-any-return]  # one queue, many types
         except TimeoutError:
             if future.done():
                 return future.result()  # type: ignore[no-any-return]  # came late, or its own error
             future.cancel()
             self._hangs = self._hangs or what
             raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s") from None
+
+    def _wait_in_slices(self, future: Future[Any], timeout_s: float) -> float:
+        """Return what is left of the time; all of it where a wait can be broken off."""
+        if self._slice_s is None:
+            return timeout_s
+        end_s = time.monotonic() + timeout_s
+        while not future.done() and (left_s := end_s - time.monotonic()) > 0:
+            wait([future], min(self._slice_s, left_s))
+        return 0.0
 
     def _queue(self) -> SimpleQueue[_Job | None]:
         if self._jobs is None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import concurrent.futures
 import threading
 import time
 
@@ -9,10 +10,11 @@ from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 
 
-@pytest.fixture
-def caller():
+@pytest.fixture(params=[None, 0.02], ids=["at a stretch", "in slices, as on Windows"])
+def caller(request):
     caller = ThreadCaller("tester")
     caller.grace_s = 0.05
+    caller._slice_s = request.param
     yield caller
     caller.stop()
 
@@ -79,3 +81,17 @@ def test_call_that_never_began_is_not_made_up_for_later(caller):
     caller.call_urgently("close", lambda: None, 5)
     time.sleep(0.05)
     assert made == []
+
+
+def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
+    """Between two of them a signal is heard, also where it breaks no wait off."""
+    waits = []
+
+    def waiting(futures, timeout):
+        waits.append(timeout)
+        return concurrent.futures.wait(futures, timeout)
+
+    monkeypatch.setattr("rigrunner.api.calling.wait", waiting)
+    assert caller.call("ask", lambda: time.sleep(0.1) or 42, 5) == 42
+    assert len(waits) >= 3 if caller._slice_s else waits == []
+    assert all(each <= 0.02 for each in waits)
