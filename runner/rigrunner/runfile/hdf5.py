@@ -32,7 +32,9 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _FIRST_CHECKSUMMED = 3
 """The version of the superblock that came with HDF5 1.10."""
 _MOST_PER_BYTE = 1100
-"""gzip, which run files use, packs at most 1032 bytes into one."""
+"""gzip, which run files use for samples, packs at most 1032 bytes into one."""
+_DEEPEST = 20
+"""Groups in groups; a run has less than ten."""
 
 
 @contextmanager
@@ -108,16 +110,26 @@ def members(group: h5py.Group) -> list[str]:
 def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
     """Yield all groups and datasets below a group with their paths from it, sorted by name.
 
-    Raises DataError where the structure is damaged: a group in two places, or a dataset that says
-    it holds more than the file can.
+    Raises DataError where the structure is damaged, or is none that a run file has: a group in two
+    places, values that are kept in another file, or that say they are more than the file can hold.
     """
-    size = group.file.id.get_filesize()
-    yield from _below(group, "", {_address(group)}, size)
+    size, claimed = group.file.id.get_filesize(), 0.0
+    for path, item in _below(group, "", {_address(group)}):
+        if isinstance(item, h5py.Dataset):
+            claimed += item.nbytes / (_MOST_PER_BYTE if _holds_samples(item) else 1)
+            refuse_odd(item)
+            if claimed > size:
+                raise DataError(
+                    f"{group.file.filename}: {item.name} says it is larger than the file"
+                )
+        yield path, item
 
 
 def _below(
-    group: h5py.Group, prefix: str, seen: set[int], size: int
+    group: h5py.Group, prefix: str, seen: set[int]
 ) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
+    if prefix.count("/") > _DEEPEST:
+        raise DataError(f"{group.file.filename}: its groups are nested deeper than those of a run")
     for name in members(group):
         path, item = f"{prefix}{name}", _member(group, name)
         yield path, item
@@ -125,9 +137,22 @@ def _below(
             if _address(item) in seen:
                 raise DataError(f"{group.file.filename}: {item.name} is there twice")
             seen.add(_address(item))
-            yield from _below(item, f"{path}/", seen, size)
-        elif item.nbytes > _MOST_PER_BYTE * size:
-            raise DataError(f"{group.file.filename}: {item.name} says it is larger than the file")
+            yield from _below(item, f"{path}/", seen)
+
+
+def refuse_odd(item: h5py.Dataset) -> None:
+    """Raise DataError for values that are not in the file: they could be changed beside it."""
+    if item.is_virtual or item.external:
+        raise DataError(f"{item.file.filename}: {item.name} is kept in another file")
+    if item.dtype.hasobject:
+        raise DataError(
+            f"{item.file.filename}: {item.name} is of a type that no run file has: {item.dtype}"
+        )
+
+
+def _holds_samples(item: h5py.Dataset) -> bool:
+    """Return whether it may be packed: samples are, and nothing else is."""
+    return item.chunks is not None and item.dtype.kind == "f"
 
 
 def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:

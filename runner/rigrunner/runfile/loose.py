@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
@@ -11,7 +12,7 @@ from rigrunner.api.events import Answer, Outcome, StepEnded, StepStarted
 from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
-from rigrunner.runfile.hdf5 import open_file
+from rigrunner.runfile.hdf5 import objects, open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.measurements import measurement_digest, measurements_of
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
@@ -29,6 +30,8 @@ from rigrunner.runfile.stored_samples import IN_MEMORY
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
+
+    import h5py
 
     from rigrunner.api.data import Block, Recording
     from rigrunner.api.events import Event
@@ -222,9 +225,16 @@ def _info(
     )
 
 
+@contextmanager
+def _opened(part: Path) -> Iterator[h5py.Group]:
+    with open_file(part) as file:
+        for _ in objects(file):  # what a stranger's file could lead us into is refused here
+            pass
+        yield file[PART_GROUP]
+
+
 def _part_facts(path: Path) -> tuple[RecordingFacts, str]:
-    with open_file(path) as file:
-        group = file[PART_GROUP]
+    with _opened(path) as group:
         return read_facts(group), str(group.attrs["sha256"])
 
 
@@ -238,8 +248,7 @@ def _samples_fit(files: RunFolder) -> bool:
 
 
 def _read_part(path: Path, *, in_memory: bool) -> tuple[RecordingFacts, Recording, str]:
-    with open_file(path) as file:
-        group = file[PART_GROUP]
+    with _opened(path) as group:
         recording = read_recording(group, in_memory=in_memory)
         return read_facts(group), recording, str(group.attrs["sha256"])
 

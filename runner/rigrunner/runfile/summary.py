@@ -15,7 +15,7 @@ import h5py
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import open_file, read_text, read_values
+from rigrunner.runfile.hdf5 import open_file, read_text, read_values, refuse_odd
 from rigrunner.runfile.loose import read_loose_info
 from rigrunner.runfile.manifest import MANIFEST, manifest_sha256
 from rigrunner.runfile.model import DRAFT
@@ -167,4 +167,7 @@ def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
     """Return a member that is in this very file: a link could lead anywhere."""
     if not isinstance(group.get(name, getlink=True), h5py.HardLink):
         raise DataError(f"{group.file.filename}: {group.name}/{name} is a link, not data")
-    return group[name]
+    item = group[name]
+    if isinstance(item, h5py.Dataset):
+        refuse_odd(item)
+    return item

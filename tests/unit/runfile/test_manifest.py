@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 import json
 import random
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -176,6 +177,41 @@ def test_a_file_of_the_first_format_stays_readable(copy):
     assert file_differences(copy) is None
 
 
+def packed_text(file, times):
+    """A text that takes a thousandth of its size in the file, and all of it in memory."""
+    size = file.id.get_filesize()
+    text = np.zeros(times * size, "u1")
+    file["entry/texts"].create_dataset("packed", data=text, compression="gzip")
+
+
+def many_names(group):
+    """One text under so many names that all together are more than the file."""
+    group["text"] = np.zeros(10_000, "u1")
+    for number in range(100):
+        group[f"text{number}"] = group["text"]
+
+
+def samples_in_another_file(file):
+    """The digests hold, for as long as nobody changes the other file."""
+    other = Path(file.filename).with_name("samples.bin")
+    column = file["entry/recordings"].visititems(
+        lambda _, item: item if getattr(item, "chunks", None) else None
+    )
+    values = column[()]
+    other.write_bytes(values.tobytes())
+    attributes, name = dict(column.attrs), column.name
+    del file[name]
+    place = [(str(other), 0, other.stat().st_size)]
+    new = file.create_dataset(name, (len(values),), "<f8", external=place)
+    new.attrs.update(attributes)
+
+
+def virtual_samples(file):
+    layout = h5py.VirtualLayout((3,), "<f8")
+    layout[:] = h5py.VirtualSource("elsewhere.h5", "x", (3,))
+    file["entry"].create_virtual_dataset("v", layout)
+
+
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
@@ -187,6 +223,12 @@ def test_a_file_of_the_first_format_stays_readable(copy):
             "larger than the file",
         ),
         (lambda f: f["entry"].__setitem__("type", np.dtype("f8")), "neither group nor dataset"),
+        (lambda f: packed_text(f, 500), "larger than the file"),
+        (lambda f: many_names(f["entry/texts"]), "larger than the file"),
+        (samples_in_another_file, "is kept in another file"),
+        (virtual_samples, "is kept in another file"),
+        (lambda f: f["entry"].create_dataset("o", data="x"), "of a type that no run file has"),
+        (lambda f: f["entry"].create_group("/".join("g" * 30)), "nested deeper"),
     ],
 )
 def test_what_could_lead_a_reader_astray_is_refused(copy, edit, message):
