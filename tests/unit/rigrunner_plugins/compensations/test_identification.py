@@ -6,6 +6,7 @@ import pytest
 from helpers_rigs import INSTRUMENT
 from helpers_sweeps import prepared
 from rigrunner.api.errors import DataError
+from rigrunner_plugins.compensations import identification
 from rigrunner_plugins.compensations.bearing import mean_swing
 from rigrunner_plugins.compensations.identification import identify, vector, with_vector
 from rigrunner_plugins.compensations.model_template import no_load_model
@@ -57,6 +58,15 @@ def test_what_the_model_leaves_of_a_torque_has_no_mean():
     assert left_nm.shape[0] == len(points)
     assert np.abs(left_nm).max() > 0
     np.testing.assert_allclose(left_nm.mean(axis=1), 0.0, atol=1e-12)
+
+
+def test_a_line_is_known_best_at_the_weighted_mean_of_its_places():
+    """Draper and Smith, Applied Regression Analysis, 3rd ed., 1.4: the variance is least there."""
+    hertz, weight = np.array([1.0, 5.0, 10.0, 35.0]), np.array([1.0, 2.0, 2.0, 1.0])
+    one = weight[:, None] * np.column_stack([np.ones(4), hertz])
+    basis = np.stack([one, 3 * one]).astype(complex)
+    expected = np.average(hertz, weights=weight**2)
+    assert identification._best_known_hz(basis) == pytest.approx(expected)
 
 
 def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
