@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from scipy import stats
 
-from rigrunner.api.errors import DataError
 from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
-from rigrunner.monitoring.observing import of_one_kind
+from rigrunner.monitoring.each_group import each_group
 from rigrunner.trends.capability import capability
 from rigrunner.trends.charting import Baseline, Charting, charted
 
@@ -33,16 +32,12 @@ def capability_study(
     confidence: float = 0.95,
 ) -> CapabilityStudy:
     """Return the capability of each group; raise DataError where none can be stated."""
-    series, refused, hint = [], {}, ""
-    for name, group in sorted(found.groups.items()):
-        try:
-            of_one_kind(group, quantity)
-            series.append(_series(name, group, lower, upper, confidence))
-        except DataError as error:
-            refused[name], hint = error.message, error.hint
-    if not series:
-        told = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
-        raise DataError(f"no capability can be stated. {told}", hint=hint)
+    series, refused = each_group(
+        quantity,
+        found,
+        lambda name, group: _series(name, group, lower, upper, confidence),
+        "no capability can be stated",
+    )
     return CapabilityStudy(
         quantity=quantity.name,
         unit=found.unit,
@@ -51,7 +46,7 @@ def capability_study(
         warnings=found.warnings,
         lower=lower,
         upper=upper,
-        series=tuple(series),
+        series=series,
         not_stated=refused,
     )
 

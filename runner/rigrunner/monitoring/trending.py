@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Trend
-from rigrunner.monitoring.observing import of_one_kind
+from rigrunner.monitoring.each_group import each_group
 from rigrunner.trends.charting import charted
 
 if TYPE_CHECKING:
@@ -21,16 +20,12 @@ def trend(
     quantity: Quantity, found: Observations, how: Charting, asked: Mapping[str, str]
 ) -> Trend:
     """Return the chart of each group; raise DataError where none can be made."""
-    series, refused, hint = [], {}, ""
-    for name, group in sorted(found.groups.items()):
-        try:
-            of_one_kind(group, quantity)
-            series.append(charted(name, group.observed, how))
-        except DataError as error:
-            refused[name], hint = error.message, error.hint
-    if not series:
-        told = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
-        raise DataError(f"no chart can be made. {told}", hint=hint)
+    series, refused = each_group(
+        quantity,
+        found,
+        lambda name, group: charted(name, group.observed, how),
+        "no chart can be made",
+    )
     return Trend(
         quantity=quantity.name,
         unit=found.unit,
@@ -39,6 +34,6 @@ def trend(
         warnings=found.warnings,
         chart=how.chart,
         rules=how.rule_texts(),
-        series=tuple(series),
+        series=series,
         not_charted=refused,
     )
