@@ -28,7 +28,6 @@ NAMED_INPUTS = ("specimen", "type", "lot", "operator")
 _DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
 _LATEST_NS = (1 << 63) - 1
 """What a column takes; some file systems have times far beyond."""
-_BLOCK = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -166,11 +165,8 @@ def _files(found: FoundRun) -> list[Row]:
 
 def _sha256(path: Path) -> str:
     """Return the digest of a file beside the run file, of which the manifest says more."""
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
-            while block := file.read(_BLOCK):
-                digest.update(block)
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error.strerror}") from error
-    return digest.hexdigest()

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pathlib import Path
+import click
 
+if TYPE_CHECKING:
     from rigrunner.workflow.reanalysis.changes import Changes
+
+paths_argument = click.argument(
+    "paths", nargs=-1, required=True, metavar="PATH...", type=click.Path(path_type=Path)
+)
+primary_option = click.option(
+    "--primary", default="", metavar="METHOD", help="Another primary compensation."
+)
 
 
 def changes_in(file: Path | None, primary: str) -> Changes:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.cli.output import result
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -64,3 +66,23 @@ class LazyGroup(click.Group):
         """Write the list of commands without importing any."""
         with formatter.section("Commands"):
             formatter.write_dl(list(self.summaries.items()))
+
+
+def lazy_group(name: str, package: str, summaries: Mapping[str, str], text: str) -> LazyGroup:
+    """Return a group of commands that shows its help where none of them is named."""
+
+    @click.group(
+        name=name,
+        cls=LazyGroup,
+        invoke_without_command=True,
+        package=package,
+        summaries=summaries,
+        help=text,
+    )
+    @click.pass_context
+    def group(context: click.Context) -> None:
+        if context.invoked_subcommand is None:
+            result(context.get_help())
+
+    assert isinstance(group, LazyGroup)  # noqa: S101  (narrows what click gives)
+    return group

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode
-from rigrunner.cli.analysing import changes_in
+from rigrunner.cli.analysing import changes_in, paths_argument, primary_option
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import message, result, result_json
@@ -22,9 +22,7 @@ SHOWN = 20
 
 
 @click.command(name="reanalyse")
-@click.argument(
-    "paths", nargs=-1, required=True, metavar="PATH...", type=click.Path(path_type=Path)
-)
+@paths_argument
 @click.option(
     "--out",
     required=True,
@@ -39,7 +37,7 @@ SHOWN = 20
     metavar="FILE",
     help="What this YAML file has stands in place of the procedures' own analysis.",
 )
-@click.option("--primary", default="", metavar="METHOD", help="Another primary compensation.")
+@primary_option
 @lab_option
 @worker_options
 @json_option

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from rigrunner.workflow.importing.mapping import LoadedMapping
     from rigrunner.workflow.importing.planning import PlannedImport
 
-_BLOCK = 1 << 20
-
 
 def import_run(
     checked: PlannedImport,
@@ -75,14 +73,11 @@ def _file_names(mapping: LoadedMapping) -> list[str]:
 
 def _digest(path: Path) -> str:
     """Return the SHA-256 of a file."""
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
-            while block := file.read(_BLOCK):
-                digest.update(block)
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error.strerror or error}") from error
-    return digest.hexdigest()
 
 
 def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:

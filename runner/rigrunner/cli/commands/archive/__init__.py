@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import click
-
-from rigrunner.cli.lazy import LazyGroup
-from rigrunner.cli.output import result
+from rigrunner.cli.lazy import lazy_group
 
 SUMMARIES = {
     "index": "Bring the archive up to date with folders of runs.",
@@ -15,19 +12,11 @@ SUMMARIES = {
     "rebuild": "Make the archive anew from the run files.",
 }
 
-
-@click.group(
-    name="archive",
-    cls=LazyGroup,
-    invoke_without_command=True,
-    package=__name__,
-    summaries=SUMMARIES,
-)
-@click.pass_context
-def command(context: click.Context) -> None:
+command = lazy_group(
+    "archive",
+    __name__,
+    SUMMARIES,
     """Index many run folders, search and export what they found.
 
-    The run files stay the truth: the archive can be made anew from them at any time.
-    """
-    if context.invoked_subcommand is None:
-        result(context.get_help())
+The run files stay the truth: the archive can be made anew from them at any time.""",
+)

@@ -6,16 +6,14 @@ from pathlib import Path
 
 import click
 
-from rigrunner.cli.analysing import changes_in
+from rigrunner.cli.analysing import changes_in, paths_argument, primary_option
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result
 
 
 @click.command(name="record")
-@click.argument(
-    "paths", nargs=-1, required=True, metavar="PATH...", type=click.Path(path_type=Path)
-)
+@paths_argument
 @click.option(
     "--out",
     required=True,
@@ -31,7 +29,7 @@ from rigrunner.cli.output import message, result
     metavar="FILE",
     help="Analyse as this file says.",
 )
-@click.option("--primary", default="", metavar="METHOD", help="Another primary compensation.")
+@primary_option
 @lab_option
 @worker_options
 def command(
