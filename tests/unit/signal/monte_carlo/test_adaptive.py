@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from rigrunner.api.errors import DataError
+from rigrunner.signal.monte_carlo import adaptive
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance, shortest, symmetric
 
@@ -51,6 +52,13 @@ def test_a_seed_names_the_values_and_further_blocks_only_add():
     assert not np.array_equal(second[0], second[1])
     other = propagate(normal, Adaptive(seed=2, most_trials=10**6))
     assert other.mean != propagate(normal, Adaptive(seed=1, most_trials=10**6)).mean
+
+
+def test_the_deviation_of_all_values_is_that_of_their_blocks_together():
+    """The law of total variance."""
+    values = np.array([[3.0, 7.0, 3.0, 7.0], [8.0, 16.0, 8.0, 16.0]])
+    found = [(float(each.mean()), float(each.std())) for each in values]
+    assert adaptive._pooled_u(found) == pytest.approx(values.std())
 
 
 def test_a_constant_has_no_uncertainty():
