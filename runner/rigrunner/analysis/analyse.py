@@ -22,6 +22,7 @@ from rigrunner.analysis.load import with_known_load
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
+from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.analysis.starts import prepare_starts
 from rigrunner.analysis.validation import validate
@@ -80,7 +81,7 @@ def analyse(
         spec=spec,
         acceptance=acceptance,
         measurand=measurand,
-        lookup=lookup,
+        lookup=Scrutiny(lookup),
         progress=progress,
         prepare=prepare,
     )

@@ -1,0 +1,244 @@
+"""What plugins of the analysis give is looked at before it counts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from helpers_analysis import (
+    LOADED_SPEC,
+    PAPER_PEAK,
+    acceptance,
+    analysed,
+    recording,
+    registry,
+    run_of,
+)
+from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.analysis import Rejection
+from rigrunner.api.data import Points
+from rigrunner.api.errors import PluginError
+from rigrunner.procedure import AnalysisSpec, Measurand
+
+HERTZ = (5, 10, 15, 20)
+NAN = float("nan")
+
+
+def _runs():
+    scatter = 0.01 * np.random.default_rng(1).standard_normal((8, 12))
+    loaded = [recording(0.5 + 1e-3 * f**2 + scatter[i], f) for i, f in enumerate(HERTZ)]
+    no_load = [
+        recording(0.1 + 1e-3 * f**2 + scatter[4 + i], f, load_n=0.0) for i, f in enumerate(HERTZ)
+    ]
+    return run_of(*loaded), run_of(*no_load)
+
+
+class _WithOneChanged:
+    """The plugins that ship, and one called 'strange'."""
+
+    def __init__(self, kind, made):
+        self._strange = (kind, made)
+
+    def make(self, kind, name, settings):
+        return self._strange[1] if name == "strange" else registry().make(kind, name, settings)
+
+    def settings_of(self, kind, name):
+        shipped = {"compensation": "paper_peak", "fit": "polynomial", "outlier_rule": "grubbs"}
+        return registry().settings_of(kind, shipped[kind] if name == "strange" else name)
+
+    def yields(self, name):
+        return registry().yields("paper_peak" if name == "strange" else name)
+
+
+def _analysed(kind, made):
+    changes = {
+        "outlier_rule": {"outliers": "strange"},
+        "fit": {"fits": ["strange"]},
+        "compensation": {"compensations": ["strange", PAPER_PEAK], "primary": "strange"},
+    }[kind]
+    return analyse(
+        *_runs(),
+        AnalysisSpec.model_validate(LOADED_SPEC | changes),
+        acceptance=acceptance(),
+        measurand=Measurand(symbol="Td", name="torque"),
+        lookup=_WithOneChanged(kind, made),
+    )
+
+
+def _rejecting(index, value=1.0):
+    return lambda _: [Rejection(index, value, "strange", 9.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("rule", "said"),
+    [
+        (_rejecting(-1), "the index -1 of 12 values"),  # as an index of Python it is the last one
+        (_rejecting(12), "the index 12 of 12 values"),
+        (_rejecting(index=True), "the index True"),
+        (_rejecting(1.0), "the index 1.0"),
+        (_rejecting(1, 1j), "a rejection of"),
+        (lambda _: None, "None, needed is a list"),
+        (lambda _: [1], "1, needed is a Rejection"),
+        (lambda _: 2 * _rejecting(1)(_), "one rejection twice"),
+    ],
+)
+def test_a_rule_rejects_values_that_are_there_once_each(rule, said):
+    with pytest.raises(PluginError, match="the outlier rule 'strange' gave") as caught:
+        _analysed("outlier_rule", rule)
+    assert said in caught.value.message
+
+
+def test_a_rule_may_count_with_the_integers_of_numpy():
+    result = _analysed("outlier_rule", _rejecting(np.int64(3), np.float64(0.5)))
+    found = result.loaded[0].peak_rejections
+    assert [type(each.index) for each in found] == [int]
+    assert [bool(kept) for kept in result.loaded[0].peak_kept] == [i != 3 for i in range(12)]
+
+
+def _in_place(values):
+    values -= values.mean()
+    return []
+
+
+def test_a_rule_that_changes_the_values_in_place_does_not_change_the_result():
+    with pytest.raises(ValueError, match="read-only") as caught:
+        _analysed("outlier_rule", _in_place)
+    assert caught.value.__notes__ == ["in the outlier rule 'strange'"]
+
+
+def _shipped():
+    return registry().make("compensation", "paper_peak", {"coefficients": "refit"})
+
+
+def _of_each_torque(**changes):
+    def method(sweep):
+        found = _shipped()(sweep)
+        points = [replace(p, torque=replace(p.torque, **changes)) for p in found.points]
+        return replace(found, points=tuple(points))
+
+    return method
+
+
+def _of_points(change):
+    def method(sweep):
+        found = _shipped()(sweep)
+        return replace(found, points=change(found.points))
+
+    return method
+
+
+@pytest.mark.parametrize(
+    ("method", "said"),
+    [
+        (_of_each_torque(value=NAN), "torque, raw, rig and frequency (nan"),
+        (_of_each_torque(value=np.complex128(0.4 + 1j)), "torque, raw, rig and frequency"),
+        (_of_each_torque(value="0.4"), "torque, raw, rig and frequency ('0.4'"),
+        (_of_each_torque(value=np.array([0.4])), "torque, raw, rig and frequency (array"),
+        (_of_each_torque(value=400.0), "whose value is 400, by its own model 0."),
+        (_of_each_torque(unit="mN·m"), "a torque in 'mN·m' at 5 Hz, needed is N·m"),
+        (_of_each_torque(u=0.0), "whose u is 0, by its own model"),
+        (_of_each_torque(u=NAN), "whose u is nan, by its own model"),
+        (_of_each_torque(u=-1.0), "the uncertainty -1.0 at 5 Hz"),
+        (_of_each_torque(dof=-3.0), "-3.0 degrees of freedom"),
+        (_of_each_torque(dof=NAN), "whose dof is nan"),
+        (_of_points(lambda points: points[1:]), "points at 10, 15, 20 Hz; needed is one for each"),
+        (_of_points(lambda points: points[::-1]), "points at 20, 15, 10, 5 Hz"),
+        (_of_points(lambda points: points + points), "5, 10, 15, 20, 5, 10, 15, 20 Hz"),
+        (_of_points(lambda _: ()), "points at no frequency"),
+        (_of_points(lambda _: (0.4,) * 4), "0.4, needed is a CompensatedPoint"),
+        (lambda sweep: replace(_shipped()(sweep), not_applicable="no"), "points, and says that"),
+        (lambda _: None, "None, needed is a Compensation"),
+    ],
+)
+def test_a_compensation_gives_one_true_number_for_each_set_point(method, said):
+    with pytest.raises(PluginError, match="the compensation 'strange' gave") as caught:
+        _analysed("compensation", method)
+    assert said in caught.value.message
+    assert "rigrunner check-plugin strange" in caught.value.hint
+
+
+def test_what_a_method_changes_in_place_changes_no_other_one():
+    def method(sweep):
+        found = _shipped()(sweep)
+        sweep.loaded[0].peak_nm[:] = 0.0
+        return found
+
+    with pytest.raises(ValueError, match="read-only") as caught:
+        _analysed("compensation", method)
+    assert caught.value.__notes__ == ["in the compensation 'strange'"]
+
+
+def test_a_method_that_refuses_leaves_the_others():
+    def method(sweep):
+        return replace(_shipped()(sweep), points=(), not_applicable="it is no day for it")
+
+    result = _analysed("compensation", method)
+    assert not result.compensations["strange"].points
+    assert len(result.compensations["paper_peak"].points) == len(HERTZ)
+
+
+def _curve(**changes):
+    def fit(points):
+        found = registry().make("fit", "polynomial", {"degree": 2})(points)
+        names = "formula names units coefficients covariance dof residuals residual_s r_squared"
+        known = {name: getattr(found, name) for name in [*names.split(), "valid_x", "predict"]}
+        return SimpleNamespace(**(known | changes))
+
+    return fit
+
+
+def _wrong_prediction(change):
+    def fit(points):
+        found = _curve()(points)
+        predict = found.predict
+        found.predict = lambda x: change(*predict(x))
+        return found
+
+    return fit
+
+
+@pytest.mark.parametrize(
+    ("fit", "said"),
+    [
+        (lambda _: None, "None, which is no curve"),
+        (_curve(coefficients=np.full(3, NAN)), "the coefficients array([nan, nan, nan])"),
+        (_curve(coefficients=np.ones(3) + 1j), "the coefficients"),
+        (_curve(coefficients=np.array(["1", "2", "3"])), "the coefficients"),
+        (_curve(covariance=np.eye(2)), "the covariance"),
+        (_curve(covariance=-np.eye(3)), "the negative variances"),
+        (_curve(names=("a",)), "(1, 3) names and units of 3 coefficients"),
+        (_curve(residuals=np.zeros(3)), "residuals that are not one a point"),
+        (_curve(valid_x=(0.0,)), "which is no curve"),
+        (_curve(valid_x=(20.0, 5.0)), "the validity range 20.0 to 5.0"),
+        (_wrong_prediction(lambda y, u: (y * NAN, u)), "the prediction"),
+        (_wrong_prediction(lambda y, u: (y + 1j, u)), "the prediction"),
+        (_wrong_prediction(lambda y, u: (y[:1], u[:1])), "the prediction"),
+        (_wrong_prediction(lambda y, u: (y, -u)), "the uncertainty"),
+        (_wrong_prediction(lambda y, u: (y, u * NAN)), "the uncertainty"),
+        (_wrong_prediction(lambda y, _: y), "which is no curve"),
+    ],
+)
+def test_a_fit_gives_a_curve_of_numbers(fit, said):
+    with pytest.raises(PluginError, match="the fit 'strange' gave") as caught:
+        _analysed("fit", fit)
+    assert said in caught.value.message
+
+
+def test_a_fit_cannot_change_the_points_of_others():
+    def fit(points):
+        points.y[:] = 0.0
+
+    x = np.arange(5.0)
+    with pytest.raises(ValueError, match="read-only"):
+        Scrutiny(_WithOneChanged("fit", fit)).make("fit", "strange", {})(Points(x, x + 1))
+
+
+def test_what_is_in_order_is_what_it_was():
+    plain = analysed(*_runs(), accept=acceptance())
+    looked_at = _analysed("compensation", _shipped())
+    assert looked_at.headline == plain.headline
+    assert looked_at.decision.verdict is plain.decision.verdict
