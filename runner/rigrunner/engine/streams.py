@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,14 +14,19 @@ from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
+    from rigrunner.api.data import Array
     from rigrunner.engine.session import Session
 
+_REAL_NUMBERS = "fiub"
 _POSSIBLE_ROUNDING = 1
 """A duration that is no whole number of samples may be rounded down."""
 
 LEAST_GAP_S = 0.15
 """By how much the times of blocks may disagree with their count of samples: many devices stamp a
 block when it arrives, and one may wait for another."""
+
+MOST_EMPTY = 10_000
+"""Blocks without a sample, one after the other: a device may look for samples again and again."""
 
 CLOCKS_DISAGREE = 1e-3
 """Of the time since the first block: two clocks need not run alike."""
@@ -33,30 +39,43 @@ def checked_stream(
 
     Raises AbortedError once the run is asked to stop, and a DeviceError once the step's time is
     over; one that names the role for blocks that are missing, come twice or in the wrong order, for
-    times that go back or leave a gap, for samples that are missing or not finite, and for fewer of
-    them than the duration needs.
+    times that go back or leave a gap, for samples that are missing, no numbers or not finite, for
+    fewer of them than the duration needs, and for a stream that does not end.
     """
     rig = session.rig
-    rate_hz, received = rig.sample_rate_hz(role), 0
+    rate_hz, received, empty = rig.sample_rate_hz(role), 0, 0
+    promised = rate_hz * duration_s
     times = _Times(role, rate_hz)
     with closing(rig.stream(role, channels, duration_s, session.stop)) as blocks:
-        for block in blocks:
-            _check(role, block, channels, rate_hz, received)
+        for given in blocks:
+            block = _checked(role, given, channels, rate_hz, received)
             times.take(block)
+            empty = 0 if block.samples else empty + 1
+            if empty > MOST_EMPTY or (block.samples and received > promised + _POSSIBLE_ROUNDING):
+                raise DeviceRejectedError(
+                    f"{role}: the stream does not end: {received} samples and another block, asked"
+                    f" for {promised:.0f} ({duration_s:g} s at {rate_hz:g} Hz)"
+                )
             received += block.samples
             session.guard.feed(role, block)
-            yield _with_role(role, block, channels)
+            yield _with_role(role, block)
             session.check()
     session.check()
     times.check_gaps()
-    if received < rate_hz * duration_s - _POSSIBLE_ROUNDING:
+    if received < promised - _POSSIBLE_ROUNDING:
         raise DeviceLostError(
             f"{role}: the stream ended after {received} samples,"
-            f" {rate_hz * duration_s:.0f} were promised ({duration_s:g} s at {rate_hz:g} Hz)"
+            f" {promised:.0f} were promised ({duration_s:g} s at {rate_hz:g} Hz)"
         )
 
 
-def _check(role: str, block: Block, channels: Sequence[str], rate_hz: float, received: int) -> None:
+def _checked(
+    role: str, block: object, channels: Sequence[str], rate_hz: float, received: int
+) -> Block:
+    """Return the block with the channels that were asked for, as arrays of float64."""
+    if not isinstance(block, Block) or not isinstance(block.monotonic_s, Real):
+        what = f"{type(block).__name__} at sample {received}"
+        raise DeviceRejectedError(f"{role}: the stream gave a {what}, which is no Block with times")
     if block.rate_hz != rate_hz:
         raise DeviceRejectedError(
             f"{role}: the stream has {block.rate_hz:g} samples per second, not {rate_hz:g}"
@@ -66,20 +85,35 @@ def _check(role: str, block: Block, channels: Sequence[str], rate_hz: float, rec
         raise DeviceLostError(
             f"{role}: the stream {what}: sample {block.first_sample} came, {received} was due"
         )
-    for name in channels:
-        _check_channel(role, name, block, received)
+    values = {name: _samples(role, name, block, received) for name in channels}
+    return Block(rate_hz, received, block.monotonic_s, values)
 
 
-def _check_channel(role: str, name: str, block: Block, received: int) -> None:
+def _samples(role: str, name: str, block: Block, received: int) -> Array:
     values = block.channels.get(name)
     if values is None or np.shape(values) != (block.samples,):
         raise DeviceLostError(
             f"{role}.{name}: the block at sample {received} lacks samples of this channel"
         )
+    values = _numbers(f"{role}.{name}", values, received)
     finite = np.isfinite(values)
     if not finite.all():
         where = received + int(np.argmin(finite))
         raise DeviceLostError(f"{role}.{name}: sample {where} is {values[where - received]}")
+    return values
+
+
+def _numbers(member: str, values: object, received: int) -> Array:
+    """Return samples as float64; refuse those of which NumPy would leave out something."""
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    array = np.asarray(values)
+    if array.dtype.kind not in _REAL_NUMBERS or isinstance(values, np.ma.MaskedArray):
+        kind = "masked" if isinstance(values, np.ma.MaskedArray) else array.dtype
+        raise DeviceRejectedError(
+            f"{member}: the samples from {received} on are {kind}, needed are numbers, float64"
+        )
+    return array.astype(np.float64)
 
 
 class _Times:
@@ -120,6 +154,6 @@ class _Times:
             )
 
 
-def _with_role(role: str, block: Block, channels: Sequence[str]) -> Block:
-    named = {f"{role}.{name}": block.channels[name] for name in channels}
+def _with_role(role: str, block: Block) -> Block:
+    named = {f"{role}.{name}": values for name, values in block.channels.items()}
     return Block(block.rate_hz, block.first_sample, block.monotonic_s, named)

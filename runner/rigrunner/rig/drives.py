@@ -27,10 +27,15 @@ class Call(Protocol):
 
 def as_number(value: object) -> float:
     """Return what a driver gave, such as a NumPy scalar, as a float; raise DeviceRejectedError."""
-    if isinstance(value, SupportsFloat):
-        with suppress(TypeError, ValueError):  # as of an array of several
+    if isinstance(value, SupportsFloat) and not _is_complex(value):
+        with suppress(TypeError, ValueError, OverflowError):  # as of an array of several
             return float(value)
     raise DeviceRejectedError(f"the driver gave {value!r}, which is no number")
+
+
+def _is_complex(value: object) -> bool:
+    """Say whether NumPy would leave out an imaginary part, with no more than a warning."""
+    return getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def agrees(info: DriveInfo, actual: float, value: float) -> bool:

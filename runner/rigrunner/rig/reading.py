@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import KnowsStream, Readable
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.rig.drives import as_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -25,13 +26,17 @@ def read(role: Role, channels: Sequence[str], answer_s: float) -> dict[str, floa
     try:
         for name in channels:
             value = values.get(name, math.nan)
-            if not math.isfinite(value):
-                raise _missing(role.name, channels, values)
-            found[f"{role.name}.{name}"] = float(value)
-    except (TypeError, AttributeError) as error:
+            if type(value) is not float:  # as of most drivers
+                value = as_number(value)
+            if math.isfinite(value):
+                found[f"{role.name}.{name}"] = value
+    except (DeviceRejectedError, AttributeError) as error:
         raise DeviceRejectedError(
             f"{role.name}: the driver gave {values!r}", hint="a number of each channel is needed"
         ) from error
+    missing = [name for name in channels if f"{role.name}.{name}" not in found]
+    if missing:
+        raise DeviceRejectedError(f"{role.name}: no value was read of {', '.join(missing)}")
     return found
 
 
@@ -57,12 +62,5 @@ def found_of_stream(role: Role, answer_s: float) -> Found:
     if device is None:
         return {}, {}
     found = role.call("tell of the stream", device.stream_conditions, answer_s)
-    values = {f"{role.name}.{name}": float(value) for name, (value, _) in found.items()}
+    values = {f"{role.name}.{name}": as_number(value) for name, (value, _) in found.items()}
     return values, {f"{role.name}.{name}": unit for name, (_, unit) in found.items()}
-
-
-def _missing(
-    role: str, channels: Sequence[str], values: Mapping[str, float]
-) -> DeviceRejectedError:
-    missing = [name for name in channels if not math.isfinite(values.get(name, math.nan))]
-    return DeviceRejectedError(f"{role}: no value was read of {', '.join(missing)}")

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from rigrunner.api.calling import blocks_of
 from rigrunner.api.devices import (
     CountsStreams,
+    Identity,
     KnowsTruth,
     Patience,
     Pausable,
     Streaming,
 )
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.rig.drives import as_number
 from rigrunner.rig.held import HeldDrive
 from rigrunner.rig.reading import found_of_stream, read, read_beside
 from rigrunner.rig.role import Role
@@ -27,10 +29,17 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rigrunner.api.data import Block
-    from rigrunner.api.devices import Clock, Device, DriveInfo, Identity, StopToken
+    from rigrunner.api.devices import Clock, Device, DriveInfo, StopToken
     from rigrunner.rig.safe_state import SafetyReport
 
 _T = TypeVar("_T")
+
+
+def _is_identity(found: object) -> bool:
+    """Say whether a driver told who answered, in words."""
+    return isinstance(found, Identity) and all(
+        isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
+    )
 
 
 def _nothing() -> None:
@@ -176,7 +185,11 @@ class Rig:
     def sample_rate_hz(self, role: str) -> float:
         """Return the sample rate of a device that streams."""
         device = self._roles[role].need(Streaming)  # type: ignore[type-abstract]  # a Protocol
-        return device.sample_rate_hz
+        with self._roles[role].named():
+            rate_hz = as_number(device.sample_rate_hz)
+            if not 0 < rate_hz < math.inf:
+                raise DeviceRejectedError(f"the driver gave a sample rate of {rate_hz:g} Hz")
+        return rate_hz
 
     def truth(self, role: str) -> Mapping[str, float]:
         """Return what a simulator knows of its last stream; nothing of a real device."""
@@ -235,6 +248,8 @@ class Rig:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
         identity = self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
         self._connected.add(role)
+        if not _is_identity(identity):
+            raise DeviceRejectedError(f"{role}: connect gave {identity!r}, which is no Identity")
         self._roles[role].look_anew()
         self._drives.clear()
         return identity

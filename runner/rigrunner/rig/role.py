@@ -70,18 +70,28 @@ class Role:
             if self._inline:  # as its caller does, without what a call of that takes
                 return function(*arguments)
             return self.caller.call(what, partial(function, *arguments), timeout_s)
-        except DeviceError as error:
-            self._name(error)
+        except BaseException as error:
+            self._name(error, what)
             raise
 
     @contextmanager
-    def named(self) -> Iterator[None]:
+    def named(self, what: str = "a call") -> Iterator[None]:
         """Let the errors of several calls name the role."""
         try:
             yield
-        except DeviceError as error:
-            self._name(error)
+        except BaseException as error:
+            self._name(error, what)
             raise
 
-    def _name(self, error: DeviceError) -> None:
-        error.message = f"{self.name}: {error.message}"
+    def _name(self, error: BaseException, what: str) -> None:
+        """Let the error name the role; raise another one for what would end the program.
+
+        A driver that calls `sys.exit`, or whose asyncio task was cancelled, ends no run in silence.
+        """
+        if isinstance(error, DeviceError):
+            error.message = f"{self.name}: {error.message}"
+        elif isinstance(error, Exception):
+            error.add_note(f"in the device of the role '{self.name}': {what}")
+        elif not isinstance(error, KeyboardInterrupt):
+            raised = f"{type(error).__name__}({error})"
+            raise RuntimeError(f"{self.name}: '{what}' raised {raised}") from error  # noqa: TRY004  (no type is checked)

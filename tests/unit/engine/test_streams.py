@@ -2,18 +2,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from helpers_devices import FakeTester, Listener, plan_of, record, run
+from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceRejectedError
 from rigrunner.api.events import Outcome, Samples, StepEnded
 from rigrunner.plan.actions import Zero
-
-if TYPE_CHECKING:
-    from rigrunner.api.data import Block
 
 
 def outcome_of(spoil, action=None):
@@ -28,6 +25,16 @@ def with_value(value: float):
         torque[17] = value
         channels = {**blocks[1].channels, "torque": torque}
         return [blocks[0], replace(blocks[1], channels=channels), *blocks[2:]]
+
+    return spoil
+
+
+def with_samples(change):
+    """Return what makes other numbers of the second block's torque."""
+
+    def spoil(blocks: list[Block]) -> list[Block]:
+        torque = change(blocks[1].channels["torque"])
+        return [blocks[0], replace(blocks[1], channels={**blocks[1].channels, "torque": torque})]
 
     return spoil
 
@@ -61,6 +68,20 @@ def later(block: Block, seconds: float) -> Block:
          "tester.torque: the block at sample 0 lacks samples of this channel"),
         (with_value(np.nan), DeviceLostError, "tester.torque: sample 117 is nan"),
         (with_value(-np.inf), DeviceLostError, "tester.torque: sample 117 is -inf"),
+        (with_samples(lambda torque: torque + 1j), DeviceRejectedError,
+         "tester.torque: the samples from 100 on are complex128, needed are numbers, float64"),
+        (with_samples(lambda torque: np.ma.array(torque, mask=torque > 0)), DeviceRejectedError,
+         "tester.torque: the samples from 100 on are masked"),
+        (with_samples(lambda torque: torque.astype("timedelta64[s]")), DeviceRejectedError,
+         "tester.torque: the samples from 100 on are timedelta64[s]"),
+        (with_samples(lambda torque: torque.astype(str)), DeviceRejectedError,
+         "tester.torque: the samples from 100 on are <U32"),
+        (with_samples(lambda torque: torque.astype(object)), DeviceRejectedError,
+         "tester.torque: the samples from 100 on are object"),
+        (lambda blocks: [blocks[0], blocks[1].channels], DeviceRejectedError,
+         "tester: the stream gave a dict at sample 100, which is no Block"),
+        (lambda blocks: [replace(blocks[0], monotonic_s="now")], DeviceRejectedError,
+         "tester: the stream gave a Block at sample 0, which is no Block with times"),
     ],
 )  # fmt: skip
 def test_spoilt_stream_fails_the_recording_and_says_why(spoil, error, message):
@@ -105,3 +126,43 @@ def test_zero_needs_samples():
     summary, _ = outcome_of(lambda blocks: blocks, action)
     assert isinstance(summary.error, DataError)
     assert "no sample of torque came" in summary.reason
+
+
+@pytest.mark.parametrize("of", [np.float32, np.int16, ">f8", np.bool_])
+def test_numbers_of_other_kinds_are_handed_on_as_float64(of):
+    summary, listener = outcome_of(
+        lambda blocks: [*with_samples(lambda torque: (100 * torque).astype(of))(blocks), blocks[2]]
+    )
+    assert summary.outcome is Outcome.COMPLETED
+    found = [one.block.channels["tester.torque"].dtype for one in listener.of(Samples)]
+    assert found == [np.dtype("<f8")] * 3
+
+
+class _Endless:
+    """Spoils a stream so that it never ends."""
+
+    def __init__(self, samples):
+        self._samples = samples
+
+    def __call__(self, blocks):
+        first = 0
+        while True:
+            torque = {name: np.zeros(self._samples) for name in blocks[0].channels}
+            yield Block(1000.0, first, first / 1000.0, torque)
+            first += self._samples
+
+
+@pytest.mark.parametrize(("samples", "came"), [(100, 300), (1, 252), (0, 0)])
+def test_a_stream_that_does_not_end_is_ended(samples, came):
+    summary, _ = outcome_of(_Endless(samples))
+    assert isinstance(summary.error, DeviceRejectedError)
+    assert summary.reason.startswith(f"tester: the stream does not end: {came} samples and another")
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, -5.0, math.nan, math.inf, None, "1000"])
+def test_a_sample_rate_is_a_number_above_zero(rate_hz):
+    tester = FakeTester()
+    tester.sample_rate_hz = rate_hz
+    summary = run(tester, plan_of((), [record("001")], ()))
+    assert isinstance(summary.error, DeviceRejectedError)
+    assert summary.reason.startswith("tester: the driver gave ")

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+from asyncio import CancelledError
 from contextlib import closing
 from decimal import Decimal
 
@@ -8,7 +9,15 @@ import numpy as np
 import pytest
 
 from helpers_devices import DRIVES, FakeTester, NthCall, samples_of
-from rigrunner.api.devices import Device, DriveInfo, KnowsTruth, Readable, Settable, Streaming
+from rigrunner.api.devices import (
+    Device,
+    DriveInfo,
+    Identity,
+    KnowsTruth,
+    Readable,
+    Settable,
+    Streaming,
+)
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
@@ -42,6 +51,40 @@ def test_the_fake_is_a_device_with_all_abilities():
 
 def test_connect_gives_who_answered():
     assert rig_of(FakeTester()).connect()["tester"].maker == "Fakes"
+
+
+@pytest.mark.parametrize(
+    "given", [None, "ACME", Identity(None, "x", "1"), Identity("ACME", "x", 5)]
+)
+def test_who_answered_is_told_in_words(given):
+    tester = FakeTester()
+    tester.connect = lambda _: given
+    with pytest.raises(DeviceRejectedError, match="tester: connect gave"):
+        Rig({"tester": tester}, SimulatedClock()).connect()
+    assert tester.calls == ["make_safe", "close"]
+
+
+@pytest.mark.parametrize("non_blocking", [True, False])
+@pytest.mark.parametrize("raised", [SystemExit(0), CancelledError()])
+def test_a_driver_that_would_end_the_program_is_a_bug_of_it(raised, non_blocking):
+    """Else the command would end with 0, as if all had been well."""
+
+    def fail(call):
+        if call.startswith("read "):
+            raise raised
+
+    tester = FakeTester(non_blocking=non_blocking, before=fail)
+    rig = Rig({"tester": tester}, SimulatedClock())
+    with rig, pytest.raises(RuntimeError, match=f"'read' raised {type(raised).__name__}"):
+        rig.read("tester", ["torque"])
+
+
+def test_what_a_driver_did_not_foresee_names_the_role():
+    tester = FakeTester(before=NthCall(1, ValueError("oops")))
+    rig = Rig({"tester": tester}, SimulatedClock())
+    with rig, pytest.raises(ValueError, match="oops") as caught:
+        rig.read("tester", ["torque"])
+    assert caught.value.__notes__ == ["in the device of the role 'tester': read"]
 
 
 def test_failed_connect_names_the_role_and_leaves_all_safe_and_closed():
@@ -252,7 +295,10 @@ def test_numbers_of_other_kinds_become_floats(given):
     assert [(type(one), one) for one in found] == [(float, 1000.0)] * 3
 
 
-@pytest.mark.parametrize("given", [None, "1000", 1000 + 0j, np.array([1.0, 2.0]), {}])
+@pytest.mark.parametrize(
+    "given",
+    [None, "1000", 1000 + 0j, np.complex128(1000), np.complex64(1000), 10**400, np.arange(2.0), {}],
+)
 def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(given):
     device = FakeTester()
     device.read_back = lambda _: given
