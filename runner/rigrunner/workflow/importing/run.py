@@ -50,18 +50,21 @@ def import_run(
         runs, started, planned.procedure.model.id, inputs.get("specimen", "")
     )
     errors: list[BaseException] = []
-    with run_lock(folder):
-        try:
+    is_recorded = False
+    try:
+        with run_lock(folder):
             digests = {name: _digest(mapping.file(name)) for name in _file_names(mapping)}
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:
                 write_run(checked, [writer, *log], folder.name, overrides, progress)
             _refuse_changed(mapping, digests)
-        except BaseException:
-            shutil.rmtree(folder, ignore_errors=True)  # the files that it was read from are whole
-            raise
-        end = (Outcome.COMPLETED, "", ())
-        return finish(planned, writer, end, no_load, errors, progress=progress)
+            is_recorded = True
+            end = (Outcome.COMPLETED, "", ())
+            return finish(planned, writer, end, no_load, errors, progress=progress)
+    except BaseException:
+        if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
+            shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open
+        raise
 
 
 def _file_names(mapping: LoadedMapping) -> list[str]:

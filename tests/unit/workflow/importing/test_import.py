@@ -11,7 +11,7 @@ import pytest
 
 from helpers_cli import call
 from rigrunner.registry import load_registry
-from rigrunner.runfile import read
+from rigrunner.runfile import is_going_on, read
 from rigrunner.workflow.importing import run as importing
 from rigrunner.workflow.importing.mapping import load_mapping
 from rigrunner.workflow.importing.planning import plan_import
@@ -347,6 +347,21 @@ def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
     assert called.code == 5
     assert "was changed while it was read" in called.err
     assert not list((lab / "runs").iterdir())
+
+
+def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
+    """Windows removes no file that is open, such as the lock of the folder."""
+    held = []
+
+    def look(folder, **_):
+        held.append(is_going_on(folder))
+
+    monkeypatch.setattr(importing, "_refuse_changed", lambda *_: 1 / 0)
+    monkeypatch.setattr(importing.shutil, "rmtree", look)
+    checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
+    with pytest.raises(ZeroDivisionError):
+        importing.import_run(checked, runs=lab / "runs", no_load=None)
+    assert held == [False]
 
 
 MEASURES = (
