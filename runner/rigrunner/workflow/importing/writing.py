@@ -127,7 +127,7 @@ class _Import:
                 f" more than the {action.within:g} {action.unit} that the procedure allows"
             )
             raise fault(self._checked.mapping, at, message)
-        found = {"values": {member: value}, "units": {member: action.unit}}
+        found = Measured({member: value}, {member: action.unit}, {})
         self._step(index, step, (self._latest, self._latest), found)
 
     def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
@@ -138,7 +138,7 @@ class _Import:
         except DataError as error:
             at = ("measurements", number, "values")
             raise fault(self._checked.mapping, at, error.message) from error
-        found = {"values": values, "units": action.units}
+        found = Measured(values, action.units, {})
         self._step(index, step, (self._latest, self._latest), found)
 
     def _mean_at_rest(self, part: Part, at: DocumentPath, member: str) -> float:
@@ -164,7 +164,7 @@ class _Import:
         values, units = _conditions(conditions, read)
         started = self._start_of(entry, at, read)
         ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
-        found = {"values": values, "units": {**action.units, **units}}
+        found = Measured(values, {**action.units, **units}, {})
         self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
         self._latest = max(self._latest, ended)
         self._done += 1
@@ -213,16 +213,16 @@ class _Import:
         index: int,
         step: PlannedStep,
         times: tuple[datetime, datetime],
-        found: Mapping[str, Any],
+        found: Measured,
         sampled: _Sampled | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
         self._emit(StepStarted, started, **attempt.started())
         if sampled is not None:
             self._samples(started, attempt.recording, sampled)
-        for text in judge(step.terms.limits, found["values"]):
+        for text in judge(step.terms.limits, found.values):
             self._emit(Note, ended, step=step.path, text=text)
-        self._emit(StepEnded, ended, **attempt.ended(Measured(**found), ok=True))
+        self._emit(StepEnded, ended, **attempt.ended(found, ok=True))
 
     def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
         rate_hz, columns = sampled.rate_hz, sampled.columns
@@ -234,7 +234,8 @@ class _Import:
             self._emit(Samples, started, recording=name, block=block)
 
     def _emit(self, kind: type[Event], at: datetime, **fields: Any) -> None:
-        event = kind(seq=self._seq, monotonic_s=self._monotonic_s(at), utc=utc_text(at), **fields)
+        stamp = {"seq": self._seq, "monotonic_s": self._monotonic_s(at), "utc": utc_text(at)}
+        event = kind(**{**fields, **stamp})
         self._seq += 1
         for sink in self._sinks:
             sink(event)
