@@ -77,6 +77,14 @@ def test_no_more_is_kept_than_a_window():
     assert max(kept[len(kept) // 2 :]) == max(kept[: len(kept) // 2])
 
 
+def test_a_slow_swing_has_windows_too():
+    whole = recording(PEAKS[:20], 0.5)
+    found = peaks_in(windows_of(whole, 1000), run_of(whole))
+    wanted = prepare_point(whole, run_of(whole), spec(), lambda _: []).peak_nm
+    assert len(found) >= live.LEAST_CYCLES
+    assert np.array_equal(found, wanted[: len(found)])
+
+
 def test_after_a_gap_it_begins_anew():
     whole = recording(PEAKS, 10.0)
     half = whole.samples // 2 // 100 * 100
