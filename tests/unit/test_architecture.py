@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import runpy
 import tomllib
@@ -77,6 +78,28 @@ def test_imports_are_read_as_python_reads_them(tmp_path):
     )
     part = made["Package"]("part", tmp_path / "part")
     assert part.imports == {"engine", "plan", "rig", "panel"}
+
+
+def test_a_room_hands_out_what_others_use_and_no_more():
+    """Of `api`, `testing` and `notebook` the users are plugins and notebooks of others."""
+    public = ("rigrunner.api", "rigrunner.testing", "rigrunner.notebook")
+    used, handed_out = set(), {}
+    for folder in ("runner", "plugins", "reports", "tests"):
+        for path in (ROOT / folder).rglob("*.py"):
+            room = ".".join(path.relative_to(ROOT / folder).parent.parts)
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                match node:
+                    case ast.ImportFrom(module=module, names=names) if module != room:
+                        used |= {(module, each.name) for each in names}
+                    case ast.Assign(targets=[ast.Name("__all__")]) if path.stem == "__init__":
+                        handed_out[room] = ast.literal_eval(node.value)
+    assert "rigrunner.runfile" in handed_out
+    assert [
+        f"{room}.{name}"
+        for room, names in handed_out.items()
+        for name in names
+        if not room.startswith(public) and (room, name) not in used
+    ] == []
 
 
 def test_what_silences_a_check_says_why():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rigrunner.plan.actions import Plan, PlannedStep
 from rigrunner.plan.limits import check_limits
 from rigrunner.plan.making import check_station, make_plan, plan_text
-from rigrunner.plan.plugins import SettingsLookup, check_plugins, check_station_plugins
+from rigrunner.plan.plugins import check_plugins, check_station_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
 
 __all__ = [
@@ -13,7 +13,6 @@ __all__ = [
     "PlannedStep",
     "PredictedTorque",
     "Prediction",
-    "SettingsLookup",
     "check_limits",
     "check_plugins",
     "check_station",

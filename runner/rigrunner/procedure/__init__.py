@@ -6,7 +6,6 @@ from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile, Limit, Li
 from rigrunner.procedure.analysis_file import AnalysisFile
 from rigrunner.procedure.analysis_spec import (
     AnalysisSpec,
-    Despike,
     MonteCarloSpec,
     NoLoadSpec,
     PluginRef,
@@ -28,7 +27,6 @@ __all__ = [
     "AcceptanceFile",
     "AnalysisFile",
     "AnalysisSpec",
-    "Despike",
     "InconsistentProcedureError",
     "Input",
     "Limit",

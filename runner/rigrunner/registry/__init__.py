@@ -1,7 +1,7 @@
 """From entry points and drop-in files to typed look-ups of plugins."""
 
 from rigrunner.registry.loading import HOOK_OF_KIND, load_registry, with_drop_ins
-from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry, Tap
+from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
 
 __all__ = [
     "HOOK_OF_KIND",
@@ -9,7 +9,6 @@ __all__ = [
     "Plugin",
     "Provider",
     "Registry",
-    "Tap",
     "load_registry",
     "with_drop_ins",
 ]

@@ -3,7 +3,6 @@
 from rigrunner.runfile.folder import create_run_folder
 from rigrunner.runfile.lock import is_going_on, run_lock
 from rigrunner.runfile.loose import NEVER_ENDED
-from rigrunner.runfile.manifest import Difference
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun, SweepPlot
 from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import (
@@ -22,7 +21,6 @@ from rigrunner.runfile.writer import RunWriter
 
 __all__ = [
     "NEVER_ENDED",
-    "Difference",
     "RunHeader",
     "RunInfo",
     "RunSummary",

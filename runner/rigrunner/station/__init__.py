@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from rigrunner.station.loading import LoadedStation, load_station, parse_station
 from rigrunner.station.model import DeviceBinding, ListenerBinding, Station
-from rigrunner.station.safety import Safety
 
 __all__ = [
     "DeviceBinding",
     "ListenerBinding",
     "LoadedStation",
-    "Safety",
     "Station",
     "load_station",
     "parse_station",

@@ -2,6 +2,6 @@
 
 from rigrunner.archive.checking.check import Checked, check
 from rigrunner.archive.checking.pace import Pace
-from rigrunner.archive.checking.task import Finding, Kind, Look
+from rigrunner.archive.checking.task import Look
 
-__all__ = ["Checked", "Finding", "Kind", "Look", "Pace", "check"]
+__all__ = ["Checked", "Look", "Pace", "check"]

@@ -23,7 +23,7 @@ from rigrunner.workflow.doctor.machine import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["CHECKS", "Finding", "Surroundings", "examine"]
+__all__ = ["Finding", "Surroundings", "examine"]
 
 CHECKS = (
     python,
