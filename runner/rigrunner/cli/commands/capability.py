@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.cli.archiving import filter_options
-from rigrunner.cli.studying import by_option, output_options
+from rigrunner.cli.monitoring import by_option, output_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,8 +46,8 @@ def command(
     QUANTITY is as of `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
     with both there are Cp and Cpk besides; each has its confidence interval.
     """
-    from rigrunner.cli.studied import capability_text
-    from rigrunner.cli.studying import finish, in_words, observed, refuse_limit
+    from rigrunner.cli.monitoring import finish, in_words, observed, refuse_limit
+    from rigrunner.cli.monitoring_text import capability_text
     from rigrunner.monitoring.capability import capability_study
     from rigrunner.monitoring.limits import limit_in
     from rigrunner.monitoring.quantities import Quantity

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.cli.archiving import filter_options
-from rigrunner.cli.studying import output_options
+from rigrunner.cli.monitoring import output_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,8 +43,8 @@ def command(
     """
     from rigrunner.archive import open_archive
     from rigrunner.cli.archiving import filters_in
-    from rigrunner.cli.studied import gauge_text
-    from rigrunner.cli.studying import finish, in_words, refuse_limit
+    from rigrunner.cli.monitoring import finish, in_words, refuse_limit
+    from rigrunner.cli.monitoring_text import gauge_text
     from rigrunner.monitoring.gauge import gauge_study, sessions
     from rigrunner.monitoring.limits import limit_in
     from rigrunner.monitoring.observing import TORQUE_UNIT

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.cli.archiving import filter_options
-from rigrunner.cli.studying import by_option, output_options
+from rigrunner.cli.monitoring import by_option, output_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -70,8 +70,8 @@ def command(
     lot, a figure by rig. Ends with 1 where a rule is met after the baseline.
     """
     from rigrunner.api.errors import ExitCode
-    from rigrunner.cli.studied import trend_text
-    from rigrunner.cli.studying import finish, in_words, observed, refuse_limit
+    from rigrunner.cli.monitoring import finish, in_words, observed, refuse_limit
+    from rigrunner.cli.monitoring_text import trend_text
     from rigrunner.monitoring.baseline import baseline_of
     from rigrunner.monitoring.quantities import Quantity
     from rigrunner.monitoring.trending import trend
