@@ -20,7 +20,14 @@ from rigrunner.api.errors import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo, Identity
+    from rigrunner.api.devices import (
+        Approaching,
+        ChannelInfo,
+        Clock,
+        DeviceContext,
+        DriveInfo,
+        Identity,
+    )
 
 _T = TypeVar("_T")
 _Info = TypeVar("_Info")
@@ -37,6 +44,24 @@ def check_patience(timeout_s: float, context: DeviceContext) -> None:
             f"timeout: got {timeout_s:g} s, allowed is less than {patience_s:g} s",
             hint="after that the station gives a device up: see its safety.patience.answer",
         )
+
+
+def wait_until_arrived(
+    device: Approaching, info: DriveInfo, value: float, clock: Clock, poll_s: float
+) -> None:
+    """Return once a drive that has begun to move is there; raise DeviceTimeoutError if it is late.
+
+    It may take the longest time that its rate, range and settling time allow.
+    """
+    until_s = clock.monotonic_s() + info.longest_s
+    while not device.arrived(info.name):
+        if clock.monotonic_s() >= until_s:
+            raise DeviceTimeoutError(
+                f"{info.name} reads back {device.read_back(info.name):g} {info.unit} after"
+                f" {info.longest_s:g} s, set to {value:g} {info.unit}",
+                hint="does it move? see its rate, settling time and tolerance",
+            )
+        clock.sleep(poll_s)
 
 
 class Driver:
@@ -147,16 +172,7 @@ class Driver:
     def set(self, drive: str, value: float) -> None:
         """Give a drive a new set-point and wait until it is reached."""
         self.begin(drive, value)
-        info = self._drives[drive]
-        until_s = self.clock.monotonic_s() + info.longest_s
-        while not self.arrived(drive):
-            if self.clock.monotonic_s() >= until_s:
-                raise DeviceTimeoutError(
-                    f"{drive} reads back {self.read_back(drive):g} {info.unit} after"
-                    f" {info.longest_s:g} s, set to {value:g} {info.unit}",
-                    hint="does it move? see its rate, settling time and tolerance",
-                )
-            self.clock.sleep(self.poll_s)
+        wait_until_arrived(self, self._drives[drive], value, self.clock, self.poll_s)
 
     def read_back(self, drive: str) -> float:
         """Return where a drive stands."""

@@ -8,7 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import CountsStreams, KnowsTruth
-from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
+from rigrunner.api.driver import wait_until_arrived
+from rigrunner.api.errors import DeviceRejectedError
 from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
 from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, Wanted
 
@@ -62,16 +63,7 @@ class Sets(Composite):
     def set(self, drive: str, value: float) -> None:
         """Give the drive a new set-point and wait until it is reached."""
         self.begin(drive, value)
-        info = self.drive_routes[drive].info
-        until_s = self.clock.monotonic_s() + info.longest_s
-        while not self.arrived(drive):
-            if self.clock.monotonic_s() >= until_s:
-                raise DeviceTimeoutError(
-                    f"{drive} reads back {self.read_back(drive):g} {info.unit} after"
-                    f" {info.longest_s:g} s, set to {value:g} {info.unit}",
-                    hint="does it move? see its rate, settling time and tolerance",
-                )
-            self.clock.sleep(POLL_S)
+        wait_until_arrived(self, self.drive_routes[drive].info, value, self.clock, POLL_S)
 
     def read_back(self, drive: str) -> float:
         """Return where the drive stands."""
