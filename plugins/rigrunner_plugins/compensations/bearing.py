@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -88,9 +89,15 @@ def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     """Return what neither inertia nor the support's known friction explains of one run."""
     frequency = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
-    twist = line.twist(mean.torque_nm, frequency)
+    twist = _twist(line, mean)
     at_load = line.at_load(mean.torque_nm, frequency)
     return at_load - inertial - friction.torque(frequency, twist, line.share)
+
+
+@lru_cache(maxsize=4)
+def _twist(line: DriveLine, mean: MeanSwing) -> Array:
+    """Return the twist in one run, which says where friction acts and where the load reverses."""
+    return line.twist(mean.torque_nm, mean.frequency_hz)
 
 
 def reversals(
@@ -100,7 +107,7 @@ def reversals(
 
     Raises DataError where there is none: the load does not swing as the angle does.
     """
-    twist = line.share * line.twist(loaded.torque_nm, loaded.frequency_hz)
+    twist = line.share * _twist(line, loaded)
     forward, backward = (
         stroke.index[(stroke.distance_rad > 0) & (stroke.distance_rad <= window_rad)]
         for stroke in strokes(friction.swing.angle_rad - twist)

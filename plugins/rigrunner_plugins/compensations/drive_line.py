@@ -11,7 +11,7 @@ the frequency n f.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import ceil, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,13 +66,14 @@ class DriveLine:
 
     def at_load(self, sensor_nm: Array, frequency_hz: float) -> Array:
         """Return the torque on the inertia, J alpha + F, from the sensor's, shape (..., N)."""
-        harmonic_hz = _harmonics(sensor_nm) * frequency_hz
-        undone = _undone(self.sensor(harmonic_hz), HARMONICS, self.harmonics / HARMONICS)
+        share = self.harmonics / HARMONICS
+        harmonic_hz = _harmonics(sensor_nm, HARMONICS, share) * frequency_hz
+        undone = _undone(self.sensor(harmonic_hz), HARMONICS, share)
         return response.apply(undone, sensor_nm)
 
     def twist(self, sensor_nm: Array, frequency_hz: float) -> Array:
         """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N)."""
-        harmonic_hz = _harmonics(sensor_nm) * frequency_hz
+        harmonic_hz = _harmonics(sensor_nm, TWIST_HARMONICS) * frequency_hz
         undone = _undone(self.channel(harmonic_hz), TWIST_HARMONICS)
         return response.apply(undone / self.stiffness(harmonic_hz), sensor_nm)
 
@@ -89,5 +90,7 @@ def _undone(through: response.Response, harmonics: int, share: float = 1.0) -> r
     return response.inverse(through, taper)
 
 
-def _harmonics(waveform: Array) -> Array:
-    return np.arange(waveform.shape[-1] // 2 + 1, dtype=float)
+def _harmonics(waveform: Array, harmonics: int, share: float = 1.0) -> Array:
+    """Return the harmonics 0, 1, 2, ... of a waveform, as far as `_undone` can let one through."""
+    reach = ceil(TAPER * share * harmonics)
+    return np.arange(min(reach, waveform.shape[-1] // 2) + 1, dtype=float)

@@ -17,6 +17,10 @@ from rigrunner.cli.output import result
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+ENVIRONMENT = {**ONE_THREAD, "PYDANTIC_DISABLE_PLUGINS": "__all__"}
+"""What the environment does not say itself. Looking for plugins of pydantic's, which nothing here
+needs, takes the time of several models, and what they find would change how files are checked."""
+
 SUMMARIES = {
     "demo": "Run both procedures on the simulated rig and write the report.",
     "run": "Run a procedure on a station.",
@@ -80,8 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     A shell that asks what may stand at its cursor gets an answer instead. Linear algebra gets one
     thread, unless the environment gives it more.
     """
-    for name, number in ONE_THREAD.items():
-        os.environ.setdefault(name, number)
+    for name, value in ENVIRONMENT.items():
+        os.environ.setdefault(name, value)
     instruction = os.environ.get(VARIABLE)
     if instruction:
         return complete(rigrunner, instruction)

@@ -54,6 +54,10 @@ def inverse(response: Response, taper: Array) -> Response:
 
 
 def apply(response: Response, waveform: Array) -> Array:
-    """Return periodic waveforms of shape (..., n) filtered by a response of shape (n // 2 + 1,)."""
+    """Return periodic waveforms of shape (..., n) filtered by a response at 0, 1, 2, ... harmonics.
+
+    What a response shorter than n // 2 + 1 does not reach is taken out.
+    """
     n = waveform.shape[-1]
-    return np.fft.irfft(np.fft.rfft(waveform, axis=-1) * response, n, axis=-1)
+    spectrum = np.fft.rfft(waveform, axis=-1)[..., : len(response)]
+    return np.fft.irfft(spectrum * response, n, axis=-1)

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner import __version__
 from rigrunner.analysis.document_decision import decision as decision_document
-from rigrunner.api.certificate import DecisionRecord
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import LaterDecision, Verdict
@@ -60,25 +59,6 @@ class DecisionFile:
     acceptance: Acceptance
     sha256: str
     """Of the file's bytes."""
-
-    @property
-    def record(self) -> DecisionRecord:
-        """What a certificate says of it."""
-        found = self.summary
-        return DecisionRecord(
-            file=found.file,
-            sha256=self.sha256,
-            decided_utc=found.decided_utc,
-            by=found.by,
-            reason=found.why,
-            verdict=found.verdict,
-            rule=found.rule,
-            limit=found.limit_text,
-            verdict_before=found.verdict_before,
-            rule_before=found.rule_before,
-            limit_before=found.limit_before,
-            acceptance=self.document["acceptance"],
-        )
 
     @property
     def summary(self) -> LaterDecision:
@@ -131,14 +111,6 @@ def acceptance_in_force(stored: StoredRun, folder: Path) -> Acceptance | None:
     """Return limits and rule of the latest decision: the procedure's, unless decided again."""
     later = later_decisions(stored, folder)
     return later[-1].acceptance if later else _procedure(stored).acceptance
-
-
-def acceptance_of(record: DecisionRecord) -> Acceptance:
-    """Return limits and rule of a decision on a certificate; raise DataError."""
-    try:
-        return Acceptance.model_validate(record.acceptance)
-    except ValueError as error:
-        raise DataError(f"the limits and rule of {record.file} cannot be read") from error
 
 
 def decide_again(

@@ -126,3 +126,14 @@ def test_every_command_says_first_what_the_list_of_commands_says(name):
     command = rigrunner.get_command(None, name)
     assert command.name == name
     assert command.help.partition("\n")[0] == SUMMARIES[name]
+
+
+def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_pydantic():
+    loaded = modules_after(
+        "main(['--version'])\n"
+        "import rigrunner.workflow.report\n"
+        "from pydantic.plugin import _loader\n"
+        "assert _loader._plugins is None"
+    )
+    assert "rigrunner.analysis.analyse" in loaded
+    assert "rigrunner.api.certificate" not in loaded

@@ -21,6 +21,7 @@ from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
 from rigrunner.workflow.certifying.derived_again import refuse_other_numbers
 from rigrunner.workflow.certifying.office import Issued, Office
+from rigrunner.workflow.decision_records import record_of
 from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.stored import analyse_run
@@ -101,7 +102,7 @@ def read_source(run: Path, registry: Registry) -> Source:
         result=analyse_run(run, registry, acceptance=later[-1].acceptance if later else None),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
         simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
-        decided_again=tuple(each.record for each in later),
+        decided_again=tuple(map(record_of, later)),
     )
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.proof.compare import mismatches
-from rigrunner.workflow.decisions import acceptance_of, later_decisions
+from rigrunner.workflow.decision_records import acceptance_of, record_of
+from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def _different(
 ) -> Iterator[object]:
     for each in records:
         if each.file in there:
-            wanted = there[each.file].record
+            wanted = record_of(there[each.file])
             yield from mismatches(
                 each.model_dump(mode="json"), wanted.model_dump(mode="json"), each.file
             )

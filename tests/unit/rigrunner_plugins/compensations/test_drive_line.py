@@ -5,7 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigrunner.api.instruments import LowPass
-from rigrunner_plugins.compensations.drive_line import DriveLine
+from rigrunner.signal.response import raised_cosine
+from rigrunner_plugins.compensations.drive_line import (
+    HARMONICS,
+    MAX_GAIN,
+    TAPER,
+    TWIST_HARMONICS,
+    DriveLine,
+)
 from rigrunner_plugins.compensations.swing import make_swing
 
 SWING = make_swing(2 / 45, 1024)
@@ -75,3 +82,23 @@ def test_leading_dimensions_are_waveforms():
     waveforms = np.random.default_rng(1).standard_normal((3, 256))
     together = LINE.at_load(waveforms, 10.0)
     np.testing.assert_allclose(together[1], LINE.at_load(waveforms[1], 10.0), atol=1e-12)
+
+
+@pytest.mark.parametrize("harmonics", [19, 24, 60])
+@pytest.mark.parametrize("size", [32, 4096])
+def test_what_is_tapered_away_need_not_be_computed(harmonics, size):
+    waveform = np.random.default_rng(2).standard_normal(size)
+    line = replace(LINE, harmonics=harmonics, low_pass=LowPass(corner="900 Hz"), delay_s=1e-5)
+    every_hz = np.arange(size // 2 + 1) * FREQUENCY
+
+    def plain(through, limit, share):
+        too_little = np.flatnonzero(np.abs(through[:limit]) < 1 / MAX_GAIN)
+        band = share * (float(too_little[0]) if len(too_little) else float(limit))
+        taper = raised_cosine(np.arange(len(through), dtype=float), band, TAPER * band)
+        return np.divide(taper, through, out=np.zeros_like(through), where=taper > 0)
+
+    spectrum = np.fft.rfft(waveform)
+    undone = plain(line.sensor(every_hz), HARMONICS, harmonics / HARMONICS)
+    assert np.array_equal(line.at_load(waveform, FREQUENCY), np.fft.irfft(spectrum * undone, size))
+    undone = plain(line.channel(every_hz), TWIST_HARMONICS, 1.0) / line.stiffness(every_hz)
+    assert np.array_equal(line.twist(waveform, FREQUENCY), np.fft.irfft(spectrum * undone, size))
