@@ -80,6 +80,14 @@ def test_the_own_errors_of_both_runs_add_as_independent():
     assert component(found, COMMON) is None
 
 
+def test_each_point_of_a_run_is_moved_by_its_own_error():
+    one = sweep(own=0.02)
+    several = replace(one, loaded=3 * one.loaded, no_load=3 * one.no_load)
+    found = compensated(difference, several)
+    own = [c.u for point in found.points for c in point.components if c.name == OWN]
+    assert own == pytest.approx([np.hypot(3, 1) * np.sin(0.02)] * 3)
+
+
 def test_the_combined_uncertainty_contains_them():
     point = compensated(difference, sweep(common=0.02, own=0.01)).points[0]
     parts = [BASE.u, 2 * np.sin(0.02), np.sqrt(10) * np.sin(0.01)]

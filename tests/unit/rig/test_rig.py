@@ -331,3 +331,16 @@ def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(giv
     device.read_back = lambda _: given
     with pytest.raises(DeviceRejectedError, match="may stand anywhere"):
         rig_of(device).leads_away("tester", "load", 3000.0)
+
+
+@pytest.mark.parametrize(
+    ("kelvin", "away"), [(300.0, False), (270.0, True), (285.0, False), (320.0, True)]
+)
+def test_what_leads_away_from_safe_is_told_by_the_distance_to_the_safe_value(kelvin, away):
+    device = FakeTester()
+    heater = DriveInfo("heater", "K", "heater", 0.0, 500.0, safe_value=293.15)
+    device.drives = (*DRIVES, heater)
+    rig = rig_of(device)
+    rig.connect()
+    rig.set("tester", "heater", 280.0)
+    assert rig.leads_away("tester", "heater", kelvin) is away
