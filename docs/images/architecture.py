@@ -4,7 +4,7 @@
     python docs/images/architecture.py docs
 
 Floors are those of the import contract in `pyproject.toml`, arrows the imports of the source. It
-writes `images/architecture.svg`, and the table of `architecture.md` below its mark.
+writes `images/architecture.svg`, and the tables of `architecture.md` below its mark.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import ast
 import sys
 import tomllib
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from html import escape
 from pathlib import Path
 
@@ -24,6 +24,7 @@ GUESTS = {
     "rigrunner_reports": ROOT / "reports/rigrunner_reports",
 }
 MARK = "<!-- below: made by docs/images/architecture.py -->\n"
+ROOMS = "## Rooms inside the packages\n"
 WIDTH, BAND, BOX, LEFT = 1180, 78, 34, 16
 GUESTS_X = 1000  # where the column of plugins and reports begins
 INSIDE = GUESTS_X - 40 - LEFT
@@ -128,19 +129,56 @@ def table() -> str:
     return "\n".join(lines) + "\n"
 
 
+def rooms_table() -> str:
+    """Return the rows of the rooms inside packages, with the rooms beside them that they use."""
+    lines = ["| room | what it is | uses beside it |", "|---|---|---|"]
+    for part in packages().values():
+        for start in part.files:
+            if start.stem == "__init__" and start.parent != part.path:
+                uses = ", ".join(f"`{each}`" for each in _beside(start.parent)) or "nothing"
+                summary = (ast.get_docstring(_tree(start)) or "").partition("\n")[0]
+                lines.append(f"| `{_dotted(start.parent, part)}` | {summary} | {uses} |")
+    return "\n".join(lines) + "\n"
+
+
 def page(text: str) -> str:
-    """Return the page with its table made anew."""
+    """Return the page with its tables made anew."""
     head, mark, _ = text.partition(MARK)
     if not mark:
         raise SystemExit(f"the page has no line {MARK.strip()}")
-    return f"{head}{mark}\n{table()}"
+    return f"{head}{mark}\n{table()}\n{ROOMS}\n{rooms_table()}"
 
 
+def _dotted(room: Path, part: Package) -> str:
+    return ".".join((part.name, *room.relative_to(part.path).parts))
+
+
+def _beside(room: Path) -> list[str]:
+    """Return the names of the rooms with the same parent that a room imports."""
+    root = next(each for each in (OURS, *GUESTS.values()) if room.is_relative_to(each)).parent
+    parent = ".".join(room.parent.relative_to(root).parts) + "."
+    beside = {each.parent.name for each in room.parent.glob("*/__init__.py")} - {room.name}
+    used = {
+        name.removeprefix(parent).split(".")[0]
+        for path in room.rglob("*.py")
+        for name in _names(_tree(path))
+        if name.startswith(parent)
+    }
+    return sorted(used & beside)
+
+
+@cache
 def _tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def _imported(tree: ast.Module) -> set[str]:
+    parts = {name.split(".")[1] for name in _names(tree) if name.startswith("rigrunner.")}
+    return {part for part in parts if not part.startswith("__v")}  # __version__ is a text
+
+
+def _names(tree: ast.Module) -> set[str]:
+    """Return the dotted names of what a module imports."""
     names: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -149,8 +187,7 @@ def _imported(tree: ast.Module) -> set[str]:
             names |= {f"rigrunner.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names.add(node.module)
-    parts = {name.split(".")[1] for name in names if name.startswith("rigrunner.")}
-    return {part for part in parts if not part.startswith("__v")}  # __version__ is a text
+    return names
 
 
 def _places(rows: list[list[str]]) -> dict[str, tuple[float, float, float]]:

@@ -120,6 +120,13 @@ def test_what_silences_a_check_says_why():
     assert silent == []
 
 
+def test_a_room_is_listed_with_the_rooms_that_it_uses():
+    rows = made["rooms_table"]().splitlines()
+    jobs = next(row for row in rows if row.startswith("| `panel.jobs` |"))
+    assert jobs.endswith("| `live`, `process`, `view` |")
+    assert any(row.startswith("| `rigrunner_plugins.devices.visa` |") for row in rows)
+
+
 def test_the_drawing_has_a_box_for_each_package():
     root = ET.fromstring(made["drawing"]())  # noqa: S314  (made just now)
     texts = {text.text for text in root.iter("{http://www.w3.org/2000/svg}text")}

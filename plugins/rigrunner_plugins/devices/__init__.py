@@ -1,1 +1,1 @@
-"""Simulated rigs and replay of recordings."""
+"""Instruments by their protocols, simulated rigs, recordings again, and devices made of others."""
