@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import io
+from contextlib import redirect_stdout
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -24,7 +26,8 @@ HINT = "pip install 'rigrunner[pdf]', or print the HTML from a browser"
 def pdf_maker() -> Callable[[CertificateInput], bytes]:
     """Return the function that makes a PDF; raise MissingPackageError without WeasyPrint."""
     try:
-        import weasyprint  # noqa: F401, PLC0415  (optional, and a second to load)
+        with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say below
+            import weasyprint  # noqa: F401, PLC0415  (optional, and a second to load)
     except ImportError as error:
         raise MissingPackageError(MISSING, hint=HINT) from error
     except OSError as error:

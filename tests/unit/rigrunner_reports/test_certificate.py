@@ -266,3 +266,17 @@ def test_without_weasyprint_it_says_how_to_get_pdf(monkeypatch):
     with pytest.raises(MissingPackageError) as caught:
         pdf_maker()
     assert "rigrunner[pdf]" in caught.value.hint
+
+
+def test_without_pango_it_says_so_once_and_nothing_on_stdout(monkeypatch, capsys):
+    class Broken:
+        def find_spec(self, name, *_):
+            if name == "weasyprint":
+                sys.stdout.write("-----\nWeasyPrint could not import some external libraries.")
+                raise OSError("cannot load library 'pango-1.0-0'")
+
+    monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
+    with pytest.raises(MissingPackageError, match="does not find the library Pango"):
+        pdf_maker()
+    assert capsys.readouterr().out == ""

@@ -221,10 +221,11 @@ def test_every_extra_of_the_package_has_its_purpose():
     assert declared - set(extras.TOOLS) - set(extras.PURPOSES) == set()
 
 
-def test_weasyprint_without_its_library_only_warns(tmp_path, monkeypatch):
+def test_weasyprint_without_its_library_only_warns(tmp_path, monkeypatch, capsys):
     class Broken:
         def find_spec(self, name, *_):
             if name == "weasyprint":
+                sys.stdout.write("-----\nWeasyPrint could not import some external libraries.")
                 raise OSError("cannot load library 'pango-1.0-0'")
 
     monkeypatch.setattr(extras, "requires", lambda _: ASKED)
@@ -234,6 +235,7 @@ def test_weasyprint_without_its_library_only_warns(tmp_path, monkeypatch):
     assert finding.state == "warn"
     assert finding.found.startswith("WeasyPrint does not find the library Pango: cannot load")
     assert finding.mend.startswith("on Debian: apt install libpango")
+    assert capsys.readouterr().out == ""  # the output is ours, and may be JSON
 
 
 @pytest.mark.parametrize(

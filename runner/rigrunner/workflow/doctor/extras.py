@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import re
+from contextlib import redirect_stdout
 from importlib.metadata import PackageNotFoundError, requires, version
 from typing import TYPE_CHECKING
 
@@ -90,7 +92,8 @@ def _broken(extra: str) -> tuple[str, str] | None:
     if extra != "pdf":
         return None
     try:
-        import weasyprint  # noqa: F401, PLC0415  (optional and heavy; loads libraries as it does so)
+        with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say below
+            import weasyprint  # noqa: F401, PLC0415  (optional, heavy, and loads libraries)
     except OSError as error:
         mend = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
         return f"WeasyPrint does not find the library Pango: {error}", mend
