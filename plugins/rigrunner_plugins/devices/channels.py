@@ -1,15 +1,17 @@
-"""Refuses channels that a device does not have."""
+"""Channels and drives by their names; those that a device does not have are refused."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.errors import DeviceRejectedError, PluginError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.devices import ChannelInfo
+    from rigrunner.api.devices import ChannelInfo, DriveInfo
+
+_Info = TypeVar("_Info", "ChannelInfo", "DriveInfo")
 
 
 def check_channels(wanted: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
@@ -20,3 +22,11 @@ def check_channels(wanted: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
             raise DeviceRejectedError(
                 f"there is no channel '{name}'", hint=f"there are: {', '.join(known)}"
             )
+
+
+def named(infos: Iterable[_Info], name: str, absent: str) -> _Info:
+    """Return the channel or drive of that name; raise PluginError that begins with `absent`."""
+    by_name = {info.name: info for info in infos}
+    if name not in by_name:
+        raise PluginError(f"{absent} '{name}'", hint=f"there are: {', '.join(by_name) or 'none'}")
+    return by_name[name]

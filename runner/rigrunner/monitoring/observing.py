@@ -89,15 +89,18 @@ def observe(
     if not groups:
         raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
     units = {each.unit for several in values.values() for each in several}
-    warnings = []
-    if len(simulated) > 1:
-        warnings.append("simulated runs are among real ones: --real leaves them out")
-    if doubtful:
-        counted_runs = sum(len(each.observed) for each in groups.values())
-        warnings.append(
-            f"{doubtful} of {counted_runs} runs did not pass all checks of the analysis"
-        )
+    warnings = _warnings(groups, doubtful, mixed=len(simulated) > 1)
     return Observations(" or ".join(sorted(units)), groups, tuple(excluded), tuple(warnings))
+
+
+def _warnings(groups: Mapping[str, Group], doubtful: int, *, mixed: bool) -> list[str]:
+    found = []
+    if mixed:
+        found.append("simulated runs are among real ones: --real leaves them out")
+    if doubtful:
+        counted = sum(len(each.observed) for each in groups.values())
+        found.append(f"{doubtful} of {counted} runs did not pass all checks of the analysis")
+    return found
 
 
 def of_one_kind(group: Group, quantity: Quantity) -> None:

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import unit
+from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.composite.settings import DriveSource, split
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
     from rigrunner_plugins.devices.composite.settings import ClockSettings, CompositeSettings
-
-_Info = TypeVar("_Info", "ChannelInfo", "DriveInfo")
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ def _rate_hz(device: Device) -> float:
 def _channel(what: str, name: str, place: str, parts: Mapping[str, Device]) -> ChannelRoute:
     part, there = split(place)
     device = parts[part]
-    info = _find(what, "channel", part, there, device.channels)
+    info = named(device.channels, there, f"{what}: the part '{part}' has no channel")
     if not isinstance(device, (Readable, Streaming)):
         raise PluginError(f"{what}: {part} gives neither single values nor recordings")
     streams = info.streams and isinstance(device, Streaming)
@@ -105,7 +104,8 @@ def _drive(
 ) -> DriveRoute:
     place = source.set if isinstance(source, DriveSource) else source
     part, there = split(place)
-    info = replace(_find(what, "drive", part, there, parts[part].drives), name=name)
+    info = named(parts[part].drives, there, f"{what}: the part '{part}' has no drive")
+    info = replace(info, name=name)
     if not isinstance(parts[part], Settable):
         raise PluginError(f"{what}: {part} cannot be set")
     if not isinstance(source, DriveSource):
@@ -122,13 +122,3 @@ def _drive(
             )
         info = replace(info, tolerance=source.tolerance.si)
     return DriveRoute(info, part, there, channel)
-
-
-def _find(what: str, kind: str, part: str, name: str, infos: Iterable[_Info]) -> _Info:
-    by_name = {info.name: info for info in infos}
-    if name not in by_name:
-        raise PluginError(
-            f"{what}: the part '{part}' has no {kind} '{name}'",
-            hint=f"there are: {', '.join(by_name) or 'none'}",
-        )
-    return by_name[name]

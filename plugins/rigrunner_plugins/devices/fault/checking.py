@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import unit
+from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.fault.settings import CHANNELS_UNIT, NATURES
 
 if TYPE_CHECKING:
@@ -21,30 +22,19 @@ def check_faults(faults: Iterable[FaultSettings], device: Device) -> None:
         where = f"fault {number} ({fault.kind})"
         _check_drives(where, fault, device)
         if fault.call == "stream":
-            channel = _find(where, "channel", fault.channel, device.channels)
+            channel = named(device.channels, fault.channel, f"{where}: the device has no channel")
             if NATURES[fault.kind].dimension == CHANNELS_UNIT and fault.extent is not None:
                 _check_unit(where, "extent", fault.extent.dimension, channel)
 
 
 def _check_drives(where: str, fault: FaultSettings, device: Device) -> None:
+    no_drive = f"{where}: the device has no drive"
     if fault.drive:
-        _find(where, "drive", fault.drive, device.drives)
+        named(device.drives, fault.drive, no_drive)
     for name, value in fault.at.items():
-        _check_unit(where, "at", value.dimension, _find(where, "drive", name, device.drives))
+        _check_unit(where, "at", value.dimension, named(device.drives, name, no_drive))
     if fault.kind == "wrong frequency" and not any(d.sets_cycle_frequency for d in device.drives):
         raise PluginError(f"{where}: the device has no drive that sets a frequency")
-
-
-def _find(
-    where: str, what: str, name: str, infos: Iterable[ChannelInfo | DriveInfo]
-) -> ChannelInfo | DriveInfo:
-    by_name = {info.name: info for info in infos}
-    if name not in by_name:
-        raise PluginError(
-            f"{where}: the device has no {what} '{name}'",
-            hint=f"there are: {', '.join(by_name) or 'none'}",
-        )
-    return by_name[name]
 
 
 def _check_unit(where: str, field: str, got: str, info: ChannelInfo | DriveInfo) -> None:
