@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import stat
 from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
 
@@ -72,6 +73,16 @@ def test_a_run_that_is_there_and_a_file_that_is_there_are_kept(run, packed):
         unpack(packed, run.parent)
     with pytest.raises(UsageError, match="exists"):
         pack(run, packed)
+
+
+def test_hidden_files_are_left_out(run, tmp_path):
+    """A file manager leaves them, and commands can be in them: `unpack` takes none."""
+    copy = shutil.copytree(run, tmp_path / run.name)
+    (copy / ".DS_Store").touch()
+    (copy / ".git").mkdir()
+    (copy / ".git" / "config").touch()
+    names = [each.name for each in pack(copy, tmp_path / "x.rigrun").files]
+    assert names == [name for name in files(run) if name != "run.lock"]
 
 
 def test_a_run_that_is_not_sealed_or_not_whole_is_not_packed(run, tmp_path):
@@ -152,6 +163,8 @@ def flip_with_digest(members):
         (rename_file("a\\b"), "leads elsewhere"),
         (lambda members: listing(members, folder=".."), "leads elsewhere"),
         (lambda members: listing(members, folder="a/b"), "leads elsewhere"),
+        (lambda members: listing(members, folder=".git"), "leads elsewhere"),
+        (rename_file(".vscode/tasks.json"), "leads elsewhere"),
         (lambda members: listing(members, folder="other"), "does not hold what its list names"),
         (lambda members: listing(members, run="other"), "of another run"),
         (lambda members: listing(members, digest_sha256="0" * 64), "of another run"),
@@ -209,14 +222,19 @@ def test_one_flipped_bit_or_a_cut_gives_the_same_run_or_an_error(
         assert files(found) == files(run)
 
 
-@pytest.mark.parametrize("name", ["run.h5", "a/b.json", "Prüfung 1.pdf", ".hidden"])
+@pytest.mark.parametrize("name", ["run.h5", "a/b.json", "Prüfung 1.pdf", "a.b/c"])
 def test_names_that_are_taken(name):
     assert is_safe(name)
 
 
 @pytest.mark.parametrize(
     "name",
-    ["", ".", "..", "a/../b", "/a", "a//b", "a/", "a\\b", "c:", "nul", "COM1.txt", "a. ", "\0"],
+    [
+        *("", ".", "..", "a/../b", "/a", "a//b", "a/", "a\\b", "c:", "a. ", "\0"),
+        *("nul", "COM1.txt", "com¹", "CONIN$"),
+        *(".git", ".git/config", "a/.vscode/x"),
+        *("a\x9bb", "a\N{RIGHT-TO-LEFT OVERRIDE}b"),
+    ],
 )
 def test_names_that_lead_elsewhere_or_are_none_everywhere(name):
     assert not is_safe(name)

@@ -26,7 +26,7 @@ LONGEST_LISTING = 1 << 24
 _BLOCK = 1 << 20
 _NAME = re.compile(r"[^\x00-\x1f\\:*?\"<>|/]{1,200}")
 """A part of a path as every system takes it."""
-_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_DEVICES = re.compile(r"(con|prn|aux|nul|con(in|out)\$|(com|lpt)[\d¹²³])(\..*)?", re.IGNORECASE)
 """Names that are devices on Windows."""
 
 
@@ -81,15 +81,25 @@ def parse_contents(text: bytes) -> Contents:
 
 
 def is_safe(name: str) -> bool:
-    """Say whether a path stays in its folder, on every system."""
+    """Say whether a path stays in its folder, on every system, and is plainly to be seen there.
+
+    Hidden files and folders can be more than data: a `.git` or `.vscode` has commands that programs
+    run which only look at the folder that it is in.
+    """
     parts = name.split("/")
     return PurePosixPath(name).as_posix() == name and all(
         _NAME.fullmatch(part)
-        and part not in {".", ".."}
+        and part.isprintable()
+        and not is_hidden(part)
         and part == part.rstrip(". ")
         and not _DEVICES.fullmatch(part)
         for part in parts
     )
+
+
+def is_hidden(name: str) -> bool:
+    """Say whether a file, or a folder on the way to it, is not shown by a listing."""
+    return any(part.startswith(".") for part in name.split("/"))
 
 
 def blocks(file: BinaryIO) -> Iterator[bytes]:

@@ -11,7 +11,14 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.runfile.durable import publish, temporary, writing
 from rigrunner.workflow.locate import RUN_FILE
 from rigrunner.workflow.packing.checking import require_sound
-from rigrunner.workflow.packing.contents import LISTING, Contents, PackedFile, is_safe, sha256_of
+from rigrunner.workflow.packing.contents import (
+    LISTING,
+    Contents,
+    PackedFile,
+    is_hidden,
+    is_safe,
+    sha256_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +62,8 @@ def pack(folder: Path, target: Path) -> Contents:
 def _listed(folder: Path) -> Iterator[PackedFile]:
     paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
     for name, path in sorted(paths.items()):
+        if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
+            continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
             raise DataError(f"{path} is no regular file", hint="take it out of the run folder")
         if path.is_dir() or name in _LEFT_OUT:
