@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import zlib
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import parse_certificate
@@ -15,10 +16,13 @@ if TYPE_CHECKING:
     from rigrunner.api.certificate import Certificate
 
 _SCRIPT = re.compile(
-    rb'<script\b[^>]*\btype="application/json"[^>]*>(.*?)</script>', re.DOTALL | re.IGNORECASE
+    rb'<script\b[^<>]*\btype="application/json"[^<>]*>([^<]*)</script>', re.IGNORECASE
 )
+"""Its text has no '<', so that nothing in it ends it; and none is looked for without an end."""
 _ATTACHMENT = re.compile(rb"/EmbeddedFile\b.{0,2000}?stream\r?\n", re.DOTALL)
 _LONGEST = 50_000_000
+_MOST = 100
+"""Attachments that are tried; a certificate has one."""
 
 
 def content_in(content: bytes, suffix: str, name: str) -> Certificate:
@@ -40,7 +44,7 @@ def _in_html(content: bytes) -> Iterator[bytes]:
 
 def _in_pdf(content: bytes) -> Iterator[bytes]:
     """Yield the attachments that are JSON; a PDF keeps them deflated or as they are."""
-    for found in _ATTACHMENT.finditer(content):
+    for found in islice(_ATTACHMENT.finditer(content), _MOST):
         data = content[found.end() :]
         try:
             text = zlib.decompressobj().decompress(data, _LONGEST)

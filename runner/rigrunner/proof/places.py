@@ -10,8 +10,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 _JSON_MEMBER = re.compile(rb'^ "([^"\\]+)":', re.MULTILINE)
-_HTML_HEADING = re.compile(rb"<h[1-4][^>]*>(.*?)</h[1-4]>|<(style|head|script|svg)\b", re.DOTALL)
-_HTML_TAG = re.compile(rb"<[^>]*>")
+_HTML_HEADING = re.compile(
+    rb"<h[1-4][^<>]*>(.{0,500}?)</h[1-4]>|<(style|head|script|svg)\b", re.DOTALL
+)
+_HTML_TAG = re.compile(rb"<[^<>]*>")
+"""None of them looks on and on for an end that a stranger left out."""
 _PDF_OBJECT = re.compile(rb"(?:^|[\r\n])(\d+) 0 obj\b")
 _PDF_PAGE = re.compile(rb"/Type\s*/Page\b")
 _PDF_CONTENTS = re.compile(rb"/Contents\s+(\d+) 0 R")
