@@ -13,7 +13,6 @@ from rigrunner.cli.output import (
     close_quietly,
     error_label,
     message,
-    printable,
     reader_has_gone,
 )
 
@@ -85,7 +84,7 @@ def _place(problem: Problem) -> tuple[str, int, int]:
 def _problem_lines(problem: Problem) -> Iterator[str]:
     where = f"{problem.location}: " if problem.location else ""
     field = f"{problem.field}: " if problem.field else ""
-    yield f"{where}{error_label()} {field}{printable(problem.message)}"
+    yield f"{where}{error_label()} {field}{problem.message}"
     if problem.hint:
         yield f"  hint: {problem.hint}"
 

@@ -7,9 +7,9 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.cli.numbers import with_uncertainty
-from rigrunner.cli.output import UNPRINTABLE, printable
 from rigrunner.cli.table import table
 from rigrunner.clock import utc_text
+from rigrunner.printable import UNPRINTABLE, printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,7 @@ import click
 
 from rigrunner.api.errors import UsageError
 from rigrunner.cli.options import json_option
-from rigrunner.cli.output import message, printable, result, result_json
+from rigrunner.cli.output import message, result, result_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -79,7 +79,7 @@ def finish(study: StudyInput, text: str, out: Path | None, *, as_json: bool) -> 
     if as_json:
         result_json(study_document(study))
     else:
-        result(printable(text))
+        result(text)
     if out is not None:
         from rigrunner.monitoring.report import write_study  # noqa: PLC0415  (it loads plugins)
 

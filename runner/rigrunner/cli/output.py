@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
+from rigrunner.printable import printable
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
-
+_ERROR = "error:"
+_RED = click.style(_ERROR, fg="red", bold=True)
+"""All that we ourselves steer the terminal with."""
 _PLAIN = {
     "·": ".",
     "±": "+/-",
@@ -47,19 +50,15 @@ def result(text: str) -> None:
 def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     """Print a document as JSON on stdout; a NaN would not be JSON and is a bug."""
     encodes_all = "utf" in (sys.stdout.encoding or "").lower()
-    _print(
-        json.dumps(document, indent=2, ensure_ascii=not encodes_all, allow_nan=False), sys.stdout
-    )
+    text = json.dumps(document, indent=2, ensure_ascii=not encodes_all, allow_nan=False)
+    if text != printable(text):  # escaped it is the same document
+        text = json.dumps(document, indent=2, allow_nan=False)
+    _print(text, sys.stdout)
 
 
 def message(text: str) -> None:
     """Print a line or more for the person, on stderr."""
     _print(text, sys.stderr)
-
-
-def printable(text: str) -> str:
-    """Return a text of one line or more without what would steer the terminal."""
-    return "".join(each if each.isprintable() or each == "\n" else UNPRINTABLE for each in text)
 
 
 def prompt(question: str) -> None:
@@ -69,7 +68,7 @@ def prompt(question: str) -> None:
 
 def error_label() -> str:
     """Return the word that begins an error, red on a terminal unless NO_COLOR is set."""
-    return click.style("error:", fg="red", bold=True) if _colour(sys.stderr) else "error:"
+    return _RED if _colour(sys.stderr) else _ERROR
 
 
 def reader_has_gone() -> bool:
@@ -112,7 +111,8 @@ def _in_plain(sign: str, encoding: str) -> str:
 
 def _print(text: str, stream: TextIO, end: str = "\n") -> None:
     try:
-        stream.write(f"{in_encoding(text, stream.encoding)}{end}")
+        shown = _RED.join(map(printable, text.split(_RED)))
+        stream.write(f"{in_encoding(shown, stream.encoding)}{end}")
         stream.flush()
     except BrokenPipeError:
         _silence(stream)

@@ -18,6 +18,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.output import message
+from rigrunner.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -122,7 +123,7 @@ class BarProgress:
             case RunEnded():
                 self._end(event)
             case StepStarted():
-                self._advance(event.monotonic_s, event.text)
+                self._advance(event.monotonic_s, printable(event.text))
             case Alarm() | Intervention() | Note():
                 _tell(event)
             case _:

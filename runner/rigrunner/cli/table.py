@@ -24,9 +24,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "")
 
 
 def pairs(rows: Sequence[tuple[str, str]]) -> str:
-    """Return 'name  value' lines with the values aligned."""
+    """Return 'name  value' lines with the values aligned, further lines of a value too."""
     width = max((len(name) for name, _ in rows), default=0)
-    return "\n".join(f"{name.ljust(width)}{GAP}{value}".rstrip() for name, value in rows)
+    below = "\n" + " " * (width + len(GAP))
+    return "\n".join(
+        f"{name.ljust(width)}{GAP}{below.join(value.splitlines())}".rstrip() for name, value in rows
+    )
 
 
 def _line(cells: Sequence[str], widths: Sequence[int], sides: str) -> str:

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from rigrunner.golden.comparing import Standing
 from rigrunner.golden.words import details
+from rigrunner.printable import printable
 
 if TYPE_CHECKING:
     from rigrunner.golden.comparing import Compared
@@ -31,13 +32,8 @@ def junit(found: Overall) -> str:
 
 
 def _case(suite: Element, each: Compared) -> None:
-    case = SubElement(suite, "testcase", classname="golden", name=_xml(each.name))
+    case = SubElement(suite, "testcase", classname="golden", name=printable(each.name))
     if each.standing.moved:
         kind = "error" if each.standing is Standing.NOT_COMPARED else "failure"
         problem = SubElement(case, kind, message=str(each.standing), type=each.standing.name)
-        problem.text = _xml("\n".join(details(each)))
-
-
-def _xml(text: str) -> str:
-    """Return a text without the control characters that XML does not know."""
-    return "".join(char if char in "\n\t" or char.isprintable() else "\ufffd" for char in text)
+        problem.text = printable("\n".join(details(each)))

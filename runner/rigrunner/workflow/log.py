@@ -18,9 +18,13 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.printable import printable
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+_GOES_ON = "\n    "
+"""Before a further line of a text: what somebody answers must not look like another event."""
 
 
 class RunLog:
@@ -39,7 +43,8 @@ class RunLog:
     def __call__(self, event: Event) -> None:
         """Write the event as a line; samples leave none, nor do steps that end well."""
         if text := event_text(event):
-            self._write(f"{event.utc} {text}\n".encode())
+            shown = printable(text).replace("\n", _GOES_ON)
+            self._write(f"{event.utc} {shown}\n".encode())
 
 
 def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each kind)

@@ -12,7 +12,7 @@ from rigrunner.cli.main import SUMMARIES, rigrunner
 PROCEDURE = "starting_torque_1000n"
 MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_extensions", "typing_inspection"}
 PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"}
-FLOORS = {"api", "blas", "cli", "workflow"}
+FLOORS = {"api", "blas", "cli", "printable", "workflow"}
 
 HELP = ({"click"}, FLOORS)
 """Other packages than those of Python and ours, and the floors of ours."""

@@ -58,3 +58,27 @@ def test_colour_only_on_a_terminal_that_wants_it(monkeypatch, no_color, expected
     monkeypatch.setattr("sys.stderr", Terminal())
     monkeypatch.setenv("NO_COLOR", no_color)
     assert output.error_label().startswith(expected)
+
+
+STEERING = "S1\x1b[2J\x1b[8m\x07\x9b31m\N{RIGHT-TO-LEFT OVERRIDE}1 mN\N{NO-BREAK SPACE}m"
+"""As a stranger's file can have it: it clears the screen, and hides what is written after it."""
+SHOWN = "S1�[2J�[8m��31m�1 mN\N{NO-BREAK SPACE}m"
+
+
+@pytest.mark.parametrize("say", [output.result, output.message, output.prompt])
+def test_no_text_of_others_steers_the_terminal(say, capsys):
+    say(STEERING)
+    assert "".join(capsys.readouterr()).removesuffix("\n") == SHOWN
+
+
+def test_as_json_it_is_the_same_text_and_steers_nothing(capsys):
+    output.result_json({"specimen": STEERING})
+    printed = capsys.readouterr().out
+    assert printed.replace("\n", "").isprintable()
+    assert json.loads(printed) == {"specimen": STEERING}
+
+
+def test_our_own_colour_stays(monkeypatch, capsys):
+    monkeypatch.setattr(output, "_colour", lambda _: True)
+    output.message(f"{output.error_label()} it is so")
+    assert capsys.readouterr().err == "\x1b[31m\x1b[1merror:\x1b[0m it is so\n"
