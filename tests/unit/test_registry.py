@@ -5,13 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from helpers_devices import FakeTester
 from rigrunner import __version__
-from rigrunner.api.devices import DeviceContext
+from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
 from rigrunner.api.errors import PluginError
-from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.hooks import DeviceRecord, FitRecord
 from rigrunner.api.settings import Frequency, Settings
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry, versions, with_drop_ins
+from rigrunner.registry.declared import declaration_problems
 
 GOOD = """
 from rigrunner.api.hooks import FitRecord, hookimpl
@@ -75,6 +77,21 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         ("raise SystemExit('bye')", "SystemExit: bye"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fit(): return []", "unknown hook 'rigrunner_fit'"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return [1]", "not a plugin record"),
+        (f"{HEAD}@hookimpl\ndef rigrunner_fits(): pass", "rigrunner_fits returned None, needed is"),
+        (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return 1", "TypeError: 'int' object is not iter"),
+        (f"{HEAD}@hookimpl\ndef rigrunner_fits(x): return []", "{'x'}"),
+        (f"{HEAD}def rigrunner_fits(): return []", "rigrunner_fits is not marked as a hook"),
+        (f"{HEAD}def rigrunner_fitts(): return []", "rigrunner_fitts is not marked as a hook"),
+        (f"{HEAD}\n@hookimpl\ndef rigrunner_fits():\n    return [1 / 0]", ".py:6)"),
+        (
+            GOOD.replace("def rigrunner_fits", "def rigrunner_devices"),
+            "rigrunner_devices returned a FitRecord, needed is a DeviceRecord",
+        ),
+        (GOOD.replace("return [", "return ").replace(")]", ")"), "needed is a list of FitRecord"),
+        (GOOD.replace('"line"', "None"), "the record None of rigrunner_fits: a name has small"),
+        (GOOD.replace('"line"', '"my line"'), "'my line' of rigrunner_fits: a name has small"),
+        (GOOD.replace("lambda s: s", "None"), "'line' of rigrunner_fits: its factory cannot be"),
+        (GOOD.replace("settings=LineSettings", "settings=dict"), "no subclass of Settings"),
     ],
 )
 def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, source, reason):
@@ -84,6 +101,84 @@ def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, s
     (disabled,) = registry.disabled
     assert disabled.provider.name == name
     assert reason in disabled.reason
+
+
+class Pressed(FakeTester):
+    """A device whose force is declared as a test says."""
+
+    def __init__(self, channels=(), drives=()):
+        super().__init__(channels=channels, drives=drives)
+
+
+def force(*limits, **changes):
+    return Pressed(drives=[DriveInfo("force", "N", "Force", *(limits or (0.0, 1.0)), **changes)])
+
+
+@pytest.mark.parametrize(
+    ("device", "said"),
+    [
+        (None, "its factory gave a NoneType, which has no channels, drives"),
+        (Pressed(None), "got None, needed is a sequence of ChannelInfo"),
+        (Pressed(["force"]), "got 'force', needed is a sequence of ChannelInfo"),
+        (Pressed([ChannelInfo("torque", "mN·m", "")]), "'torque': is in 'mN·m', needed is the"),
+        (Pressed([ChannelInfo("oil", "°C", "")]), "needed is the coherent SI unit, K"),
+        (Pressed([ChannelInfo("a", "N", ""), ChannelInfo("a", "K", "")]), "the name stands twice"),
+        (Pressed([ChannelInfo("a.b", "N", "")]), "'a.b': a name has small letters"),
+        (force(1.0, 0.0), "its limits are 1.0 and 0.0, needed are two finite numbers"),
+        (force(0.0, float("inf")), "its limits are 0.0 and inf"),  # 1 % of which all is within
+        (force(float("nan"), float("nan")), "its limits are nan and nan"),
+        (force("0", "1"), "its limits are 0 and 1"),
+        (force(tolerance=float("inf")), "its tolerance is inf"),
+        (force(tolerance=-1.0), "its tolerance is -1.0"),
+        (force(rate_per_s=-1.0), "its rate is -1.0"),
+        (force(settle_s=float("nan")), "it settles in nan s"),
+        (force(safe_value=float("nan")), "its safe value is nan"),
+        (force(sets_cycle_frequency=True), "it sets the cycle frequency, in N"),
+    ],
+)
+def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, said):
+    record = DeviceRecord(name="press", help="", factory=lambda *_: device)
+    registry = Registry([Plugin("device", record, Provider("lab", "1"))])
+    with pytest.raises(PluginError, match=r"^device 'press': ") as caught:
+        registry.make_device("press", {}, DeviceContext("press", SimulatedClock(), Path()))
+    assert said in caught.value.message
+    assert "rigrunner check-plugin press" in caught.value.hint
+
+
+def test_a_channel_in_a_unit_that_is_not_known_here_leaves_the_device_of_use():
+    device = Pressed([ChannelInfo("light", "lx", "Light")])
+    assert list(declaration_problems(device)) == []
+
+
+def failing(error):
+    def factory(_):
+        raise error
+
+    record = FitRecord(name="line", help="", factory=factory)
+    return Registry([Plugin("fit", record, Provider("lab", "1"))])
+
+
+def test_what_a_factory_did_not_foresee_names_the_plugin():
+    with pytest.raises(ValueError, match="oops") as caught:
+        failing(ValueError("oops")).make("fit", "line", {})
+    assert caught.value.__notes__ == ["in the fit 'line' of lab 1"]
+
+
+def test_a_factory_cannot_end_the_program():
+    with pytest.raises(RuntimeError, match=r"the fit 'line' of lab 1 raised SystemExit\(0\)"):
+        failing(SystemExit(0)).make("fit", "line", {})
+
+
+def test_a_drop_in_that_cannot_be_read_is_disabled_and_harms_no_other(folder):
+    (folder / "no_file.py").mkdir()
+    (folder / "gone.py").symlink_to(folder / "nowhere")
+    (folder / "good.py").write_text(GOOD)
+    registry = with_drop_ins(load_registry([]), folder)
+    assert registry.names("fit") == ["line"]
+    assert sorted(Path(each.provider.name).name for each in registry.disabled) == [
+        "gone.py",
+        "no_file.py",
+    ]
 
 
 def declaring(line):
@@ -198,6 +293,14 @@ def test_a_missing_drop_in_folder_is_named(tmp_path):
         with_drop_ins(load_registry([]), tmp_path / "nowhere")
 
 
+class InRole(FakeTester):
+    """A device that knows its role."""
+
+    def __init__(self, role, **changes):
+        super().__init__(**changes)
+        self.role = role
+
+
 class Tap:
     """Notes where it stands: at the wire of a role, or at its calls."""
 
@@ -229,7 +332,7 @@ class Tap:
 def test_a_tap_stands_once_between_a_device_and_its_instrument(wired, expected):
     """What is made of others is tapped at these if it is wired itself, and else as a whole."""
     records = {
-        "part": lambda _, context: context.role,
+        "part": lambda _, context: InRole(context.role),
         "whole": lambda _, context: context.make("part", {}, part="part"),
     }
     registry = Registry(
@@ -242,7 +345,7 @@ def test_a_tap_stands_once_between_a_device_and_its_instrument(wired, expected):
     )
     tap = Tap()
     context = DeviceContext("tester", SimulatedClock(), Path())
-    assert registry.make_device("whole", {}, context, tap) == "tester/part"
+    assert registry.make_device("whole", {}, context, tap).role == "tester/part"
     assert tap.at == expected
 
 

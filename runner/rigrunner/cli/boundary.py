@@ -99,4 +99,12 @@ def _show_usage_error(error: click.ClickException) -> None:
 def show_bug(error: Exception) -> None:
     """Print what nobody foresaw, with its traceback, on stderr."""
     message("".join(traceback.format_exception(error)).rstrip())
-    message(f"{error_label()} this is a bug in Rigrunner or in a plugin; the lines above say where")
+    from rigrunner.registry import culprit  # noqa: PLC0415  (of use for a bug alone)
+
+    plugin = culprit(error)
+    if plugin:
+        message(f"{error_label()} this is a bug in the plugin {plugin}, or in what that calls")
+    else:
+        message(
+            f"{error_label()} this is a bug in Rigrunner or in a plugin; the lines above say where"
+        )

@@ -1,5 +1,6 @@
 """From entry points and drop-in files to typed look-ups of plugins."""
 
+from rigrunner.registry.culprit import culprit
 from rigrunner.registry.loading import HOOK_OF_KIND, load_registry, with_drop_ins
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
 
@@ -9,6 +10,7 @@ __all__ = [
     "Plugin",
     "Provider",
     "Registry",
+    "culprit",
     "load_registry",
     "with_drop_ins",
 ]

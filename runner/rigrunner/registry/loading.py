@@ -14,14 +14,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from traceback import extract_tb
 from typing import TYPE_CHECKING
 
 import pluggy
 
 from rigrunner.api.errors import PluginError, RigrunnerError
-from rigrunner.api.hooks import PROJECT, HookSpecs, PluginRecord
+from rigrunner.api.hooks import PROJECT, HookSpecs
+from rigrunner.registry.culprit import DROP_IN
 from rigrunner.registry.installed import Installed, installed
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
+from rigrunner.registry.records import check_marked, checked_records
 from rigrunner.registry.versions import check_api_version, version_in
 
 if TYPE_CHECKING:
@@ -64,7 +67,8 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
         )
     files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
     added = _loaded(
-        _Source(_drop_in_provider(path), _loader(path), path.read_text) for path in files
+        _Source(_drop_in_provider(path), _loader(path), partial(path.read_text, "utf-8"))
+        for path in files
     )
     return Registry((*registry.plugins, *added.plugins), (*registry.disabled, *added.disabled))
 
@@ -105,7 +109,17 @@ def _module(source: _Source) -> object:
 
 
 def _reason(error: BaseException) -> str:
-    return str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
+    """Return what is wrong, and where in the plugin's own files it was raised."""
+    if isinstance(error, RigrunnerError):
+        return str(error)
+    frames = [each for each in extract_tb(error.__traceback__) if not _is_ours(each.filename)]
+    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}{place}"
+
+
+def _is_ours(file: str) -> bool:
+    """Say whether a frame is of what imports a plugin, and not of the plugin."""
+    return file.startswith("<frozen ") or Path(file).is_relative_to(Path(__file__).parent)
 
 
 def _plugins(provider: Provider, module: object) -> list[Plugin]:
@@ -113,19 +127,16 @@ def _plugins(provider: Provider, module: object) -> list[Plugin]:
     manager.add_hookspecs(HookSpecs)
     manager.register(module, provider.name)
     manager.check_pending()
+    found = {
+        kind: getattr(manager.hook, hook).get_hookimpls() for kind, hook in HOOK_OF_KIND.items()
+    }
+    check_marked(module, {each.function for every in found.values() for each in every})
     return [
         Plugin(kind, record, provider)
-        for kind, hook in HOOK_OF_KIND.items()
-        for records in getattr(manager.hook, hook)()
-        for record in _checked(hook, records)
+        for kind, implementations in found.items()
+        for each in implementations
+        for record in checked_records(kind, HOOK_OF_KIND[kind], each.function())
     ]
-
-
-def _checked(hook: str, records: Iterable[object]) -> Iterable[PluginRecord]:
-    for record in records:
-        if not isinstance(record, PluginRecord):
-            raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
-        yield record
 
 
 def _source(found: Installed) -> _Source:
@@ -139,13 +150,17 @@ def _text_of(entry: EntryPoint) -> str:
 
 
 def _drop_in_provider(path: Path) -> Provider:
-    return Provider(str(path), f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:  # why it cannot be read is told where it is loaded
+        return Provider(str(path), "")
+    return Provider(str(path), f"sha256:{digest[:12]}")
 
 
 def _loader(path: Path) -> Callable[[], ModuleType]:
     def load() -> ModuleType:
         unique = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
-        name = f"rigrunner_drop_in_{unique}_{path.stem}"
+        name = f"{DROP_IN}{unique}_{path.stem}"
         spec = importlib.util.spec_from_file_location(name, path)
         if spec is None or spec.loader is None:
             raise PluginError(f"{path} cannot be loaded as a module")

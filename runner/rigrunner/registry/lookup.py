@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import difflib
 from collections import defaultdict
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pydantic import ValidationError
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.hooks import CompensationRecord, DeviceRecord
 from rigrunner.api.settings import MadeOfOthers, SimulableSettings
+from rigrunner.registry.declared import declaration_problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.hooks import PluginRecord
@@ -128,9 +130,10 @@ class Registry:
 
     def make(self, kind: str, name: str, settings: Mapping[str, Any], *context: object) -> Any:
         """Validate the settings and call the plugin's factory; raise PluginError."""
-        record = self.find(kind, name).record
+        plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
-        return record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+        with _named(plugin):
+            return plugin.record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
 
     def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
         """Return the settings as the plugin's model has them; raise PluginError."""
@@ -167,7 +170,13 @@ class Registry:
         return tap.whole(self._device(plugin, settings, given), context)
 
     def _device(self, plugin: str, settings: Mapping[str, Any], context: DeviceContext) -> Device:
-        return self.make("device", plugin, settings, context)  # type: ignore[no-any-return]  # a device
+        device = self.make("device", plugin, settings, context)
+        with _named(self.find("device", plugin)):
+            problems = tuple(declaration_problems(device))
+        if problems:
+            hint = f"its author is to mend that; see 'rigrunner check-plugin {plugin}'"
+            raise PluginError(f"device '{plugin}': {'; '.join(problems)}", hint=hint)
+        return device  # type: ignore[no-any-return]  # just looked at
 
     def source(
         self, plugin: str, settings: Mapping[str, Any], channel: str
@@ -202,6 +211,21 @@ class Registry:
         near = difflib.get_close_matches(name, names, n=1)
         there = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
         return "; ".join([*(f"disabled: {each}" for each in self.disabled), there])
+
+
+@contextmanager
+def _named(plugin: Plugin) -> Iterator[None]:
+    """Let what the author of a plugin did not foresee name it, and end no program in silence."""
+    what = f"the {plugin.kind.replace('_', ' ')} '{plugin.record.name}' of {plugin.provider}"
+    try:
+        yield
+    except (RigrunnerError, KeyboardInterrupt):
+        raise
+    except Exception as error:
+        error.add_note(f"in {what}")
+        raise
+    except BaseException as error:
+        raise RuntimeError(f"{what} raised {type(error).__name__}({error})") from error
 
 
 def _in_words(error: ValidationError) -> str:

@@ -6,7 +6,7 @@ import threading
 import traceback
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import MissingPackageError
+from rigrunner.api.errors import MissingPackageError, PluginError
 from rigrunner.testing.check import Finding, Nonconformity, NotApplicable, State
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
             return Finding(check, State.NOT_APPLICABLE, str(raised))
         case Nonconformity():
             return Finding(check, State.FAIL, str(raised))
+        case PluginError():  # already in words, and its hint is to come here
+            return Finding(check, State.FAIL, raised.message)
     return Finding(check, State.FAIL, _crash(raised))
 
 
@@ -72,6 +74,8 @@ def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
             work()
         except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
             raised.append(error)
+        except BaseException as error:  # noqa: BLE001  (it would end this thread alone, unseen)
+            raised.append(Nonconformity(_crash(error)))
 
     thread = threading.Thread(target=run, name="rigrunner check", daemon=True)
     thread.start()
@@ -81,7 +85,7 @@ def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
     return raised[0] if raised else None
 
 
-def _crash(error: Exception) -> str:
+def _crash(error: BaseException) -> str:
     """Return the error with the place in the code that raised it."""
     frames = traceback.extract_tb(error.__traceback__)
     place = f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.quantity import UNITS
+from rigrunner.registry.declared import NAME
 from rigrunner.testing.check import AnyCheck, Nonconformity, applies, check, demand
 from rigrunner.workflow.schemas.fields import all_fields, fields_of
 from rigrunner.workflow.schemas.settings import settings_schema
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from rigrunner.testing.subject import Subject
     from rigrunner.workflow.schemas.fields import Field
 
-NAME = r"[a-z][a-z0-9_]*"
 LONGEST_HELP = 100
 NO_SUCH = "no_such_setting"
 WRONG = ["a list", ["where none can stand"]]

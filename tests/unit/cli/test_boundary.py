@@ -14,6 +14,7 @@ from rigrunner.api.errors import (
     RigrunnerError,
 )
 from rigrunner.cli.boundary import run_command
+from rigrunner.registry import load_registry, with_drop_ins
 
 
 def command_that(body):
@@ -105,3 +106,21 @@ def test_without_a_command_the_help_is_shown():
 
 def test_a_broken_pipe_of_a_device_is_not_taken_for_a_reader_that_has_gone():
     assert run_command(raising(BrokenPipeError("the device's socket")), []) == ExitCode.BUG
+
+
+def test_a_bug_in_a_plugin_names_its_file_and_line(capsys, tmp_path):
+    (tmp_path / "press.py").write_text(
+        "from rigrunner.api.hooks import FitRecord, hookimpl\n"
+        "api_version = 1\n"
+        "def make(settings):\n"
+        "    return {}['no such key']\n"
+        "@hookimpl\n"
+        "def rigrunner_fits():\n"
+        "    return [FitRecord(name='line', help='', factory=make)]\n"
+    )
+    registry = with_drop_ins(load_registry([]), tmp_path)
+    body = command_that(lambda: registry.make("fit", "line", {}))
+    assert run_command(body, []) == ExitCode.BUG
+    *_, last = capsys.readouterr().err.splitlines()
+    place = f"{tmp_path / 'press.py'}:4"
+    assert last == f"error: this is a bug in the plugin {place}, or in what that calls"

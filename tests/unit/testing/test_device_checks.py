@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from helpers_zoo import BROKEN, Press, press
@@ -55,6 +57,52 @@ def test_a_crash_is_a_failed_check_with_its_place():
     assert found.state is State.FAIL
     assert "ZeroDivisionError: division by zero at " in found.text
     assert "test_device_checks.py:" in found.text
+
+
+@pytest.mark.parametrize("error", [SystemExit(0), asyncio.CancelledError()])
+def test_what_would_end_the_program_is_a_failed_check(error):
+    """Alone in its thread it would end that, and the check would seem to be met."""
+
+    class Ends(Press):
+        def get(self, _channel):
+            raise error
+
+    known = subject("device", "press", registry=press(factory=Ends))
+    found = examine_one(known, CHECKS["readings_are_true"])
+    assert found.state is State.FAIL
+    assert type(error).__name__ in found.text
+
+
+class _Masked(Press):
+    def block(self, channels, first, noise):
+        whole = super().block(channels, first, noise)
+        masked = {name: np.ma.array(each, mask=each > 0) for name, each in whole.channels.items()}
+        return replace(whole, channels=masked)
+
+
+class _InOneBuffer(Press):
+    """Fills the same array again for each block, as a library may."""
+
+    buffer = np.zeros(10_000)
+
+    def block(self, channels, first, noise):
+        whole = super().block(channels, first, noise)
+        lent = {}
+        for name, values in whole.channels.items():
+            self.buffer[: len(values)] = values
+            lent[name] = self.buffer[: len(values)]
+        return replace(whole, channels=lent)
+
+
+@pytest.mark.parametrize(
+    ("factory", "said"),
+    [(_Masked, "is no array of float64"), (_InOneBuffer, "changed after it was given")],
+)
+def test_a_block_is_whole_and_stays_so(factory, said):
+    known = subject("device", "press", registry=press(factory=factory))
+    found = examine_one(known, CHECKS["blocks_are_whole"])
+    assert found.state is State.FAIL
+    assert said in found.text
 
 
 def test_what_hangs_is_given_up():

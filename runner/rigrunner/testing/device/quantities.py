@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
 from rigrunner.api.quantity import UNITS, QuantityError, si_symbol, unit
+from rigrunner.registry.declared import NAME
 from rigrunner.testing.check import applies, check, demand
 from rigrunner.testing.device.doing import is_led, move, names, off, place, reader, refusal, setter
-from rigrunner.testing.settings import NAME
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -44,10 +44,17 @@ def blocks_are_whole(subject: DeviceSubject) -> None:
     """Every block has the channels that were asked, equally long, finite, at the stated rate."""
     with subject.connected() as device:
         rate_hz, wanted = _rate(device), streamed_names(device)
-        found = blocks(device, STREAMED_S)
-        applies(found, "its stream gives nothing")
-        for block in found:
+        found, as_they_came = [], []
+        stream = streamer(device).stream(wanted, STREAMED_S, threading.Event())
+        for block in stream:
             _whole(block, wanted, rate_hz)
+            found.append(block)
+            as_they_came.append({name: values.copy() for name, values in block.channels.items()})
+        applies(found, "its stream gives nothing")
+        for block, before in zip(found, as_they_came, strict=True):
+            for name, values in before.items():
+                same = np.array_equal(values, block.channels[name])
+                demand(same, f"{name} at sample {block.first_sample} changed after it was given")
         times = [block.monotonic_s for block in found]
         demand(times == sorted(times), "the time of its blocks goes back")
 
@@ -60,7 +67,7 @@ def _whole(block: Block, wanted: list[str], rate_hz: float) -> None:
     )
     for name, values in block.channels.items():
         what = f"{name} at sample {block.first_sample}"
-        is_array = isinstance(values, np.ndarray) and values.dtype == np.float64
+        is_array = type(values) is np.ndarray and values.dtype == np.float64
         demand(is_array, f"{what} is no array of float64")
         demand(values.shape == (block.samples,), f"{what} has the shape {values.shape}")
         demand(np.isfinite(values).all(), f"{what} holds values that are not finite")

@@ -1,0 +1,38 @@
+"""Whose code raised what nobody foresaw: found in the frames of its traceback."""
+
+from __future__ import annotations
+
+from traceback import walk_tb
+from typing import TYPE_CHECKING
+
+from rigrunner.registry.installed import installed
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+DROP_IN = "rigrunner_drop_in_"
+"""How the module of a file in a lab's folder is called, before its own name."""
+_OURS = {"rigrunner", "rigrunner_plugins", "rigrunner_reports"}
+
+
+def culprit(error: BaseException) -> str:
+    """Return the plugin of a stranger that raised an error, with file and line; '' for none.
+
+    It is the innermost frame of a plugin: what that calls may be at fault as well.
+    """
+    known = {each.place.partition(":")[0].partition(".")[0]: each for each in installed()}
+    found = ""
+    for frame, line in walk_tb(error.__traceback__):
+        package = _module(frame).partition(".")[0]
+        place = f"{frame.f_code.co_filename}:{line}"
+        if package.startswith(DROP_IN):
+            found = place
+        elif package in known and package not in _OURS:
+            found = f"{known[package].name} {known[package].version}, {place}"
+    if not found and error.__cause__ is not None:
+        return culprit(error.__cause__)
+    return found
+
+
+def _module(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", ""))

@@ -1,0 +1,86 @@
+"""What a device says of itself before it is connected, looked at before anything relies on it."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING
+
+from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+from rigrunner.api.quantity import QuantityError, si_symbol, unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+NAME = r"[a-z][a-z0-9_]*"
+"""What can be written in YAML, and stand on either side of a dot."""
+_LEAST = ("channels", "drives", "non_blocking", "connect", "make_safe", "close")
+
+
+def declaration_problems(device: object) -> Iterator[str]:
+    """Yield what makes a device of no use, or its numbers mean something else than they say.
+
+    A unit that is not known here is no problem of a device: a procedure cannot use that channel.
+    """
+    if not isinstance(device, Device):
+        missing = [name for name in _LEAST if not hasattr(device, name)]
+        yield f"its factory gave a {type(device).__name__}, which has no {', '.join(missing)}"
+        return
+    for what, infos, kind in (
+        ("channel", device.channels, ChannelInfo),
+        ("drive", device.drives, DriveInfo),
+    ):
+        strange = _strange(infos, kind)
+        if strange:
+            yield strange
+            return
+        yield from _of_names(what, infos)
+    for info in device.drives:
+        yield from (f"drive '{info.name}': {text}" for text in _of_drive(info))
+
+
+def _strange(infos: object, kind: type[ChannelInfo | DriveInfo]) -> str:
+    needed = f"needed is a sequence of {kind.__name__}"
+    if not isinstance(infos, (tuple, list)):
+        return f"got {infos!r}, {needed}"
+    return next((f"got {each!r}, {needed}" for each in infos if not isinstance(each, kind)), "")
+
+
+def _of_names(what: str, infos: Sequence[ChannelInfo | DriveInfo]) -> Iterator[str]:
+    names = [str(info.name) for info in infos]
+    for info in infos:
+        if not isinstance(info.name, str) or not re.fullmatch(NAME, info.name):
+            yield f"{what} {info.name!r}: a name has small letters, digits and '_'"
+        yield from (f"{what} '{info.name}': {text}" for text in _of_unit(info.unit))
+    twice = sorted({name for name in names if names.count(name) > 1})
+    yield from (f"{what} '{name}': the name stands twice" for name in twice)
+
+
+def _of_unit(symbol: str) -> Iterator[str]:
+    try:
+        known = unit(symbol)
+    except (QuantityError, AttributeError):
+        return
+    if (known.factor, known.offset) != (1, 0):
+        yield f"is in '{symbol}', needed is the coherent SI unit, {si_symbol(known.dimension)}"
+
+
+def _of_drive(info: DriveInfo) -> Iterator[str]:
+    limits = f"its limits are {info.minimum} and {info.maximum}"
+    if not _finite((info.minimum, info.maximum)) or not info.minimum < info.maximum:
+        yield f"{limits}, needed are two finite numbers, the lower one first"
+        return
+    if not _finite([info.safe_value]):
+        yield f"its safe value is {info.safe_value}"
+    if info.rate_per_s is not None and not (_finite([info.rate_per_s]) and info.rate_per_s > 0):
+        yield f"its rate is {info.rate_per_s}, needed is a number above 0, or None"
+    if info.tolerance is not None and not (_finite([info.tolerance]) and info.tolerance >= 0):
+        yield f"its tolerance is {info.tolerance}, needed is a number of at least 0, or None"
+    if not (_finite([info.settle_s]) and info.settle_s >= 0):
+        yield f"it settles in {info.settle_s} s"
+    if info.sets_cycle_frequency and info.unit != "Hz":
+        yield f"it sets the cycle frequency, in {info.unit}"
+
+
+def _finite(values: Iterable[object]) -> bool:
+    return all(isinstance(each, (float, int)) and math.isfinite(each) for each in values)
