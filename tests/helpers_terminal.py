@@ -21,6 +21,8 @@ class Terminal:
     arguments: tuple[str, ...]
     cwd: str
     seen: str = ""
+    passed: str = ""
+    """What was seen before the text that was last waited for."""
     process: subprocess.Popen[bytes] = field(init=False)
     master: int = field(init=False)
 
@@ -54,7 +56,7 @@ class Terminal:
             assert time.monotonic() < end_s, f"'{text}' never came; seen: {self.seen}"
             if select.select([self.master], [], [], 0.2)[0]:
                 self.seen += os.read(self.master, 65536).decode(errors="replace")
-        self.seen = self.seen.partition(text)[2]
+        self.passed, _, self.seen = self.seen.partition(text)
 
     def type(self, text: str) -> None:
         os.write(self.master, text.encode())

@@ -7,10 +7,12 @@ import signal
 import socket
 import time
 from datetime import datetime
+from types import SimpleNamespace
 
 import pytest
 
 from helpers_panel import Screen, process_is_gone, ready, rig_process, served
+from helpers_terminal import Terminal
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded
 from rigrunner.clock import SimulatedClock
@@ -288,6 +290,30 @@ def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed
     run = read(lab / "runs" / name)
     assert (run.info.sealed, run.info.outcome) == (True, "aborted")
     assert any("teardown" in getattr(each, "step", "") for each in run.events)
+
+
+def test_a_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
+    runs = lab / "runs"
+    words = ("panel", "--port", "0", "--no-browser", "--procedures", str(lab), "--runs", str(runs))
+    with Terminal(words, str(lab)) as terminal:
+        terminal.wait_for("Panel: ")
+        terminal.wait_for("\n")
+        screen = Screen(
+            SimpleNamespace(address=terminal.passed.strip().rstrip("/")), "client-ann-0001"
+        )
+        start(screen)
+        screen.answer()
+        name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]
+        terminal.hang_up()
+        terminal.process.send_signal(signal.SIGHUP)  # as a shell does besides
+        assert terminal.ends_with() == 130
+        screen.close()
+    run = read(runs / name)
+    assert (run.info.sealed, run.info.outcome) == (True, "aborted")
+    assert "SIGHUP to the panel" in run.info.reason
+    assert any("teardown" in getattr(each, "step", "") for each in run.events)
+    (ended,) = events_of(run, RunEnded)
+    assert ended.read_back == {"tester.frequency": 0.0, "tester.load": 0.0}
 
 
 def test_without_a_run_ctrl_c_just_ends(lab):

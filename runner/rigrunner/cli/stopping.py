@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, ExitCode
 from rigrunner.api.events import Event, RunEnded, RunStarted
+from rigrunner.ending import ENDING, Consoles
 from rigrunner.engine.pausing import PauseWantedError, StopNow
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-_SIGNALS = tuple(
-    getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
-)
 KEYBOARD = "keyboard"
 _ABORT, _STOP_NOW = 2, 3
 """What so many Ctrl-C mean; the first one pauses, where somebody is there to go on."""
@@ -45,7 +43,7 @@ class SignalStop:
         self._attended = attended
         self._running = self._asking = self._is_let_be = False
         self._presses = 0
-        self._consoles = [one for one in (1, 2) if os.isatty(one)]
+        self._consoles = Consoles()
 
     def __call__(self, event: Event) -> None:
         """Take note of whether a run is going on."""
@@ -89,7 +87,7 @@ class SignalStop:
 
     def handle(self, number: int, _frame: FrameType | None) -> None:
         """Take a signal: set the token; while a person is asked, raise AbortedError."""
-        _silence([one for one in self._consoles if not os.isatty(one)])
+        self._consoles.silence_closed()
         self._stop(AbortedError(f"stopped by {signal.Signals(number).name}", by="signal"))
 
     def interrupt(self, _number: int, _frame: FrameType | None) -> None:
@@ -176,19 +174,13 @@ def until(stop: SignalStop, seconds: float | None) -> Until:
 
 @contextmanager
 def _handled(stop: SignalStop) -> Iterator[SignalStop]:
-    former = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
+    former = {number: signal.signal(number, stop.handle) for number in ENDING}
     former[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
     try:
         yield stop
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)
-
-
-def _silence(consoles: list[int]) -> None:
-    """Let nobody be told where the terminal was closed: each word to it would be an error."""
-    for one in consoles:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), one)
 
 
 def _say(text: str) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import uvicorn
 
 from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.ending import ENDING, HANGUPS, Consoles
 from rigrunner.panel.errors import PanelError
 from rigrunner.panel.web.app import make_app
 from rigrunner.panel.web.panel import Panel
@@ -31,7 +32,9 @@ _LOOK_S = 0.1
 def serve(
     settings: Settings, port: int, tell: Callable[[str], None], *, open_browser: bool
 ) -> ExitCode:
-    """Serve until Ctrl-C or SIGTERM. A run that goes on then is aborted, and safe, before the end.
+    """Serve until Ctrl-C, SIGTERM or a closed terminal.
+
+    A run that goes on then is aborted, and safe, before the end.
 
     Raises UsageError for a host beyond this machine without a token, and where nothing can be
     served on the port.
@@ -66,12 +69,18 @@ def serve(
 
 
 class Ending:
-    """What Ctrl-C means: without a run the end, with one its abort, and after that the end."""
+    """What Ctrl-C means: without a run the end, with one its abort, and after that the end.
+
+    SIGTERM means the same. Of a closed terminal several may tell, the system and the shell: that
+    means an abort, and never more.
+    """
 
     def __init__(self, panel: Panel, tell: Callable[[str], None]) -> None:
         self._panel = panel
         self._tell = tell
+        self._consoles = Consoles()
         self._presses = 0
+        self._number = signal.SIGINT
         self._aborted = False
         self.wanted = False
 
@@ -83,8 +92,7 @@ class Ending:
     @contextlib.contextmanager
     def signals(self) -> Iterator[None]:
         """Take the signals that end the program, and put the former handlers back."""
-        numbers = (signal.SIGINT, signal.SIGTERM)
-        former = {number: signal.signal(number, self._take) for number in numbers}
+        former = {number: signal.signal(number, self._take) for number in (signal.SIGINT, *ENDING)}
         try:
             yield
         finally:
@@ -100,21 +108,35 @@ class Ending:
         if self._presses and not self._aborted:
             self._aborted, self._presses = True, 0
             run = self._panel.desk.name
-            self._tell(
+            self._say(
                 f"{run} is going on. Aborting: teardown, then the rig is made safe."
                 " Ctrl-C stops at once."
             )
             with contextlib.suppress(PanelError):  # it has ended just now
-                self._panel.desk.abort("keyboard", "Ctrl-C in the panel's terminal")
+                self._panel.desk.abort(*self._who())
         elif self._presses:
             self._presses = 0
-            self._tell("Stopping now: no teardown, the rig is made safe. Please wait.")
-            self._panel.desk.stop("keyboard", "Ctrl-C in the panel's terminal")
+            self._say("Stopping now: no teardown, the rig is made safe. Please wait.")
+            self._panel.desk.stop(*self._who())
         return False
 
-    def _take(self, _number: int, _frame: FrameType | None) -> None:
-        self.wanted = True
+    def _take(self, number: int, _frame: FrameType | None) -> None:
+        self._consoles.silence_closed()
+        if number in HANGUPS and self.wanted:
+            return
+        self.wanted, self._number = True, signal.Signals(number)
         self._presses += 1
+
+    def _who(self) -> tuple[str, str]:
+        """Return who ends the run, and by what."""
+        if self._number is signal.SIGINT:
+            return "keyboard", "Ctrl-C in the panel's terminal"
+        return "signal", f"{self._number.name} to the panel"
+
+    def _say(self, text: str) -> None:
+        """Tell whoever is at the terminal; where nobody is any more, that must not end this."""
+        with contextlib.suppress(OSError):
+            self._tell(text)
 
 
 class _Server(uvicorn.Server):
