@@ -144,6 +144,15 @@ def browser_path() -> str:
     return found
 
 
+def require_driver() -> None:
+    """Skip where the program does not start with which Playwright speaks to a browser."""
+    words = [sys.executable, "-m", "playwright", "--version"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        refuse = pytest.fail if os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1" else pytest.skip
+        refuse(f"Playwright does not start: {done.stderr.strip()}")
+
+
 def axe_script() -> Path:
     """Return axe-core, or skip: CI requires it."""
     given = os.environ.get("RIGRUNNER_AXE", "")

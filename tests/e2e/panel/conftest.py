@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from helpers_screen import Screen, browser_path, quick_lab, running_panel
+from helpers_screen import Screen, browser_path, quick_lab, require_driver, running_panel
 
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -30,6 +30,7 @@ def lab(tmp_path_factory):
 @pytest.fixture(scope="session")
 def chromium():
     """A real Chromium."""
+    require_driver()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=browser_path(), args=[*FLAGS])
         yield browser
