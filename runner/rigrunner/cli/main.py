@@ -13,6 +13,7 @@ from rigrunner.cli.boundary import run_command
 from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.output import result
+from rigrunner.cli.standard import open_standard_streams
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,6 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     A shell that asks what may stand at its cursor gets an answer instead. Linear algebra gets one
     thread, unless the environment gives it more.
     """
+    open_standard_streams()
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     instruction = os.environ.get(VARIABLE)

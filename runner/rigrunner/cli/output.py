@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
+from rigrunner.api.errors import DataError
 from rigrunner.printable import printable
 
 if TYPE_CHECKING:
@@ -43,8 +44,15 @@ _PLAIN = {
 
 
 def result(text: str) -> None:
-    """Print a line or more of result on stdout."""
-    _print(text, sys.stdout)
+    """Print a line or more of result on stdout; raise DataError where that cannot be written."""
+    try:
+        _print(text, sys.stdout)
+    except OSError as error:
+        _silence(sys.stdout)
+        raise DataError(
+            f"the result cannot be printed: {error.strerror or error}",
+            hint="whatever was to be done is done; look at where the output was sent to",
+        ) from error
 
 
 def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
@@ -53,17 +61,17 @@ def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     text = json.dumps(document, indent=2, ensure_ascii=not encodes_all, allow_nan=False)
     if text != printable(text):  # escaped it is the same document
         text = json.dumps(document, indent=2, allow_nan=False)
-    _print(text, sys.stdout)
+    result(text)
 
 
 def message(text: str) -> None:
-    """Print a line or more for the person, on stderr."""
-    _print(text, sys.stderr)
+    """Print a line or more for the person, on stderr, or to nobody where it cannot be written."""
+    _tell(text)
 
 
 def prompt(question: str) -> None:
     """Print a question on stderr and leave the cursor behind it."""
-    _print(question, sys.stderr, end="")
+    _tell(question, end="")
 
 
 def error_label() -> str:
@@ -86,7 +94,7 @@ def close_quietly() -> None:
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except BrokenPipeError:
+        except OSError:
             _silence(stream)
 
 
@@ -107,6 +115,14 @@ def _in_plain(sign: str, encoding: str) -> str:
     except UnicodeEncodeError:
         return _PLAIN.get(sign, sign)
     return sign
+
+
+def _tell(text: str, end: str = "\n") -> None:
+    """Print on stderr; a full disk behind it must not end a run that goes well."""
+    try:
+        _print(text, sys.stderr, end)
+    except OSError:
+        _silence(sys.stderr)
 
 
 def _print(text: str, stream: TextIO, end: str = "\n") -> None:
