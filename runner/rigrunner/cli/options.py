@@ -77,11 +77,11 @@ def named_values(given: Iterable[str]) -> dict[str, str]:
     values: dict[str, str] = {}
     for text in given:
         name, equals, value = text.partition("=")
-        if not (name and equals and value):
+        if not (name and equals and value.strip()):
             raise UsageError(
                 f"'--set {text}' gives no input", hint="write it as '--set specimen=SN-17'"
             )
         if name in values:
-            raise UsageError(f"the input '{name}' is given twice")
+            raise UsageError(f"the input '{name}' is given twice", hint="leave one of the two out")
         values[name] = value
     return values

@@ -93,8 +93,8 @@ def _problems(document: Document, asked: Mapping[str, Input]) -> Iterator[Proble
 
 
 def _objections(wanted: Input, answer: object) -> Iterator[tuple[str, str]]:
-    if not isinstance(answer, str):
-        shown = "nothing" if answer is None else str(answer)
+    if not isinstance(answer, str) or not answer.strip():
+        shown = str(answer) if str(answer or "").strip() else "nothing"
         in_unit = f"write it as '{shown} {wanted.unit}'" if wanted.unit else ""
         yield f"got {shown[:60]}, allowed is a text", in_unit or f"put it in quotes: '{shown[:60]}'"
         return

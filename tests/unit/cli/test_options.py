@@ -11,7 +11,7 @@ def test_inputs_are_pairs_and_a_value_may_hold_anything():
     assert named_values(given) == {"specimen": "SN-17", "note": "a = b"}
 
 
-@pytest.mark.parametrize("text", ["specimen", "specimen=", "=SN-17", ""])
+@pytest.mark.parametrize("text", ["specimen", "specimen=", "specimen=  ", "=SN-17", ""])
 def test_what_is_no_pair_is_refused_with_an_example(text):
     with pytest.raises(UsageError, match="--set specimen=SN-17"):
         named_values([text])

@@ -61,3 +61,13 @@ def test_without_any_run_the_message_says_what_to_do(tmp_path):
     assert "needed: a completed run of SSPB-NLI, station 'simulated', mandrel 'M-01'" in (
         caught.value.hint
     )
+
+
+def test_a_damaged_no_load_run_is_told_where_none_is_left(finished, tmp_path):
+    _, no_load, _ = finished
+    copied = tmp_path / "runs" / no_load.folder.name
+    copied.mkdir(parents=True)
+    whole = (no_load.folder / "run.h5").read_bytes()
+    (copied / "run.h5").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(DataError, match=r"looked at and refused: .*it ends after"):
+        run(quick_procedure(tmp_path, "starting_torque_1000n"), tmp_path / "runs")
