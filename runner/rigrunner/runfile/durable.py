@@ -88,6 +88,23 @@ def writing(path: Path) -> Iterator[None]:
         raise cannot_write(path, error) from error
 
 
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file whole, in place of one that is there, or leave all as it was; raise DataError.
+
+    What is no regular file, such as a pipe, is written to as it is.
+    """
+    with writing(path):
+        if path.exists() and not path.is_file():
+            path.write_bytes(content)
+            return
+        try:
+            temporary(path).write_bytes(content)
+            publish(path, read_only=False)
+        except OSError:
+            temporary(path).unlink(missing_ok=True)
+            raise
+
+
 def cannot_write(path: Path, error: OSError) -> DataError:
     """Return the error that names the file and says what to do."""
     return DataError(f"cannot write {path}: {error.strerror or error}", hint=_hint(error))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
@@ -23,19 +24,24 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
             f"{folder} has a {there[0]} already{_others(there)}",
             hint="nothing was written, as nothing is ever overwritten; name a new folder",
         )
+    begun: list[Path] = []
     try:
         for name, text in texts.items():
-            _write_new(folder / name, text)
+            _write_new(folder / name, text, begun)
     except OSError as error:
+        for path in begun:
+            path.unlink(missing_ok=True)
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise UsageError(
             f"cannot write {error.filename or folder}: {error.strerror or error}",
-            hint="name a folder in which you may write",
+            hint="free some space on the disk" if full else "name a folder in which you may write",
         ) from error
 
 
-def _write_new(path: Path, text: str) -> None:
+def _write_new(path: Path, text: str, begun: list[Path]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("x", encoding="utf-8", newline="\n") as file:
+        begun.append(path)
         file.write(text)
 
 

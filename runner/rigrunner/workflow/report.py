@@ -10,6 +10,7 @@ from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Promp
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
 from rigrunner.runfile import read, read_truth
+from rigrunner.runfile.durable import write_whole
 from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.log import event_text
 from rigrunner.workflow.stored import analyse_stored
@@ -46,7 +47,7 @@ def write_report(
     folder = path if path.is_dir() else path.parent
     target = out or folder / f"report{record.suffix}"
     render = registry.make("report_format", kind, {})
-    target.write_bytes(render(report_input(path, registry, result, progress)))
+    write_whole(target, render(report_input(path, registry, result, progress)))
     return target
 
 

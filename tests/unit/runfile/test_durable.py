@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from rigrunner.api.errors import DataError
 from rigrunner.runfile import durable
 
 
@@ -46,3 +47,18 @@ def test_what_stays_held_is_an_error(tmp_path, monkeypatch, held, system, times)
     with pytest.raises(PermissionError):
         publish(monkeypatch, tmp_path / "a", system)
     assert not (tmp_path / "a").exists()
+
+
+def test_a_file_that_cannot_be_written_whole_is_left_as_it_was(tmp_path, monkeypatch):
+    report = tmp_path / "report.html"
+    durable.write_whole(report, b"first")
+
+    def full(path, _content):
+        path.touch()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(DataError, match=r"cannot write .*: No space left on device"):
+        durable.write_whole(report, b"second")
+    assert report.read_bytes() == b"first"
+    assert list(tmp_path.iterdir()) == [report]

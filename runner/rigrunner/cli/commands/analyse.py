@@ -71,12 +71,10 @@ def command(
 
 
 def _write_new(path: Path, content: Mapping[str, Any]) -> None:
+    from rigrunner.runfile.durable import write_whole
+
     text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(f"{text}\n")
-    except FileExistsError as error:
-        raise UsageError(f"{path} exists", hint="results are never overwritten") from error
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from error
+    if path.exists():
+        raise UsageError(f"{path} exists", hint="results are never overwritten; name another file")
+    write_whole(path, f"{text}\n".encode())
     message(f"Wrote {path}.")

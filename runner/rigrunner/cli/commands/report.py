@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +11,9 @@ from rigrunner.api.errors import UsageError
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
 from rigrunner.workflow.locate import find_run
+
+if TYPE_CHECKING:
+    from rigrunner.registry import Registry
 
 
 @click.command(name="report")
@@ -37,16 +41,17 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
     from rigrunner.workflow.report import DEFAULT_FORMAT, write_report
 
     folder = find_run(run, runs)
-    try:
-        with shown_progress() as progress:
-            registry = lab_registry(station)
-            written = write_report(
-                folder,
-                registry,
-                out=out,
-                kind=kind or DEFAULT_FORMAT,
-                progress=progress.analysing,
-            )
-        result(str(written))
-    except OSError as error:
-        raise UsageError(f"the report cannot be written: {error}") from error
+    if out is not None and not out.parent.is_dir():
+        raise UsageError(f"there is no folder {out.parent}", hint="make it first")
+    registry = lab_registry(station)
+    _require_known(wanted := kind or DEFAULT_FORMAT, registry)
+    with shown_progress() as progress:
+        written = write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
+    result(str(written))
+
+
+def _require_known(kind: str, registry: Registry) -> None:
+    names = registry.names("report_format")
+    if kind not in names:
+        hint = registry.suggestion(kind, names)
+        raise UsageError(f"there is no report format '{kind}'", hint=hint)

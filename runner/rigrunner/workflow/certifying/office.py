@@ -14,6 +14,7 @@ from rigrunner.api.letterhead import CertificateInput
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.clock import utc_text
 from rigrunner.proof.seal import FORMS, seal
+from rigrunner.runfile.durable import cannot_write
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -112,15 +113,20 @@ def _sealed(files: Mapping[str, bytes]) -> dict[str, bytes]:
 def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path, ...]:
     """Write new files, durably; nothing is ever overwritten."""
     paths = tuple(folder / f"{number}{suffix}" for suffix in files)
+    begun: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path, content in zip(paths, files.values(), strict=True):
             with path.open("xb") as file:
+                begun.append(path)
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
     except OSError as error:
+        for path in begun:
+            path.unlink(missing_ok=True)
         raise DataError(
-            f"the certificate cannot be written: {error.filename or folder}: {error.strerror}"
+            f"the certificate cannot be written: {error.filename or folder}: {error.strerror}",
+            hint=cannot_write(folder, error).hint,
         ) from error
     return paths

@@ -54,7 +54,11 @@ def pack(folder: Path, target: Path) -> Contents:
     if not is_safe(contents.folder):
         raise DataError(f"not every system takes the name '{contents.folder}'", hint="rename it")
     with writing(target):
-        _write(contents, folder, temporary(target))
+        try:
+            _write(contents, folder, temporary(target))
+        except OSError:
+            temporary(target).unlink(missing_ok=True)
+            raise
         publish(target, read_only=True)
     return contents
 
