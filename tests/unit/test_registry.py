@@ -406,3 +406,15 @@ def test_every_plugin_that_ships_has_its_settings_where_its_record_says():
         plugin.record.name for plugin in registry.plugins
     ]
     assert whole.disabled == ()
+
+
+def test_what_cannot_be_read_in_a_drop_in_folder_is_disabled_and_harms_no_other(folder):
+    (folder / "good.py").write_text(GOOD)
+    (folder / "a_folder.py").mkdir()
+    (folder / "nowhere.py").symlink_to(folder / "gone.py")
+    registry = with_drop_ins(load_registry([]), folder)
+    assert {Path(each.provider.name).name for each in registry.disabled} >= {
+        "a_folder.py",
+        "nowhere.py",
+    }
+    assert registry.names("fit") == ["line"]

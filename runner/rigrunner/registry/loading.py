@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
@@ -64,6 +65,10 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
         raise PluginError(
             f"there is no plugin folder {folder}",
             hint="the station names it under plugins:, relative to its own folder",
+        )
+    if not os.access(folder, os.R_OK | os.X_OK):
+        raise PluginError(
+            f"the plugin folder {folder} must not be read", hint="ask for the right to read it"
         )
     files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
     added = _loaded(

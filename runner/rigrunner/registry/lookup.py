@@ -97,7 +97,7 @@ class Registry:
             providers = " and ".join(str(plugin.provider) for plugin in found)
             raise PluginError(
                 f"the {what} '{name}' is provided twice, by {providers}",
-                hint="uninstall one of them; Rigrunner does not choose for you",
+                hint="uninstall or remove one of them; Rigrunner does not choose for you",
             )
         raise PluginError(
             f"there is no {what} '{name}'", hint=self.suggestion(name, self.names(kind))

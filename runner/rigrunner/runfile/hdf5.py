@@ -28,6 +28,7 @@ _DAMAGED = (OSError, RuntimeError, MemoryError)
 _NO_RUN = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError)
 UNREADABLE = (*_DAMAGED, *_NO_RUN)
 """What h5py and those who read its objects raise on files that are damaged, or something else."""
+_STORED_SIZE = re.compile(r"stored_eof = ([0-9]+)")
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _FIRST_CHECKSUMMED = 3
 """The version of the superblock that came with HDF5 1.10."""
@@ -85,14 +86,31 @@ def open_file(path: Path) -> Iterator[h5py.File]:
             f"{path} is locked: another program has it open", hint="close it there"
         ) from error
     except PermissionError as error:
-        raise DataError(f"{path} must not be read: {error.strerror}") from error
+        raise must_not_be_read(path) from error
     except _DAMAGED as error:
         raise DataError(
             f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
-            hint=str(error),
+            hint=f"{_damage(path, error)}; take it from a copy or a backup",
         ) from error
     except _NO_RUN as error:
         raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error
+
+
+def must_not_be_read(path: Path) -> DataError:
+    """Return the error of a file or folder that its rights keep from being read."""
+    return DataError(f"{path} must not be read", hint="ask whoever owns it for the right to")
+
+
+def _damage(path: Path, error: Exception) -> str:
+    """Return what is wrong with a file that is no HDF5 file, or not whole, in a person's words."""
+    if not path.is_file():
+        return "it is a folder"
+    size, stored = path.stat().st_size, _STORED_SIZE.search(str(error))
+    if not size:
+        return "it is empty"
+    if stored is not None:
+        return f"it ends after {size:,} of its {int(stored[1]):,} bytes"
+    return "it does not begin as one" if "signature not found" in str(error) else str(error)
 
 
 def members(group: h5py.Group) -> list[str]:

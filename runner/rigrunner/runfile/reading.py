@@ -9,7 +9,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import read_entry, read_entry_info, read_entry_truth
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import objects, open_file
+from rigrunner.runfile.hdf5 import must_not_be_read, objects, open_file
 from rigrunner.runfile.loose import read_journal, read_loose, read_loose_info
 from rigrunner.runfile.manifest import differences
 from rigrunner.runfile.probe import refuse_unprotected_crashing
@@ -78,6 +78,13 @@ def file_differences(path: Path) -> list[Difference] | None:
 
 def sealed_file_of(path: Path) -> Path | None:
     """Return the sealed file of a run; None for a run that is not sealed; raise DataError."""
+    try:
+        return _sealed_file_of(path)
+    except PermissionError as error:
+        raise must_not_be_read(path) from error
+
+
+def _sealed_file_of(path: Path) -> Path | None:
     if path.is_file():
         return path
     if not path.exists():

@@ -141,7 +141,7 @@ def test_truncated_file_is_told(folder, share):
     content = path.read_bytes()
     path.chmod(0o644)
     path.write_bytes(content[: int(share * len(content))])
-    with pytest.raises(DataError, match=r"run\.h5 cannot be read: .*truncated"):
+    with pytest.raises(DataError, match=r"run\.h5 cannot be read: .*truncated.*from a copy"):
         read(folder)
 
 
