@@ -6,7 +6,7 @@ import difflib
 import math
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from rigrunner.api.calibration import (
     Accuracy,
@@ -47,6 +47,16 @@ def _dimension(text: str) -> str:
     return text
 
 
+def _no_mapping(value: object) -> object:
+    if isinstance(value, dict):
+        hint = (
+            "leave 'calibration' out, and write certificate, laboratory, calibrated and due"
+            " beside 'serial'"
+        )
+        raise QuantityError("what a certificate says stands in keys of its own", hint=hint)
+    return value
+
+
 class LowPass(Settings):
     """The filter between transducer and converter."""
 
@@ -78,7 +88,9 @@ class Instrument(Settings):
     """When it was calibrated."""
     due: IsoDate | None = None
     """When it is to be calibrated again; it may be used on that day."""
-    calibration: Literal["simulated", "recorded", "trial"] | None = None
+    calibration: Annotated[
+        Literal["simulated", "recorded", "trial"] | None, BeforeValidator(_no_mapping)
+    ] = None
     """Why there is nothing to calibrate: the device is `simulated`, its values were `recorded`
     before and are only read from a file, or the set-up is a `trial`: of what that measures nothing
     can be certified. Left out: the instrument is calibrated."""

@@ -93,21 +93,31 @@ _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
 _COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
 _GROUP = 3
 _LONGEST = 40
+_NEAR = 0.51
+"""How alike a unit must be to be suggested: °C is not what was meant by °F."""
 
 
 class QuantityError(RigrunnerError, ValueError):
     """A text is not a quantity of the kind that is needed here."""
 
 
-def unit(symbol: str) -> Unit:
-    """Return the unit of that symbol or spelling; raise QuantityError with a suggestion."""
+def unit(symbol: str, dimension: str | None = None) -> Unit:
+    """Return the unit of that symbol or spelling; raise QuantityError with a suggestion.
+
+    `dimension`: what is measured here; a unit of something else is not suggested.
+    """
     wanted = symbol.strip()
     known = _BY_SPELLING.get(wanted)
     if known is not None:
         return known
-    by_case = {spelling.lower(): found.symbol for spelling, found in _BY_SPELLING.items()}
-    near = difflib.get_close_matches(wanted[:_LONGEST].lower(), by_case, n=1, cutoff=0.5)
-    hint = f"did you mean '{by_case[near[0]]}'?" if near else f"known units: {_listing()}"
+    by_case = {
+        spelling.lower(): found.symbol
+        for spelling, found in _BY_SPELLING.items()
+        if dimension in (None, found.dimension)
+    }
+    near = difflib.get_close_matches(wanted[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
+    all_of_them = _example(dimension) if dimension else f"known units: {_listing()}"
+    hint = f"did you mean '{by_case[near[0]]}'?" if near else all_of_them
     raise QuantityError(f"unknown unit '{_clip(wanted)}'", hint=hint)
 
 
@@ -179,7 +189,7 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
         raise QuantityError(f"{shown} has no unit", hint=_example(dimension))
     if _MORE_DIGITS.match(match[2]) and match[2] not in _BY_SPELLING:
         raise _marked_digits(stripped)
-    quantity = Quantity(float(match[1]), unit(match[2]))
+    quantity = Quantity(float(match[1]), unit(match[2], dimension))
     if not math.isfinite(quantity.si):
         raise QuantityError(f"{shown} is too large to be meant")
     if dimension is not None and quantity.dimension != dimension:

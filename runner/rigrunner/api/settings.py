@@ -23,6 +23,7 @@ from rigrunner.api.quantity import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+_KINDS: Mapping[type, str] = {dict: "a mapping", list: "a list", bool: "yes or no"}
 _YES_NO = {"yes": True, "no": False}
 
 
@@ -76,10 +77,20 @@ def _read(dimension: str | None, value: object) -> Quantity:
         return parse_quantity(value, dimension)
     such_as = f"10 {units_of(dimension)[0]}" if dimension else "10 Hz"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        hint = f"write it as '{value}{such_as[2:]}'" if dimension else f"such as '{such_as}'"
+        hint = (
+            f"write it as {_with_units(value, dimension)}" if dimension else f"such as '{such_as}'"
+        )
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
-    what = "nothing" if value is None else f"a {type(value).__name__}"
+    what = "nothing" if value is None else _KINDS.get(type(value), f"a {type(value).__name__}")
     raise QuantityError(f"got {what}, allowed is a number with a unit", hint=f"such as '{such_as}'")
+
+
+def _with_units(value: float, dimension: str) -> str:
+    """Return how the number may have been meant; a bare 0.3 is 0.3 % at least as often as 30 %."""
+    first, *others = units_of(dimension)
+    return " or ".join(
+        f"'{value} {each}'" for each in ([first] if first != "1" else [*others, first])
+    )
 
 
 def _difference(quantity: Quantity) -> Quantity:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 MAX_DEPTH = 40
 MAX_VALUES = 20_000
 MAX_PROBLEMS = 50
+_MERGE = "<<"
 _DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
 
 
@@ -41,7 +42,9 @@ class _Composer:
         """Return the document; raise InvalidFileError with all problems that were found."""
         self._next(yaml.StreamStartEvent)
         if isinstance(next(self._events), yaml.StreamEndEvent):
-            self._stop("the file is empty", None)
+            self._stop(
+                "the file is empty", None, "was it saved? 'rigrunner init' makes some to begin with"
+            )
         first = next(self._events)
         data = self._value(first, (), first)
         self._next(yaml.DocumentEndEvent)
@@ -83,7 +86,8 @@ class _Composer:
         first: dict[str, Location] = {}
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             value_event = next(self._events)
-            key = self._key(event, value_event, path)
+            before = next(reversed(mapping.values()), None)
+            key = self._key(event, value_event, path, before)
             here = Location(self._name, *_place(event))
             if first.setdefault(key, here) != here:
                 message = f"the key '{_clip(key)}' stands twice; first at {first[key]}"
@@ -91,13 +95,16 @@ class _Composer:
             mapping[key] = self._value(value_event, (*path, key), event)
         return mapping
 
-    def _key(self, event: yaml.Event, value: yaml.Event, path: Path) -> str:
+    def _key(self, event: yaml.Event, value: yaml.Event, path: Path, before: object) -> str:
         self._refuse_machinery(event, path)
         if not isinstance(event, yaml.ScalarEvent):
             self._stop("a key has to be a text", event)
         text = _clip(event.value)
         if self._splits_value(event, value):
-            self._report_comma(text, event, path)
+            self._report_comma(before, text, event, path)
+        elif event.value == _MERGE and event.implicit[0]:
+            hint = "write the keys out, or use a parameter: $name"
+            self._report("the merge key << is not allowed", event, path, hint)
         elif event.implicit[0] and not isinstance(_read_or_none(event.value), str):
             message = f"the key {text or '(empty)'} is not a text"
             self._report(message, event, path, f"put it in quotes: '{text}'")
@@ -108,7 +115,7 @@ class _Composer:
         while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
             value = self._value(event, (*path, len(items)), event)
             if items and self._splits_number(items[-1], value, event):
-                self._report_comma(value, event, path)
+                self._report_comma(items[-1], value, event, path)
             items.append(value)
         return items
 
@@ -157,9 +164,10 @@ class _Composer:
         if len(self._problems) >= MAX_PROBLEMS:
             self._stop("more problems follow; mend these first", event)
 
-    def _report_comma(self, after: str, event: yaml.Event, path: Path) -> None:
+    def _report_comma(self, before: object, after: str, event: yaml.Event, path: Path) -> None:
+        whole = before if isinstance(before, int) else ""
         message = f"there is a decimal comma before '{_clip(after)}'"
-        self._report(message, event, path, f"write a point: '.{_clip(after)}'")
+        self._report(message, event, path, f"write a point: '{whole}.{_clip(after)}'")
 
     def _stop(self, message: str, event: yaml.Event | None, hint: str = "") -> NoReturn:
         location = Location(self._name, *(_place(event) if event else ()))

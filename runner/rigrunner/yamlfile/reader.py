@@ -111,7 +111,9 @@ def _position(text: str, index: int) -> tuple[int, int]:
 
 
 def _too_large(name: str) -> InvalidFileError:
-    return _refused(name, f"the file is larger than {MAX_BYTES:,} bytes")
+    return _refused(
+        name, f"the file is larger than {MAX_BYTES:,} bytes", hint="is it the right one?"
+    )
 
 
 def _refused(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -9,9 +11,11 @@ from pydantic import BaseModel, ValidationError
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.yamlfile.document import dotted, has_part
 from rigrunner.yamlfile.models import known_keys
-from rigrunner.yamlfile.wording import Finding, describe
+from rigrunner.yamlfile.wording import ALLOWED, Finding, describe
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from pydantic_core import ErrorDetails
 
     from rigrunner.yamlfile.document import Document, Path
@@ -38,7 +42,19 @@ def validate(model_type: type[Model], document: Document, at: Path = ()) -> Mode
         if len(found) > MAX_PROBLEMS:
             rest = f"{len(found) - MAX_PROBLEMS} more problems follow; mend these first"
             problems.append(Problem(rest, document.where(at)))
-        raise InvalidFileError(problems) from error
+        raise InvalidFileError(_merged(problems)) from error
+
+
+def _merged(problems: Iterable[Problem]) -> Iterator[Problem]:
+    """Yield one problem where a value is none of several kinds, not one for each kind."""
+    for _, group in groupby(problems, lambda each: (each.location, each.field)):
+        alike = list(group)
+        parted = [each.message.partition(ALLOWED) for each in alike]
+        if len(alike) > 1 and all(got == parted[0][0] and allowed for got, allowed, _ in parted):
+            kinds = " or ".join(dict.fromkeys(kind for *_, kind in parted))
+            yield replace(alike[0], message=f"{parted[0][0]}{ALLOWED}{kinds}")
+        else:
+            yield from alike
 
 
 def _of_another_kind(found: list[ErrorDetails]) -> list[ErrorDetails]:
@@ -69,7 +85,8 @@ def _problem(
     keys = known_keys(model_type, loc[:-1]) if kind == "extra_forbidden" else ()
     finding = describe(details, keys)
     if kind == "missing":
-        return Problem(finding.message, document.where(path[:-1], key=True), dotted(path))
+        where = document.where(path[:-1], key=True)
+        return Problem(finding.message, where, dotted(path), finding.hint)
     if kind == "extra_forbidden" or loc[-1:] == ("[key]",):
         return Problem(finding.message, document.where(path, key=True), dotted(path), finding.hint)
     return Problem(

@@ -36,6 +36,10 @@ _ALLOWED = {
     "string_too_short": "a text of {min_length} or more characters",
     "string_too_long": "a text of {max_length} or fewer characters",
 }
+_MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/1'"
+_MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/1'"
+ALLOWED = ", allowed is "
+"""What parts what was got from what may stand there."""
 _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")
 """What says of which kind a file is, such as station/1."""
 _LONGEST = 60
@@ -54,7 +58,8 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
     kind, loc, got = details["type"], details["loc"], details["input"]
     context = details.get("ctx", {})
     if kind == "missing":
-        return Finding(f"the key '{loc[-1]}' is missing")
+        hint = _MARK_HINT if loc == ("rigrunner",) else ""
+        return Finding(f"the key '{loc[-1]}' is missing", hint)
     if kind == "extra_forbidden":
         return Finding(f"unknown key '{clip(str(loc[-1]))}'", key_hint(str(loc[-1]), keys))
     if isinstance(error := context.get("error"), RigrunnerError):
@@ -62,7 +67,7 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
     if kind not in _ALLOWED:
         return Finding(_own_words(details, context), str(context.get("hint", "")))
     allowed = _ALLOWED[kind].format(**context)
-    return Finding(f"got {show(got)}, allowed is {allowed}", _scalar_hint(kind, got, context))
+    return Finding(f"got {show(got)}{ALLOWED}{allowed}", _scalar_hint(kind, got, context))
 
 
 def show(value: object) -> str:

@@ -184,3 +184,12 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory, content):
     path.write_bytes(content)
     with contextlib.suppress(InvalidFileError):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [("a: {max: 1,5 N}", "'1.5 N'"), ("a: [0,05 N]", "'0.05 N'"), ("<<: {a: 1}", "$name")],
+)
+def test_what_is_refused_is_written_out_as_it_was_meant(text, hint):
+    (problem,) = problems_of(parse, text, "f.yaml")
+    assert hint in problem.hint

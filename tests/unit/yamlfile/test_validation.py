@@ -8,7 +8,7 @@ import pytest
 from pydantic import Field
 
 from helpers_language import only_problem, problems_of
-from rigrunner.api.settings import Force, Frequency, ListOf, Settings, YesNo
+from rigrunner.api.settings import Force, Frequency, ListOf, Ratio, Settings, YesNo
 from rigrunner.yamlfile import Document, parse, validate
 
 
@@ -161,3 +161,26 @@ def test_long_values_do_not_fill_the_screen():
     problem = only_problem(validate, Model, document(f"count: {'x' * 10_000}"))
 
     assert len(str(problem)) < 200
+
+
+class Either(Settings):
+    value: str | float | bool
+
+
+def test_what_is_none_of_several_kinds_is_one_problem():
+    (problem,) = problems_of(lambda: validate(Either, parse("value: {a: 1}\n", "f.yaml")))
+    assert problem.message == "got a mapping of a, allowed is a text or a number or true or false"
+
+
+class Share(Settings):
+    gain: Ratio
+
+
+@pytest.mark.parametrize(
+    ("value", "hint"),
+    [("0.3", "'0.3 %' or '0.3 1'"), ("3 °F", "units of ratio: 1, %"), ("3 Hz", "1, %")],
+)
+def test_a_unit_of_something_else_is_never_suggested(value, hint):
+    (problem,) = problems_of(lambda: validate(Share, parse(f"gain: {value}\n", "f.yaml")))
+    assert hint in problem.hint
+    assert "did you mean" not in problem.hint
