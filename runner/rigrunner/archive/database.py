@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select
-from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+from sqlalchemy.exc import DBAPIError, OperationalError, SQLAlchemyError
 
 from rigrunner.api.errors import DataError, MissingPackageError, UsageError
 from rigrunner.archive.location import file_of
@@ -21,6 +21,7 @@ _PATIENCE_S = 60
 """How long SQLite waits for another process that writes."""
 _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
+_NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
 _MAKES_ANEW = "'rigrunner archive index FOLDER' makes it anew from the run files"
 
 
@@ -121,9 +122,18 @@ class Database:
         try:
             yield
         except SQLAlchemyError as error:
+            if _is_out_of_reach(error):
+                message = f"the database {self.shown} cannot be reached: {_words(error)}"
+                raise DataError(message, hint=_NO_SERVER) from error
             raise DataError(
                 f"the database {self.shown} did not do what it was asked", hint=_words(error)
             ) from error
+
+
+def _is_out_of_reach(error: SQLAlchemyError) -> bool:
+    """Say whether no connection came about: PostgreSQL gives such a failure no SQLSTATE."""
+    sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
+    return isinstance(error, OperationalError) and sqlstate is None
 
 
 def _words(error: SQLAlchemyError) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
@@ -39,13 +40,18 @@ def _tell_error(finished: FinishedRun) -> None:
     if error is not None:
         message(f"The run was {_ending(finished)}.")
     if not finished.sealed:
-        name = finished.folder.name
+        name = _called(finished.folder)
         message(
             f"It is not sealed: once that is mended, 'rigrunner resume {name}' goes on with it,"
             f" and 'rigrunner recover {name}' closes it as it is."
         )
     for text in finished.passed_over:
         message(f"The run went on after a failure: {text}")
+
+
+def _called(folder: Path) -> str:
+    """Return a run as a command finds it: by its name where it is among the runs of this folder."""
+    return folder.name if folder.parent == Path("runs") else str(folder)
 
 
 def _ending(finished: FinishedRun) -> str:

@@ -16,7 +16,7 @@ from rigrunner.api.events import (
     RunStarted,
     StepStarted,
 )
-from rigrunner.cli.durations import clock_text
+from rigrunner.cli.durations import steps_text
 from rigrunner.cli.output import message
 from rigrunner.printable import printable
 
@@ -69,7 +69,7 @@ class LineProgress:
         match event:
             case RunStarted():
                 self._steps = event.steps
-                message(f"{event.run_id}: {event.steps} steps, {clock_text(event.estimated_s)}")
+                message(f"{event.run_id}: {steps_text(event.steps, event.estimated_s)}")
             case StepStarted():
                 number = str(event.index + 1).rjust(len(str(self._steps)))
                 message(f"[{number}/{self._steps}] {event.text}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
+import os
 import signal
 import socket
 import webbrowser
@@ -157,13 +159,22 @@ async def _served(server: _Server, listening: socket.socket, ending: Ending) -> 
     await work
 
 
+_OF_THE_PORT = {
+    errno.EADDRINUSE: "another panel may be open there; --port 0 takes any that is free",
+    errno.EACCES: "ports below 1024 are the administrator's; --port 0 takes any that is free",
+}
+_OF_THE_HOST = "--host takes an address of this machine, such as 127.0.0.1"
+
+
 def _bound(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         return socket.create_server((host, port), family=family)
     except (OSError, OverflowError) as error:
-        hint = "another panel may be open there; --port 0 takes any that is free"
-        raise UsageError(f"cannot listen on {host}, port {port}: {error}", hint=hint) from error
+        number = error.errno if isinstance(error, OSError) else None
+        hint = _OF_THE_PORT.get(number or 0, _OF_THE_HOST)
+        said = os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
+        raise UsageError(f"cannot listen on {host}, port {port}: {said}", hint=hint) from error
 
 
 def _address(settings: Settings, port: int) -> str:

@@ -102,5 +102,5 @@ def test_programs_get_parameters_and_schema():
 @pytest.mark.usefixtures("registry")
 def test_an_unknown_plugin_gets_a_suggestion():
     called = call("plugins", "splin")
-    assert called.code == ExitCode.INVALID
+    assert called.code == ExitCode.USAGE
     assert "did you mean 'spline'?" in called.err

@@ -5,7 +5,8 @@ import io
 import pytest
 
 from rigrunner.api.events import Alarm, Outcome, RunEnded, RunStarted, StepStarted
-from rigrunner.cli.progress import clock_text, shown_progress
+from rigrunner.cli.durations import clock_text
+from rigrunner.cli.progress import shown_progress
 
 WHEN = {"seq": 0, "utc": "2026-01-01T00:00:00Z"}
 STARTED = RunStarted(monotonic_s=100.0, run_id="R1", steps=12, estimated_s=200.0, **WHEN)

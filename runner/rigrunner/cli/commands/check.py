@@ -8,7 +8,7 @@ import click
 
 from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import stations
-from rigrunner.cli.durations import clock_text
+from rigrunner.cli.durations import steps_text
 from rigrunner.cli.options import procedure_argument
 from rigrunner.cli.output import result
 from rigrunner.workflow.locate import find_procedure, find_station
@@ -53,5 +53,5 @@ def _check_on(path: Path, station: str) -> None:
     planned = planned_run(path, find_station(station))
     require_calibrated(planned)
     steps, seconds = planned.plan.steps, planned.plan.estimated_s
-    result(f"{path}: can be run on {station}: {len(steps)} steps, {clock_text(seconds)}")
+    result(f"{path}: can be run on {station}: {steps_text(len(steps), seconds)}")
     result(planned.approval.sentence())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.errors import PluginError
+from rigrunner.api.errors import UsageError
 from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
@@ -56,9 +56,9 @@ def _show(name: str | None, station: str | None, *, as_json: bool) -> None:
         message(f"disabled: {disabled}")
 
 
-def _unknown(registry: Registry, name: str) -> PluginError:
+def _unknown(registry: Registry, name: str) -> UsageError:
     names = sorted({plugin.record.name for plugin in registry.plugins})
-    return PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
+    return UsageError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
 
 
 def _listing(registry: Registry) -> Iterator[str]:
