@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import UsageError
 from rigrunner.api.hooks import StudyFormatRecord
 from rigrunner.registry import load_registry
-from rigrunner.runfile.durable import write_whole
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,4 +26,7 @@ def write_study(study: StudyInput, path: Path) -> None:
         suffixes = ", ".join(sorted({each.suffix for each in records}))
         raise UsageError(f"no report is written as '{path.name}'", hint=f"end it with: {suffixes}")
     content = registry.make(KIND, name, {})(study)
-    write_whole(path, content)
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from error
