@@ -10,16 +10,14 @@ from pydantic import ValidationError
 from rigrunner.api.errors import PluginError
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
-from rigrunner.station import load_station
-from rigrunner.workflow.lab_plugins import with_lab_plugins
-from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.prepare import plan_run_in
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.devices import Clock
     from rigrunner.registry import Registry
-    from rigrunner.station import Station
+    from rigrunner.station import LoadedStation, Station
     from rigrunner.tape import Tape
     from rigrunner.workflow.prepare import Planned
 
@@ -31,12 +29,13 @@ def planned_run(
 
     The day of a replay is that of its tape: by it calibrations are due, and no-load runs chosen.
     """
-    registry, loaded = load_registry(), load_station(station)
-    known = with_lab_plugins(registry, loaded, station.parent)
-    clock = clock_for(loaded.model, known, realtime=realtime)
-    if tape is not None and tape.began_utc is not None:
-        clock = SimulatedClock(tape.began_utc)
-    return plan_run(procedure, station, registry, clock, tape)
+
+    def time(loaded: LoadedStation, registry: Registry) -> Clock:
+        if tape is not None and tape.began_utc is not None:
+            return SimulatedClock(tape.began_utc)
+        return clock_for(loaded.model, registry, realtime=realtime)
+
+    return plan_run_in(procedure, station, load_registry(), time, tape)
 
 
 def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from rigrunner.tape import Tape
     from rigrunner.workflow.approval import ApprovalState
 
+    TimeOf = Callable[[LoadedStation, Registry], Clock]
+
 _T = TypeVar("_T")
 
 
@@ -51,6 +53,13 @@ def plan_run(
     procedure: Path, station: Path, registry: Registry, clock: Clock, tape: Tape | None = None
 ) -> Planned:
     """Load and check both files and plan the run; raise InvalidFileError with all problems."""
+    return plan_run_in(procedure, station, registry, lambda _station, _registry: clock, tape)
+
+
+def plan_run_in(
+    procedure: Path, station: Path, registry: Registry, time: TimeOf, tape: Tape | None = None
+) -> Planned:
+    """Do the same in the time that suits the station, each file read once."""
     problems = _Problems()
     loaded_procedure = problems.without(lambda: load_procedure(procedure))
     loaded_station = problems.without(lambda: load_station(station))
@@ -60,6 +69,7 @@ def plan_run(
     problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
     if any(problem.field.startswith("devices") for problem in problems):
         raise InvalidFileError(problems)
+    clock = time(loaded_station, registry)
     devices = make_devices(loaded_station, registry, clock, station.parent, tape)
     plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
     problems.without(lambda: check_limits(loaded_procedure, plan, registry))

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import shutil
+
 import pytest
 
+from rigrunner.api.errors import InvalidFileError
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
@@ -59,3 +62,25 @@ def test_a_drop_in_that_is_simulated_keeps_the_station_in_simulated_time(lab):
 def test_the_plugins_of_a_station_are_known_where_it_is_named(lab):
     assert "room_thermometer" in lab_registry(str(lab / "station.yaml")).names("device")
     assert "room_thermometer" not in lab_registry(None).names("device")
+
+
+def test_what_is_wrong_with_both_files_is_told_at_once(lab, tmp_path):
+    procedure, station = tmp_path / "p.yaml", tmp_path / "s.yaml"
+    text = (lab / "procedures" / "room_temperature.yaml").read_text(encoding="utf-8")
+    procedure.write_text(text.replace("title:", "titel:"), encoding="utf-8")
+    station.write_text(STATION.replace("title:", "titel:"), encoding="utf-8")
+    with pytest.raises(InvalidFileError) as told:
+        planned_run(procedure, station)
+    files = {problem.location.file for problem in told.value.problems}
+    assert files == {str(procedure), str(station)}
+
+
+def test_a_labs_own_code_is_run_once(lab, tmp_path):
+    folder = tmp_path / "lab"
+    shutil.copytree(lab, folder)
+    plugin = next(p for p in (folder / "plugins").glob("*.py") if not p.name.startswith("_"))
+    runs = tmp_path / "runs.txt"
+    count = f"\nwith open({str(runs)!r}, 'a') as file:\n    file.write('x')\n"
+    plugin.write_text(plugin.read_text(encoding="utf-8") + count, encoding="utf-8")
+    planned_run(folder / "procedures" / "room_temperature.yaml", folder / "station.yaml")
+    assert runs.read_text(encoding="utf-8") == "x"
