@@ -6,6 +6,7 @@ were computed again are not compared bit by bit:
 - a value that stands beside its uncertainty, to the place to which it is printed: that of the
   second significant digit of U (GUM 7.2.6);
 - any other number to four significant digits, a member of an array to as much of the largest;
+- checks by their names, see `_of_checks`;
 - numbers within a text to one unit of their last digit;
 - all else must be equal.
 """
@@ -28,6 +29,7 @@ NEGLIGIBLE = 1e-12
 """In the document's units: what remains of a difference that should be zero."""
 _WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
 _NAMES = ("recording", "name", "item", "symbol")
+_CHECK = {"name", "ok", "text"}
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
@@ -72,12 +74,39 @@ def _of_mappings(
 
 
 def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> Iterator[Mismatch]:
+    if _are_checks([*recorded, *derived]):
+        yield from _of_checks(recorded, derived, where)
+        return
     if len(recorded) != len(derived):
         yield Mismatch(where, f"{len(recorded)} are recorded, {len(derived)} were derived")
         return
     width = SIGNIFICANT * _largest(recorded)
     for index, (one, other) in enumerate(zip(recorded, derived, strict=True)):
         yield from mismatches(one, other, f"{where}/{_label(one, index)}", width)
+
+
+def _are_checks(members: Sequence[Any]) -> bool:
+    return bool(members) and all(isinstance(e, dict) and e.keys() >= _CHECK for e in members)
+
+
+def _of_checks(
+    recorded: Sequence[Mapping[str, Any]], derived: Sequence[Mapping[str, Any]], where: str
+) -> Iterator[Mismatch]:
+    """Compare checks by their names: a newer program makes more of them, in another order.
+
+    One that was not made then is no difference unless it fails: it may have been taken out.
+    """
+    then, now = ({each["name"]: each for each in checks} for checks in (recorded, derived))
+    for name, check in then.items():
+        place = f"{where}/{name}"
+        if name in now:
+            yield from mismatches(check, now[name], place)
+        else:
+            yield Mismatch(place, "the check is recorded, and was not derived")
+    for name in now.keys() - then.keys():
+        if not now[name]["ok"]:
+            words = f"the check fails, and is not recorded: {now[name].get('text', '')}"
+            yield Mismatch(f"{where}/{name}", words)
 
 
 def _label(member: object, index: int) -> str:

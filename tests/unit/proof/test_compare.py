@@ -83,3 +83,29 @@ JSON = st.recursive(
 @given(JSON)
 def test_a_document_is_the_same_as_itself(document):
     assert differences(document, document) == []
+
+
+CLIPPING = {"name": "clipping", "ok": True, "text": "nowhere", "value": 1.0}
+ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("recorded", "derived", "told"),
+    [
+        ([CLIPPING], [ZERO, CLIPPING], []),
+        ([], [CLIPPING], []),
+        ([CLIPPING, ZERO], [CLIPPING], ["checks/zero: the check is recorded, and was not derived"]),
+        (
+            [ZERO],
+            [CLIPPING | {"ok": False, "text": "9 equal samples"}, ZERO],
+            ["checks/clipping: the check fails, and is not recorded: 9 equal samples"],
+        ),
+        (
+            [CLIPPING],
+            [CLIPPING | {"ok": False}],
+            ["checks/clipping/ok: True is recorded, False was derived"],
+        ),
+    ],
+)
+def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, told):
+    assert differences({"checks": recorded}, {"checks": derived}) == told
