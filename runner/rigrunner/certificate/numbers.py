@@ -64,6 +64,11 @@ class Numbers:
         """Put on record why nothing was written under a number."""
         self._write(f"{number}.void.json", {"number": number, "reason": reason})
 
+    @property
+    def kept(self) -> bool:
+        """Whether this folder holds numbers at all; a copy of the letterhead need not."""
+        return self._folder.is_dir()
+
     def broken_off(self) -> list[str]:
         """Return the numbers of which it is not known what became of them."""
         names = {path.name for path in self._folder.glob(f"{self.prefix}-*.json")}
@@ -80,11 +85,20 @@ class Numbers:
 
     def replaced_by(self, number: str) -> str:
         """Return the number that was issued in the place of another; empty for none."""
+        found = (other for other, known in self._issued() if known.get("amends") == number)
+        return next(found, "")
+
+    def in_force_for(self, run_id: str) -> str:
+        """Return the number in force of what was issued on a run; empty for none."""
+        issued = [(number, known) for number, known in self._issued() if known.get("run") == run_id]
+        replaced = {known.get("amends") for _, known in issued}
+        return next((number for number, _ in issued if number not in replaced), "")
+
+    def _issued(self) -> Iterator[tuple[str, Mapping[str, object]]]:
+        """Yield every number that was issued, in order, with what is kept with it."""
         for path in sorted(self._folder.glob(f"{self.prefix}-*.issued.json")):
-            other = path.name.removesuffix(".issued.json")
-            if self._content(f"{other}.json").get("amends") == number:
-                return other
-        return ""
+            number = path.name.removesuffix(".issued.json")
+            yield number, self._content(f"{number}.json")
 
     def _content(self, name: str) -> Mapping[str, object]:
         """Return what a file holds; nothing of one that is not there or was broken off."""
@@ -109,6 +123,11 @@ class Numbers:
                 file.flush()
                 os.fsync(file.fileno())
             sync_folder(self._folder)
+
+
+def prefix_of(number: str) -> str:
+    """Return the prefix of a number, PREFIX-YEAR-SEQUENCE."""
+    return number.rpartition("-")[0].rpartition("-")[0]
 
 
 @contextmanager

@@ -63,6 +63,23 @@ def test_a_number_that_nothing_became_of_is_told(tmp_path):
     assert lab.broken_off() == [second]
 
 
+def test_of_a_run_the_number_in_force_is_the_last_that_nothing_replaced(tmp_path):
+    lab = Numbers(tmp_path, "RR")
+    first, second, other, void = (
+        lab.reserve(2026, known)
+        for known in (KNOWN, KNOWN | {"amends": "RR-2026-0001"}, KNOWN | {"run": "q"}, KNOWN)
+    )
+    lab.void(void, "disk full")
+    assert lab.in_force_for("r") == ""
+    lab.issued(first, {})
+    assert lab.in_force_for("r") == first
+    lab.issued(second, {})
+    lab.issued(other, {})
+    assert (lab.in_force_for("r"), lab.in_force_for("q"), lab.in_force_for("s")) == (
+        *(second, other, ""),
+    )
+
+
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "numbers").write_text("a file")
     with pytest.raises(DataError, match=r"cannot keep the number in .*numbers: "):

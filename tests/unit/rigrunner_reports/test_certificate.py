@@ -280,3 +280,16 @@ def test_without_pango_it_says_so_once_and_nothing_on_stdout(monkeypatch, capsys
     with pytest.raises(MissingPackageError, match="does not find the library Pango"):
         pdf_maker()
     assert capsys.readouterr().out == ""
+
+
+def test_a_specimen_claims_no_accreditation(source, lab):
+    letterhead = read_letterhead(lab)
+    accredited = letterhead.laboratory.model_copy(update={"accreditation": "D-PL-00000"})
+    specimen = certificate_of(source, replace(letterhead, laboratory=accredited))
+    assert specimen.restrictions
+    real = specimen.model_copy(update={"restrictions": ()})
+    claimed = [
+        "D-PL-00000" in read_html(html(CertificateInput(each, letterhead))).words
+        for each in (real, specimen)
+    ]
+    assert claimed == [True, False]

@@ -44,7 +44,7 @@ SHOWN = 12
     "--letterhead",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR",
-    help="The laboratory's folder, to make HTML and PDF again byte by byte.",
+    help="The laboratory's folder: its record of numbers, and HTML and PDF byte by byte.",
 )
 @json_option
 def command(

@@ -12,7 +12,7 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
-from rigrunner.certificate.numbers import Numbers
+from rigrunner.certificate.numbers import Numbers, prefix_of
 from rigrunner.certificate.results import conformity_of
 from rigrunner.clock import utc_text
 from rigrunner.workflow.certifying.certify import read_source
@@ -104,8 +104,7 @@ def _bytes_of(file: Path) -> bytes:
 
 
 def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None:
-    prefix = original.number.rpartition("-")[0].rpartition("-")[0]
-    numbers = Numbers(folder, prefix)
+    numbers = Numbers(folder, prefix_of(original.number))
     issued = numbers.digests_of(original.number)
     if issued and sha256 not in issued:
         raise DataError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from datetime import date, timedelta
+from datetime import date, datetime, timedelta
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
@@ -16,6 +16,7 @@ from rigrunner.certificate.content import (
     restrictions_of,
 )
 from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import complete
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read, read_truth
@@ -28,10 +29,10 @@ from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from datetime import datetime
     from pathlib import Path
 
     from rigrunner.api.certificate import Authorisation, Certificate, Restriction
+    from rigrunner.api.letterhead import Letterhead
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 
@@ -75,6 +76,9 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
     known = {**source.stored.header.inputs, **source.result.run.people}
     order = complete(request.order, request.given, known)
     _refuse_late_receipt(source, order)
+    _refuse_early_issue(source, now)
+    if not restrictions:
+        _refuse_second(source, letterhead, request.letterhead)
 
     def content(number: str) -> Certificate:
         issue = Issue(
@@ -123,6 +127,28 @@ def _refuse_restricted(
         raise UsageError(
             f"{source.stored.header.run_id} cannot be certified: {why}",
             hint="--not-for-certification makes a specimen that says so on every page",
+        )
+
+
+def _refuse_early_issue(source: Source, now: datetime) -> None:
+    """Refuse a certificate that would be dated before its test: a clock is wrong."""
+    ended = source.result.run.ended_utc
+    if now < datetime.fromisoformat(ended):
+        raise UsageError(
+            f"the run ended on {ended[:19]}, and it is {utc_text(now)[:19]} (UTC): a certificate"
+            " cannot be dated before its test",
+            hint="set the clock right that is wrong; if it was the rig's, repeat the run",
+        )
+
+
+def _refuse_second(source: Source, letterhead: Letterhead, folder: Path) -> None:
+    """Refuse another certificate on a run: a new one must name what it replaces (7.8.8.3)."""
+    run_id = source.stored.header.run_id
+    number = Numbers(folder, letterhead.prefix).in_force_for(run_id)
+    if number:
+        raise UsageError(
+            f"{number} was issued on {run_id} already, and is in force",
+            hint=f"'rigrunner amend' replaces {number}, and the further document says so",
         )
 
 

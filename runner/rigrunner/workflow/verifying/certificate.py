@@ -19,6 +19,7 @@ from rigrunner.runfile import read_truth, sealed_file_of
 from rigrunner.workflow.certifying.sign import forms_of, signature_file_of
 from rigrunner.workflow.provenance import is_simulated, software
 from rigrunner.workflow.verifying.decisions import check_decisions, decided_again, decided_result
+from rigrunner.workflow.verifying.number import check_number
 from rigrunner.workflow.verifying.pages import check_pages
 from rigrunner.workflow.verifying.run import check_run, versions
 from rigrunner.workflow.verifying.signature import check_signature_of
@@ -68,6 +69,8 @@ def verify_certificate(path: Path, means: Means) -> Verification:
         for each in forms:
             if each.suffix != ".json" and each.name in known:
                 check_pages(found, each, known[each.name], means.registry, means.letterhead)
+        if means.letterhead is not None:
+            check_number(found, forms, known[first].number, means.letterhead)
         _check_run(found, known[first], path, means)
     return found
 
