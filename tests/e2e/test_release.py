@@ -193,6 +193,29 @@ def test_the_citation_names_the_program_and_the_paper():
     assert f"{where}, {paper['start']}, [doi:{paper['doi']}]" in readme
 
 
+KINDS = {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+
+
+def test_the_changes_are_kept_by_release_and_kind():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    first, *releases = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    assert first == "Unreleased"
+    stated = [re.fullmatch(r"(\d+\.\d+\.\d+) - (\d{4}-\d\d-\d\d)", each) for each in releases]
+    assert all(stated)
+    assert [each[2] for each in stated] == sorted((each[2] for each in stated), reverse=True)
+    assert stated[0][1] == rigrunner.__version__.removesuffix("+source")
+    assert set(re.findall(r"^### (.*)$", text, re.MULTILINE)) <= KINDS
+
+
+def test_every_dependency_has_its_line():
+    page = (ROOT / "docs/dependencies.md").read_text(encoding="utf-8").lower()
+    extras = PROJECT["project"]["optional-dependencies"].values()
+    needed = [*PROJECT["project"]["dependencies"], *(each for extra in extras for each in extra)]
+    names = {re.match(r"[\w.-]+", each)[0].lower() for each in needed} - {"rigrunner"}
+    rows = " ".join(re.findall(r"^\| (.*?) \|", page, re.MULTILINE))
+    assert {name for name in names if not re.search(rf"(?<![\w-]){name}(?![\w-])", rows)} == set()
+
+
 def test_there_is_ci_for_three_systems():
     text = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
     jobs = yaml.safe_load(text)["jobs"]
