@@ -17,6 +17,7 @@ from rigrunner.api.errors import ExitCode, UsageError
 from rigrunner.ending import ENDING, HANGUPS, Consoles
 from rigrunner.panel.errors import PanelError
 from rigrunner.panel.web.app import make_app
+from rigrunner.panel.web.connections import Bounded
 from rigrunner.panel.web.panel import Panel
 from rigrunner.panel.web.security import is_loopback
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 LEAST_TOKEN = 16
 _GRACE_S = 3
 _LOOK_S = 0.1
+_AT_ONCE = 64
+"""Connections that are taken before any of them is looked at."""
 
 
 def serve(
@@ -51,6 +54,8 @@ def serve(
     config = uvicorn.Config(
         make_app(panel),
         log_level="warning",
+        http=Bounded,
+        backlog=_AT_ONCE,
         ws="websockets-sansio",
         ws_max_size=4096,
         timeout_graceful_shutdown=_GRACE_S,

@@ -279,6 +279,13 @@ def test_another_site_gets_nothing_and_does_nothing(client, headers):
     assert closed.value.code == 4403
 
 
+@pytest.mark.parametrize("headers", [{"Host": "[::1"}, {"Origin": "http://[::1"}])
+def test_an_address_that_is_none_is_nobody_s(client, headers):
+    answer = client.get("/api/state", headers=headers)
+    assert answer.status_code == 403
+    assert answer.json()["code"] == "foreign_origin"
+
+
 @pytest.mark.parametrize("host", ["localhost", "localhost:8750", "127.0.0.1:1", "[::1]:8750"])
 def test_the_panel_s_own_names_are_answered_through_any_port(client, host):
     headers = {"Host": host, "Origin": f"http://{host}", "Sec-Fetch-Site": "same-origin"}

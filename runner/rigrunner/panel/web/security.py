@@ -12,7 +12,7 @@ import ipaddress
 import re
 import socket
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
@@ -80,7 +80,7 @@ class Guard:
             hint = f"open the panel by the address that it printed, not by '{host[:80]}'"
             raise PanelError(403, "foreign_origin", "this is not a name of the panel", hint)
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc.casefold() != host.casefold():
+        if origin is not None and _parted(origin).netloc.casefold() != host.casefold():
             raise PanelError(403, "foreign_origin", "another site's page may not ask this")
         path = scope["path"]
         if not path.startswith("/api") or path in _OPEN:
@@ -93,7 +93,7 @@ class Guard:
 
     def _is_own(self, host: str) -> bool:
         """Say whether a Host is a name or an address of this server; a port may be forwarded."""
-        name = (urlsplit(f"//{host}").hostname or "").casefold()
+        name = (_parted(f"//{host}").hostname or "").casefold()
         if name in self._names:
             return True
         try:
@@ -127,6 +127,14 @@ def _own_names(host: str) -> frozenset[str]:
     if not is_loopback(host):
         names |= {socket.gethostname().casefold(), socket.getfqdn().casefold()}
     return frozenset(names)
+
+
+def _parted(address: str) -> SplitResult:
+    """Return the parts of an address; of what is none, parts that are nobody's."""
+    try:
+        return urlsplit(address)
+    except ValueError:
+        return urlsplit("")
 
 
 def _query(scope: Scope) -> str:
