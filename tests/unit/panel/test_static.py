@@ -17,7 +17,7 @@ import rigrunner.panel
 from rigrunner.panel.live.frames import frame
 
 STATIC = Path(rigrunner.panel.__file__).parent / "static"
-MODULES = sorted((STATIC / "js").rglob("*.js"))
+MODULES = sorted(path.resolve() for path in (STATIC / "js").rglob("*.js"))
 LITERAL = re.compile(r'"([a-z_]+(?:\.[a-zA-Z_]+)+|[a-z_]+)"')
 
 
@@ -152,3 +152,18 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(scripts):
     assert read["early"] == {"first": 0, "stepS": 0.1, "minimum": [1, -2, 5], "maximum": [3, 9, 6]}
     assert (read["length"], read["first"]) == (1200, 303)
     assert (read["start"], read["last"]) == (300, 1499)
+
+
+def test_no_script_imports_itself_by_way_of_others():
+    left = {
+        path: {
+            (path.parent / found).resolve()
+            for found in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8"))
+        }
+        for path in MODULES
+    }
+    assert sum(map(len, left.values())) > len(MODULES)
+    while free := [path for path, needs in left.items() if not needs & left.keys()]:
+        for path in free:
+            del left[path]
+    assert [path.name for path in left] == []

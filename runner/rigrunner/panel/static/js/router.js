@@ -1,5 +1,6 @@
 // From the address's fragment to a page. A page is made anew each time it is come to.
 
+import { go } from "./address.js";
 import { fill } from "./dom.js";
 import { choosePage } from "./pages/choose.js";
 import { comparePage } from "./pages/compare.js";
@@ -22,10 +23,6 @@ const PAGES = {
 };
 
 const RUNNING = new Set(["starting", "running", "asking", "pausing", "paused", "ending", "analysing"]);
-
-export function go(hash) {
-  location.hash = hash;
-}
 
 export function startRouter(host) {
   let present = null;
@@ -57,5 +54,4 @@ export function startRouter(host) {
   });
   window.addEventListener("hashchange", open);
   open();
-
 }

@@ -1,11 +1,11 @@
 // Choose a procedure and a station: what was used last comes first.
 
+import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { draft, keepDraft } from "../draft.js";
 import { localTime } from "../format.js";
 import { isBusy } from "../parts/bar.js";
-import { go } from "../router.js";
 import { tried } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";

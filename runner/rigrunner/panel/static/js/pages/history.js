@@ -1,10 +1,10 @@
 // The stored runs: searched, filtered, and two of them compared.
 
+import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { localTime, withUncertainty } from "../format.js";
 import { verdictText } from "../parts/verdict.js";
-import { go } from "../router.js";
 import { tried } from "../steer.js";
 import { t } from "../texts.js";
 

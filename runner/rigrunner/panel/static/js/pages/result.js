@@ -1,12 +1,12 @@
 // A finished run: verdict, numbers, checks, report and certificate, and the next specimen.
 
+import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
 import { bytes, fixed, localTime, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
-import { go } from "../router.js";
 import { tried } from "../steer.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";

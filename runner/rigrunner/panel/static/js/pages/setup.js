@@ -1,5 +1,6 @@
 // Before the run: what it will do, the answers that it needs, and the preflight.
 
+import { go } from "../address.js";
 import { get, personName, post } from "../client.js";
 import { button, fill, h, setText } from "../dom.js";
 import { draft, keepDraft } from "../draft.js";
@@ -8,7 +9,6 @@ import { inputForm } from "../parts/inputs.js";
 import { problemList, tell } from "../parts/notices.js";
 import { preflightCard } from "../parts/preflight.js";
 import { stepWords } from "../parts/steps.js";
-import { go } from "../router.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
