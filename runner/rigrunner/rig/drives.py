@@ -49,16 +49,18 @@ def approach(
     value: float,
     *,
     call: Call,
+    move: Call,
     clock: Clock,
     limit_s: float,
     meanwhile: Callable[[], Any],
 ) -> None:
     """Set a drive and wait until it has arrived; raise DeviceTimeoutError.
 
-    `meanwhile` is called again and again; what it raises ends the waiting.
+    `move` calls what moves the drive, `call` all else. `meanwhile` is called again and again; what
+    it raises ends the waiting.
     """
     name, until_s = info.name, clock.monotonic_s() + limit_s
-    call(f"set {name}", lambda: device.begin(name, value))
+    move(f"set {name}", lambda: device.begin(name, value))
     while not call(f"read back {name}", lambda: device.arrived(name)):
         if clock.monotonic_s() >= until_s:
             actual = as_number(call(f"read back {name}", lambda: device.read_back(name)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import Approaching, Settable
 from rigrunner.api.errors import DeviceRejectedError
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, Patience
     from rigrunner.rig.role import Role
     from rigrunner.station.drive_rules import DriveRules
+
+_T = TypeVar("_T")
 
 
 class HeldDrive:
@@ -32,6 +34,7 @@ class HeldDrive:
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
+        self._is_inline = role.device.non_blocking
         self._answer_s = patience.answer_s
         self._limit_s = patience.answer_s + self.info.longest_s
         self._set, self._read_back = f"set {name}", f"read back {name}"
@@ -42,7 +45,11 @@ class HeldDrive:
         """Set the drive, wait for it, and return what it reads back; that agrees."""
         limit_s = self._limit_s if timeout_s is None else timeout_s
         if self._approaching is None:
-            self._role.call(self._set, self._device.set, limit_s, self.name, value)
+            if self._is_inline:
+                self._role.call(self._set, self._device.set, limit_s, self.name, value)
+            else:
+                set_it = partial(self._device.set, self.name, value)
+                self._role.call(self._set, self._role.moving(self._set, set_it, limit_s), limit_s)
         else:
             with self._role.named():
                 call = partial(self._role.caller.call, timeout_s=self._answer_s)
@@ -51,6 +58,7 @@ class HeldDrive:
                     self.info,
                     value,
                     call=call,
+                    move=self._begin,
                     clock=clock,
                     limit_s=limit_s,
                     meanwhile=meanwhile,
@@ -64,6 +72,11 @@ class HeldDrive:
                 hint=f"allowed: within {self.info.allowed_deviation:g} {unit}",
             )
         return actual
+
+    def _begin(self, what: str, function: Callable[[], _T]) -> _T:
+        """Call what begins to move the drive."""
+        moving = self._role.moving(what, function, self._answer_s)
+        return self._role.caller.call(what, moving, self._answer_s)
 
     def read_back(self) -> float:
         """Return where the drive is read back to stand."""

@@ -20,7 +20,7 @@ from rigrunner.rig.drives import as_number
 from rigrunner.rig.held import HeldDrive
 from rigrunner.rig.reading import found_of_stream, read, read_beside
 from rigrunner.rig.role import Role
-from rigrunner.rig.safe_state import make_safe, safe_places
+from rigrunner.rig.safe_state import after_late_call, make_safe, safe_places
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
 
@@ -159,7 +159,7 @@ class Rig:
             if drive:
                 continue
             if isinstance(device, Pausable):
-                self._call(role, "pause", device.pause, self._longest_s(role))
+                self._move(role, "pause", device.pause)
                 self._paused.append(role)
             elif away := self._away(role):
                 staying.append(f"{role} cannot pause: {', '.join(away)}")
@@ -170,7 +170,7 @@ class Rig:
         while self._paused:
             role = self._paused[-1]
             device = self._roles[role].need(Pausable)  # type: ignore[type-abstract]  # a Protocol
-            self._call(role, "resume", device.resume, self._longest_s(role))
+            self._move(role, "resume", device.resume)
             self._paused.pop()
 
     def stream(
@@ -220,15 +220,27 @@ class Rig:
 
         Idempotent, and in the order that was given: first the drives and devices that it names,
         then the other devices, those that move in cycles before those that do not. A drive counts
-        as safe once it is read back at its safe value.
+        as safe once it is read back at its safe value. A call that was given up is waited for then:
+        if it comes back, its device is made safe once more, and else it is not safe.
         """
         answer_s = self._patience.answer_s
         self._paused.clear()
         self._set_points.clear()
-        return tuple(
-            make_safe(role, drive, self.devices[role], self._roles[role].caller, answer_s)
+        given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
+
+        def made_safe(role: str, drive: str) -> SafetyReport:
+            return make_safe(role, drive, self.devices[role], self._roles[role].caller, answer_s)
+
+        reports = [
+            made_safe(role, drive)
             for role, drive in safe_places(self._safe_order, self.devices)
             if not drive or role in self._connected
+        ]
+        return tuple(
+            after_late_call(each, late, partial(made_safe, each.role, ""))
+            if not each.drive and (late := given_up.get(each.role))
+            else each
+            for each in reports
         )
 
     def close(self) -> None:
@@ -286,6 +298,11 @@ class Rig:
             held = HeldDrive(self._roles[role], drive, self._rules, self._patience)
             self._drives[role, drive] = held
         return held
+
+    def _move(self, role: str, what: str, function: Callable[[], _T]) -> _T:
+        """Call what moves all drives of a device."""
+        limit_s = self._longest_s(role)
+        return self._call(role, what, self._roles[role].moving(what, function, limit_s), limit_s)
 
     def _call(
         self, role: str, what: str, function: Callable[[], _T], timeout_s: float | None = None

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
 from rigrunner.rig.drives import agrees, as_number
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from rigrunner.api.calling import Caller
     from rigrunner.api.devices import Device, DriveInfo
+    from rigrunner.rig.role import MovingCall
 
 _ATTEMPTS = 3
 """How often making one device safe is begun anew after an interrupt."""
@@ -77,6 +80,24 @@ def make_safe(
         except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
             return SafetyReport(role, {}, (f"make safe failed: {_words(error)}",), drive)
     return SafetyReport(role, {}, ("make safe was interrupted from the keyboard",), drive)
+
+
+def after_late_call(
+    report: SafetyReport, late: MovingCall, again: Callable[[], SafetyReport]
+) -> SafetyReport:
+    """Return how a device is left of which a call that moves a drive was given up; never raises.
+
+    What comes late may undo what made safe: behind it the device is made safe `again`. While it has
+    not come back, what was read back need not stay so.
+    """
+    if not late.has_begun:
+        return report
+    with suppress(KeyboardInterrupt):
+        late.wait(ThreadCaller.grace_s)
+    if late.has_returned:
+        return again()
+    text = f"'{late.what}' was given up and has not come back: it may still move the drive"
+    return replace(report, problems=(*report.problems, text))
 
 
 def _set_safe(device: Device, drive: str) -> Mapping[str, float]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import replace
 
 import pytest
 
 from helpers_devices import DRIVES, FakeTester
-from rigrunner.api.errors import DeviceLostError
+from rigrunner.api.calling import ThreadCaller
+from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Patience, Rig
 
@@ -131,3 +133,72 @@ def test_drives_of_a_device_that_never_answered_are_left_to_its_own_make_safe():
     rig = Rig({"tester": Bench(told)}, SimulatedClock(), None, ("tester.frequency",))
     assert [one.what for one in rig.make_safe()] == ["tester"]
     assert told == ["tester make_safe"]
+
+
+class Late(FakeTester):
+    """A tester whose 'set load 1000' comes to the drive only once it is let go."""
+
+    def __init__(self, **more: object) -> None:
+        super().__init__(non_blocking=False, **more)
+        self.let_go = threading.Event()
+
+    def set(self, drive, value):
+        if value:
+            self.let_go.wait(10)
+        super().set(drive, value)
+
+
+class LateToBegin(Late):
+    """The same for a device that is asked whether a drive has arrived."""
+
+    def begin(self, drive, value):
+        self.set(drive, value)
+
+    def arrived(self, _drive):
+        return True
+
+
+@pytest.fixture(params=[Late, LateToBegin])
+def late(request, monkeypatch):
+    """Return a tester whose set was given up, and its rig."""
+    monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
+    tester = request.param()
+    tester.drives = tuple(replace(info, rate_per_s=None) for info in DRIVES)
+    rig = Rig({"tester": tester}, SimulatedClock(), Patience(answer_s=0.05))
+    rig.connect()
+    with pytest.raises(DeviceTimeoutError, match="'set load' did not return"):
+        rig.set("tester", "load", 1000.0)
+    yield tester, rig
+    tester.let_go.set()
+    rig.close()
+
+
+def test_behind_a_set_that_comes_late_the_device_is_made_safe_once_more(late, monkeypatch):
+    tester, rig = late
+
+    def then_the_late_one(self):
+        safe = FakeTester.make_safe(self)
+        if not self.let_go.is_set():
+            self.let_go.set()
+            while self.drives_at["load"] != 1000.0:
+                time.sleep(0.001)
+        return safe
+
+    monkeypatch.setattr(Late, "make_safe", then_the_late_one)
+    (report,) = rig.make_safe()
+    assert report.safe
+    assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
+    assert tester.calls.count("make_safe") == 2
+
+
+def test_a_set_that_does_not_come_back_leaves_the_rig_not_safe(late):
+    tester, rig = late
+    (report,) = rig.make_safe()
+    assert report.read_back == {"load": 0.0, "frequency": 0.0}
+    assert report.problems == (
+        "'set load' was given up and has not come back: it may still move the drive",
+    )
+    tester.let_go.set()
+    (report,) = rig.make_safe()
+    assert report.safe
+    assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
