@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rigrunner.api.calling import InlineCaller, ThreadCaller
 from rigrunner.api.errors import (
     DeviceError,
+    DeviceLostError,
     DeviceRejectedError,
+    DeviceTimeoutError,
 )
 
 if TYPE_CHECKING:
@@ -134,12 +136,26 @@ class Role:
     def _name(self, error: BaseException, what: str) -> None:
         """Let the error name the role; raise another one for what would end the program.
 
-        A driver that calls `sys.exit`, or whose asyncio task was cancelled, ends no run in silence.
+        The errors of Python that say what a DeviceError says become one. A driver that calls
+        `sys.exit`, or whose asyncio task was cancelled, ends no run in silence.
         """
         if isinstance(error, DeviceError):
             error.message = f"{self.name}: {error.message}"
+        elif isinstance(error, TimeoutError):
+            raise DeviceTimeoutError(
+                f"{self.name}: {_told(what, error, 'no answer in time')}"
+            ) from error
+        elif isinstance(error, ConnectionError):
+            raise DeviceLostError(
+                f"{self.name}: {_told(what, error, 'the connection broke')}"
+            ) from error
         elif isinstance(error, Exception):
             error.add_note(f"in the device of the role '{self.name}': {what}")
         elif not isinstance(error, KeyboardInterrupt):
             raised = f"{type(error).__name__}({error})"
             raise RuntimeError(f"{self.name}: '{what}' raised {raised}") from error  # noqa: TRY004  (no type is checked)
+
+
+def _told(what: str, error: OSError, meaning: str) -> str:
+    """Return what failed, what that means, and what the driver said of it, if anything."""
+    return f"{what}: {meaning}{f' ({error})' if str(error) else ''}"

@@ -195,6 +195,22 @@ def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(n
     rig.close()
 
 
+@pytest.mark.parametrize("non_blocking", [True, False])
+@pytest.mark.parametrize(
+    ("raised", "kind", "told"),
+    [
+        (TimeoutError(), DeviceTimeoutError, "tester: set load: no answer in time"),
+        (TimeoutError("3 s"), DeviceTimeoutError, r"tester: set load: no answer in time \(3 s\)"),
+        (ConnectionResetError("gone"), DeviceLostError, r"the connection broke \(gone\)"),
+    ],
+)
+def test_what_python_has_for_a_device_error_becomes_one(raised, kind, told, non_blocking):
+    device = FakeTester(before=raising(raised, at="set load 1"), non_blocking=non_blocking)
+    with rig_of(device) as rig, pytest.raises(kind, match=told) as caught:
+        rig.set("tester", "load", 1.0)
+    assert caught.value.__cause__ is raised
+
+
 def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
     release = threading.Event()
     hangs = FakeTester(
