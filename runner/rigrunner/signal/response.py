@@ -54,7 +54,7 @@ def inverse(response: Response, taper: Array) -> Response:
 
 
 def apply(response: Response, waveform: Array) -> Array:
-    """Return periodic waveforms of shape (..., n) filtered by a response at 0, 1, 2, ... harmonics.
+    """Return periodic waveforms of shape (..., n) filtered by a response at its harmonics.
 
     What a response shorter than n // 2 + 1 does not reach is taken out.
     """
