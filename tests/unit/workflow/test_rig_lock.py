@@ -15,7 +15,7 @@ from rigrunner.api.errors import DeviceError, ExitCode
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.tape import RecordedTape, ReplayedTape
-from rigrunner.workflow.by_hand import ready_station
+from rigrunner.workflow.by_hand.station import ready_station
 from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.rig_lock import lock_folder, rig_lock

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from rigrunner.workflow.devices import DeviceReport, Who
+    from rigrunner.workflow.by_hand.devices import DeviceReport, Who
 
 _MILLI = 1e3
 
@@ -33,8 +33,8 @@ def command(station: str, record: Path | None, replay: Path | None, *, as_json: 
 
     Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
     """
-    from rigrunner.workflow.by_hand import ready_station
-    from rigrunner.workflow.devices import look_at
+    from rigrunner.workflow.by_hand.devices import look_at
+    from rigrunner.workflow.by_hand.station import ready_station
     from rigrunner.workflow.taping import tape_for
 
     tape = tape_for(record, replay)

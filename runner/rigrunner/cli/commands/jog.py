@@ -14,7 +14,7 @@ from rigrunner.workflow.locate import find_station
 
 if TYPE_CHECKING:
     from rigrunner.api.events import Event
-    from rigrunner.workflow.jog import Jog
+    from rigrunner.workflow.by_hand.jog import Jog
 
 
 @click.command(name="jog")
@@ -58,8 +58,8 @@ def command(  # noqa: PLR0917  (click hands over each option)
     """
     from rigrunner.cli.jogging import converse
     from rigrunner.cli.stopping import stop_on_signals
-    from rigrunner.workflow.by_hand import ready_station
-    from rigrunner.workflow.jog import jogging
+    from rigrunner.workflow.by_hand.jog import jogging
+    from rigrunner.workflow.by_hand.station import ready_station
     from rigrunner.workflow.taping import tape_for
 
     wanted = named_values(given)

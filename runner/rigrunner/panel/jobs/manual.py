@@ -24,9 +24,9 @@ from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
 from rigrunner.plan import Plan, PlannedStep
 from rigrunner.plan.actions import Phase, Record, SetDrive, Terms, Zero
+from rigrunner.workflow.by_hand.points import record_by_hand
 from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
-from rigrunner.workflow.points_by_hand import record_by_hand
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

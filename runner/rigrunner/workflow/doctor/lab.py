@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, RigrunnerError
-from rigrunner.workflow.by_hand import ready_station
+from rigrunner.workflow.by_hand.station import ready_station
 from rigrunner.workflow.doctor.finding import Finding
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Device, Identity
     from rigrunner.api.instruments import Instrument
     from rigrunner.rig import Rig
-    from rigrunner.workflow.by_hand import ReadyStation
+    from rigrunner.workflow.by_hand.station import ReadyStation
 
 State = Literal["ok", "warn", "fail"]
 

@@ -24,8 +24,8 @@ from rigrunner.api.errors import (
 )
 from rigrunner.cli.jogging import converse
 from rigrunner.cli.stopping import stop_on_signals
-from rigrunner.workflow.by_hand import ready_station
-from rigrunner.workflow.jog import jogging
+from rigrunner.workflow.by_hand.jog import jogging
+from rigrunner.workflow.by_hand.station import ready_station
 
 ORDER = "order: [tester.frequency, tester.load]"
 OVERHEATED = (

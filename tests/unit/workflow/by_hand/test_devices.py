@@ -14,8 +14,8 @@ from helpers_workflow import station_file
 from rigrunner.api.devices import Identity
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError, ExitCode
 from rigrunner.clock import SimulatedClock
-from rigrunner.workflow.by_hand import ready_station
-from rigrunner.workflow.devices import look_at
+from rigrunner.workflow.by_hand.devices import look_at
+from rigrunner.workflow.by_hand.station import ready_station
 
 TWO = (
     "devices:\n",

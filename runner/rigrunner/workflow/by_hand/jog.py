@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import ChannelInfo, DriveInfo, StopToken
     from rigrunner.api.events import Event, EventSink
     from rigrunner.rig import Rig, SafetyReport
-    from rigrunner.workflow.by_hand import ReadyStation
+    from rigrunner.workflow.by_hand.station import ReadyStation
 
 _T = TypeVar("_T")
 _STEP = "jog"

@@ -11,8 +11,8 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
+from rigrunner.workflow.by_hand.points import by_hand, record_by_hand
 from rigrunner.workflow.locate import find_procedure, find_station
-from rigrunner.workflow.points_by_hand import by_hand, record_by_hand
 from rigrunner.workflow.prepare import plan_run
 
 
