@@ -80,6 +80,7 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): pass", "rigrunner_fits returned None, needed is"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return 1", "TypeError: 'int' object is not iter"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(x): return []", "{'x'}"),
+        (HEAD, "it brings nothing: no function of it is a hook"),
         (f"{HEAD}def rigrunner_fits(): return []", "rigrunner_fits is not marked as a hook"),
         (f"{HEAD}def rigrunner_fitts(): return []", "rigrunner_fitts is not marked as a hook"),
         (f"{HEAD}\n@hookimpl\ndef rigrunner_fits():\n    return [1 / 0]", ".py:6)"),

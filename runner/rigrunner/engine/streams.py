@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.registry.samples import as_samples
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.engine.session import Session
 
-_REAL_NUMBERS = "fiub"
 _POSSIBLE_ROUNDING = 1
 """A duration that is no whole number of samples may be rounded down."""
 
@@ -95,25 +95,16 @@ def _samples(role: str, name: str, block: Block, received: int) -> Array:
         raise DeviceLostError(
             f"{role}.{name}: the block at sample {received} lacks samples of this channel"
         )
-    values = _numbers(f"{role}.{name}", values, received)
+    try:
+        values = as_samples(values)
+    except TypeError as error:
+        what = f"the samples from {received} on are {error}, needed are numbers, float64"
+        raise DeviceRejectedError(f"{role}.{name}: {what}") from error
     finite = np.isfinite(values)
     if not finite.all():
         where = received + int(np.argmin(finite))
         raise DeviceLostError(f"{role}.{name}: sample {where} is {values[where - received]}")
     return values
-
-
-def _numbers(member: str, values: object, received: int) -> Array:
-    """Return samples as float64; refuse those of which NumPy would leave out something."""
-    if type(values) is np.ndarray and values.dtype == np.float64:
-        return values
-    array = np.asarray(values)
-    if array.dtype.kind not in _REAL_NUMBERS or isinstance(values, np.ma.MaskedArray):
-        kind = "masked" if isinstance(values, np.ma.MaskedArray) else array.dtype
-        raise DeviceRejectedError(
-            f"{member}: the samples from {received} on are {kind}, needed are numbers, float64"
-        )
-    return array.astype(np.float64)
 
 
 class _Times:

@@ -136,6 +136,11 @@ def _plugins(provider: Provider, module: object) -> list[Plugin]:
         kind: getattr(manager.hook, hook).get_hookimpls() for kind, hook in HOOK_OF_KIND.items()
     }
     check_marked(module, {each.function for every in found.values() for each in every})
+    if not any(found.values()):
+        raise PluginError(
+            "it brings nothing: no function of it is a hook",
+            hint="are its hooks in another module? the entry point names the one that has them",
+        )
     return [
         Plugin(kind, record, provider)
         for kind, implementations in found.items()

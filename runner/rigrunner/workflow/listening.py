@@ -66,6 +66,9 @@ class Detached:
             except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
                 self._failure = error
                 return
+            except BaseException as error:  # noqa: BLE001  (it would end this thread alone, unseen)
+                self._failure = RuntimeError(f"it raised {type(error).__name__}({error})")
+                return
 
 
 class _Weighed(Queue["Event | None"]):

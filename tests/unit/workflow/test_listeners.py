@@ -190,3 +190,16 @@ def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over():
     detached.close()
     assert all_of_them == list(range(50))
     assert no_listener_is_left()
+
+
+def test_a_listener_that_would_end_the_program_is_one_that_failed():
+    def ends(_event):
+        raise SystemExit(0)
+
+    detached = Detached("ends", ends)
+    block = Block(1000.0, 0, 0.0, {"a.b": np.zeros(1)})
+    event = Samples(seq=0, monotonic_s=0.0, utc="", recording="001", block=block)
+    detached(event)
+    detached.close()
+    with pytest.raises(RuntimeError, match=r"it raised SystemExit\(0\)"):
+        detached(event)

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import isfinite
+from numbers import Real
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError, InvalidFileError, Location, Problem
-from rigrunner.api.importing import NotInFileError
+import numpy as np
+
+from rigrunner.api.errors import DataError, InvalidFileError, Location, PluginError, Problem
+from rigrunner.api.importing import Column, NotInFileError
 from rigrunner.api.quantity import QuantityError, unit
+from rigrunner.registry.samples import as_samples
 from rigrunner.workflow.importing.sampling import rate_of, start_of
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from datetime import datetime
 
     from rigrunner.api.data import Array
-    from rigrunner.api.importing import Column, Importer
+    from rigrunner.api.importing import Importer
     from rigrunner.workflow.importing.mapping import ColumnSpec, LoadedMapping, Part, TimeSpec
     from rigrunner.yamlfile.document import Path as DocumentPath
 
@@ -79,12 +84,37 @@ def _columns(
 ) -> Mapping[str, Column]:
     names = {name: each.spec.column for name, each in asked.items()}
     try:
-        return importer.read(mapping.file(part.file), names, part.group)
+        found = importer.read(mapping.file(part.file), names, part.group)
     except NotInFileError as error:
         known = error.wanted in asked
         path = (*asked[error.wanted].at, "column") if known else (*at, "group")
         place = error.location or Location(str(mapping.file(part.file)))
         raise fault(mapping, path, f"{place}: {error.message}", error.hint) from error
+    if not isinstance(found, Mapping):
+        raise _not_given(mapping, f"{type(found).__name__}, needed is a Column for each name")
+    return {name: _checked(mapping, name, found.get(name)) for name in asked}
+
+
+def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
+    """Return a column as an importer must give it; raise PluginError."""
+    if not isinstance(column, Column):
+        raise _not_given(mapping, f"{column!r} for '{name}', needed is a Column")
+    try:
+        values = as_samples(column.values)
+    except TypeError as error:
+        raise _not_given(mapping, f"values that are {error} for '{name}', not float64") from error
+    if values.ndim != 1 or not np.isfinite(values).all():
+        raise _not_given(mapping, f"values for '{name}' that are not a row of finite numbers")
+    interval_s = column.interval_s
+    if interval_s is not None and not (isinstance(interval_s, Real) and isfinite(interval_s)):
+        raise _not_given(mapping, f"an interval of {interval_s!r} s for '{name}'")
+    return replace(column, values=values)
+
+
+def _not_given(mapping: LoadedMapping, what: str) -> PluginError:
+    name = mapping.model.format.name
+    hint = f"its author is to mend that; see 'rigrunner check-plugin {name}'"
+    return PluginError(f"the importer '{name}' gave {what}", hint=hint)
 
 
 def fault(
