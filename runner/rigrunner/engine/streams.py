@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
-from rigrunner.registry.samples import as_samples
+from rigrunner.engine.samples import as_samples
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence

@@ -1,4 +1,4 @@
-"""What a plugin gives as samples, as numbers of which nothing is left out."""
+"""Samples of a device or a file, as numbers of which nothing is left out."""
 
 from __future__ import annotations
 
