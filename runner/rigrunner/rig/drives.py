@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, TypeVar
 from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
 
     from rigrunner.api.devices import Approaching, Clock, DriveInfo
 
@@ -41,6 +41,17 @@ def _is_complex(value: object) -> bool:
 def agrees(info: DriveInfo, actual: float, value: float) -> bool:
     """Return True if a drive's actual value is its set-point within the tolerance."""
     return abs(actual - value) <= info.allowed_deviation
+
+
+def staying_away(
+    role: str, drives: Iterable[DriveInfo], set_points: Mapping[str, float]
+) -> list[str]:
+    """Return in words which drives stay away from their safe value; set-points by 'role.drive'."""
+    return [
+        f"{info.name} stays at {value:g} {info.unit}"
+        for info in drives
+        if (value := set_points.get(f"{role}.{info.name}")) not in {None, info.safe_value}
+    ]
 
 
 def approach(

@@ -1,11 +1,11 @@
-"""What the devices read: single values by 'role.channel', each of them a number."""
+"""What drivers give, looked at before it is used: who they are, and values that are numbers."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import KnowsStream, Readable
+from rigrunner.api.devices import Identity, KnowsStream, Readable, Streaming
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.drives import as_number
 
@@ -16,6 +16,24 @@ if TYPE_CHECKING:
 
 Found = tuple[dict[str, float], dict[str, str]]
 """Values and units by 'role.channel'."""
+
+
+def refuse_unnamed(role: str, found: object) -> None:
+    """Raise DeviceRejectedError unless a driver told who answered, in words."""
+    if not isinstance(found, Identity) or not all(
+        isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
+    ):
+        raise DeviceRejectedError(f"{role}: connect gave {found!r}, which is no Identity")
+
+
+def sample_rate_hz(role: Role) -> float:
+    """Return the sample rate of a device that streams; raise DeviceRejectedError for none."""
+    device = role.need(Streaming)  # type: ignore[type-abstract]  # a Protocol
+    with role.named():
+        rate_hz = as_number(device.sample_rate_hz)
+        if not 0 < rate_hz < math.inf:
+            raise DeviceRejectedError(f"the driver gave a sample rate of {rate_hz:g} Hz")
+    return rate_hz
 
 
 def read(role: Role, channels: Sequence[str], answer_s: float) -> dict[str, float]:

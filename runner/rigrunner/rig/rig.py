@@ -16,9 +16,15 @@ from rigrunner.api.devices import (
     Streaming,
 )
 from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.rig.drives import as_number
+from rigrunner.rig.drives import staying_away
 from rigrunner.rig.held import HeldDrive
-from rigrunner.rig.reading import found_of_stream, read, read_beside
+from rigrunner.rig.reading import (
+    found_of_stream,
+    read,
+    read_beside,
+    refuse_unnamed,
+    sample_rate_hz,
+)
 from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import after_late_call, make_safe, safe_places
 from rigrunner.station.drive_rules import DriveRules
@@ -33,13 +39,6 @@ if TYPE_CHECKING:
     from rigrunner.rig.safe_state import SafetyReport
 
 _T = TypeVar("_T")
-
-
-def _is_identity(found: object) -> bool:
-    """Say whether a driver told who answered, in words."""
-    return isinstance(found, Identity) and all(
-        isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
-    )
 
 
 def _nothing() -> None:
@@ -161,7 +160,7 @@ class Rig:
             if isinstance(device, Pausable):
                 self._move(role, "pause", device.pause)
                 self._paused.append(role)
-            elif away := self._away(role):
+            elif away := staying_away(role, device.drives, self._set_points):
                 staying.append(f"{role} cannot pause: {', '.join(away)}")
         return staying
 
@@ -184,12 +183,7 @@ class Rig:
 
     def sample_rate_hz(self, role: str) -> float:
         """Return the sample rate of a device that streams."""
-        device = self._roles[role].need(Streaming)  # type: ignore[type-abstract]  # a Protocol
-        with self._roles[role].named():
-            rate_hz = as_number(device.sample_rate_hz)
-            if not 0 < rate_hz < math.inf:
-                raise DeviceRejectedError(f"the driver gave a sample rate of {rate_hz:g} Hz")
-        return rate_hz
+        return sample_rate_hz(self._roles[role])
 
     def truth(self, role: str) -> Mapping[str, float]:
         """Return what a simulator knows of its last stream; nothing of a real device."""
@@ -260,8 +254,7 @@ class Rig:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
         identity = self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
         self._connected.add(role)
-        if not _is_identity(identity):
-            raise DeviceRejectedError(f"{role}: connect gave {identity!r}, which is no Identity")
+        refuse_unnamed(role, identity)
         self._roles[role].look_anew()
         self._drives.clear()
         return identity
@@ -276,15 +269,6 @@ class Rig:
                 f"{role}: {drive} reads back {found:g}: it may stand anywhere"
             )
         return found
-
-    def _away(self, role: str) -> list[str]:
-        drives = {info.name: info for info in self.devices[role].drives}
-        stands = {name: self._set_points.get(f"{role}.{name}") for name in drives}
-        return [
-            f"{name} stays at {value:g} {drives[name].unit}"
-            for name, value in stands.items()
-            if value is not None and value != drives[name].safe_value
-        ]
 
     def _longest_s(self, role: str) -> float:
         return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
