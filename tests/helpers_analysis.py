@@ -10,7 +10,8 @@ import numpy as np
 from rigrunner.analysis.analyse import analyse
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.data import Estimate, Recording, RunData
-from rigrunner.api.instruments import RigDescription, TorqueInstrument
+from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.rig import RigDescription
 from rigrunner.procedure import Acceptance, AnalysisSpec, Limit, Measurand
 from rigrunner.registry import load_registry
 from rigrunner.signal.kinematics import swing_angle

@@ -19,7 +19,8 @@ from functools import lru_cache
 import numpy as np
 
 from rigrunner.api.data import Recording, RunData
-from rigrunner.api.instruments import RigDescription, TorqueInstrument
+from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.rig import RigDescription
 from rigrunner_plugins.devices.simulated.parameters import ConstantErrors, SensorParameters
 from rigrunner_plugins.devices.simulated.sampling import (
     RigState,

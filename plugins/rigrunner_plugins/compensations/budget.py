@@ -23,7 +23,8 @@ from rigrunner_plugins.compensations.limits import load
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.rig import RigDescription
     from rigrunner.api.uncertainty import MeasurementModel
     from rigrunner_plugins.compensations.bearing import MeanSwing, Pair
     from rigrunner_plugins.compensations.drive_line import DriveLine

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.signal.inputs import limited
 
 if TYPE_CHECKING:
-    from rigrunner.api.instruments import RigDescription
+    from rigrunner.api.rig import RigDescription
     from rigrunner.api.uncertainty import Input
     from rigrunner_plugins.compensations.settings import InverseSettings
 

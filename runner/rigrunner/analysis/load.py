@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import RigDescription
+    from rigrunner.api.rig import RigDescription
 
 
 def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigDescription:

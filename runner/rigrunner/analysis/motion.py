@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rigrunner.api.data import Array, Mask, Recording, RunData, Samples
-    from rigrunner.api.instruments import RigDescription
+    from rigrunner.api.rig import RigDescription
 
 LEAST_CYCLES = 5
 """With fewer, neither a gross error nor a mean's scatter can be told."""

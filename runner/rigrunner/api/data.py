@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.instruments import OtherInstrument, RigDescription, TorqueInstrument
+    from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+    from rigrunner.api.rig import RigDescription
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

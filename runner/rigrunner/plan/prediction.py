@@ -10,7 +10,7 @@ from rigrunner.plan.needs import channels_of
 from rigrunner.signal.kinematics import max_acceleration, max_speed
 
 if TYPE_CHECKING:
-    from rigrunner.api.instruments import RigDescription
+    from rigrunner.api.rig import RigDescription
     from rigrunner.plan.actions import Plan
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from rigrunner.api.instruments import AnyInstrument, RigDescription
+from rigrunner.api.instruments import AnyInstrument
+from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import ListOf, Settings
 from rigrunner.station.safety import Safety
 from rigrunner.yamlfile.names import Identifier, Name, Text

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.rig import RigDescription
     from rigrunner.registry import Registry
     from rigrunner.station import Station
     from rigrunner.study.bench import Bench, BenchSettings

@@ -68,12 +68,13 @@ from rigrunner.api.hooks import (
     hookimpl,
 )
 from rigrunner.api.importing import Column, Importer, NotInFileError
-from rigrunner.api.instruments import RigDescription, TorqueInstrument
+from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.lines import Answering, LineDriver, LineSettings
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.quantity import Quantity, parse_quantity
 from rigrunner.api.results import ReportInput, Verdict
+from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import (
     AnyQuantity,
     Duration,

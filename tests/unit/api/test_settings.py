@@ -10,8 +10,9 @@ from datetime import date
 import pytest
 from pydantic import ValidationError
 
-from rigrunner.api.instruments import RigDescription, TorqueInstrument
+from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import AnyQuantity, Force, Frequency, IsoDate, ListOf, Settings, YesNo
 
 RIG = {

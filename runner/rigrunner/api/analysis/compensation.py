@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis.curves import Curve, Fit
     from rigrunner.api.analysis.points import PeakPoint, SwingPoint
     from rigrunner.api.data import Array, Estimate
-    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.rig import RigDescription
     from rigrunner.api.uncertainty import MeasurementModel
 
 

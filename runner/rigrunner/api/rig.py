@@ -1,0 +1,84 @@
+"""The rig that a station describes: its geometry, design values and limits of error."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.settings import (
+    Angle,
+    Frequency,
+    Length,
+    MomentOfInertia,
+    Ratio,
+    RotationalDamping,
+    Settings,
+    Torque,
+)
+
+
+class RigDescription(Settings):
+    """The rig's geometry and the design values from which a plan predicts the torque.
+
+    `eccentric` and `centre_distance` set the swing: theta_max = asin(eccentric / centre_distance).
+    """
+
+    mandrel: str
+    """Which mandrel is mounted; a no-load run must have had the same."""
+    eccentric: Annotated[Length, Field(gt=0)]
+    """The crank's radius e."""
+    centre_distance: Annotated[Length, Field(gt=0)]
+    """The distance L between the crank's axis and the bearing's."""
+    inertia: Annotated[
+        MomentOfInertia, Field(gt=0, description="design value, for the plan's prediction")
+    ]
+    support_friction: Annotated[
+        Torque, Field(ge=0, description="design value, for the plan's prediction")
+    ]
+    support_damping: Annotated[
+        RotationalDamping, Field(ge=0, description="design value, for the plan's prediction")
+    ]
+    swing_radius: Annotated[
+        Length | None,
+        Field(gt=0, description="radius of the bearing's sliding surface, for mu = T/(F r)"),
+    ] = None
+    natural_frequency: Annotated[
+        Frequency | None,
+        Field(gt=0, description="of the torsional resonance when the rig was in order"),
+    ] = None
+    index_phase: Annotated[
+        Angle,
+        Field(description="crank phase at which the index pulse rises; 0 is the forward middle"),
+    ] = 0.0
+    phase_tolerance: Annotated[
+        Angle, Field(ge=0, description="of the crank phase, where index or tacho stand for it")
+    ] = math.pi / 180
+
+    angle_tolerance: Annotated[
+        Ratio, Field(ge=0, description="limit of error of the scale of the angle channel")
+    ] = 0.005
+    load_tolerance: Annotated[
+        Ratio,
+        Field(ge=0, description="limit of error of the load; by default class 0.5 of ISO 7500-1"),
+    ] = 0.005
+    inertia_mismatch: Annotated[
+        Ratio | None,
+        Field(ge=0, description="limit of what the inertia may differ by between the two runs"),
+    ] = None
+    support_load_dependence: Annotated[
+        Ratio | None,
+        Field(ge=0, description="limit of what the load may change the support's friction by"),
+    ] = None
+
+    @model_validator(mode="after")
+    def _the_bar_swings(self) -> Self:
+        if self.eccentric >= self.centre_distance:
+            raise ValueError("eccentric must be less than centre_distance, or the bar goes round")
+        return self
+
+    @property
+    def eccentric_ratio(self) -> float:
+        """Lambda = e / L of the oscillating guide bar."""
+        return self.eccentric / self.centre_distance
