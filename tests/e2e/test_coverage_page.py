@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from helpers_population import HEADER, law_rows, population_rows
 from rigrunner.study.coverage_case import limits
 from rigrunner.study.coverage_plots import FIGURES
-from rigrunner.study.coverage_population import HEADER, law_rows, population_rows
 from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
 from rigrunner.study.coverage_table import ROW_HEADER, held_text
 from rigrunner.study.share import Share
