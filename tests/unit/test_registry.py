@@ -9,7 +9,7 @@ from helpers_devices import FakeTester
 from rigrunner import __version__
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
 from rigrunner.api.errors import PluginError
-from rigrunner.api.hooks import DeviceRecord, FitRecord
+from rigrunner.api.hooks import DeviceRecord, FitRecord, ReportFormatRecord
 from rigrunner.api.settings import Frequency, Settings
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry, versions, with_drop_ins
@@ -168,6 +168,16 @@ def test_what_a_factory_did_not_foresee_names_the_plugin():
 def test_a_factory_cannot_end_the_program():
     with pytest.raises(RuntimeError, match=r"the fit 'line' of lab 1 raised SystemExit\(0\)"):
         failing(SystemExit(0)).make("fit", "line", {})
+
+
+@pytest.mark.parametrize("given", ["a text", None, 5])
+def test_a_format_gives_the_bytes_of_a_file(given):
+    record = ReportFormatRecord(
+        name="mine", help="", suffix=".x", factory=lambda _: lambda _: given
+    )
+    registry = Registry([Plugin("report_format", record, Provider("lab", "1"))])
+    with pytest.raises(PluginError, match=r"the report format 'mine' gave a .*, needed are bytes"):
+        registry.make("report_format", "mine", {})(None)
 
 
 def test_a_drop_in_that_cannot_be_read_is_disabled_and_harms_no_other(folder):

@@ -16,12 +16,16 @@ from rigrunner.api.settings import MadeOfOthers, SimulableSettings
 from rigrunner.registry.declared import declaration_problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
+
+
+_WRITES = {"report_format", "certificate_format", "study_format"}
+"""The kinds whose factory gives a function that writes a file."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,8 @@ class Registry:
         plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
         with _named(plugin):
-            return plugin.record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+            made = plugin.record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+        return _writing(plugin, made) if kind in _WRITES else made
 
     def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
         """Return the settings as the plugin's model has them; raise PluginError."""
@@ -211,6 +216,23 @@ class Registry:
         near = difflib.get_close_matches(name, names, n=1)
         there = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
         return "; ".join([*(f"disabled: {each}" for each in self.disabled), there])
+
+
+def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], bytes]:
+    """Return the function of a format; raise PluginError where it gives no bytes to write."""
+
+    def checked(given: Any) -> bytes:
+        with _named(plugin):
+            content = write(given)
+        if not isinstance(content, bytes):
+            got, what = type(content).__name__, plugin.kind.replace("_", " ")
+            hint = "a text becomes bytes by its encode('utf-8')"
+            raise PluginError(
+                f"the {what} '{plugin.record.name}' gave a {got}, needed are bytes", hint=hint
+            )
+        return content
+
+    return checked
 
 
 @contextmanager

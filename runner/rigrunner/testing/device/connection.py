@@ -78,7 +78,7 @@ def gives_up_in_time(subject: DeviceSubject) -> None:
     device.close()
 
 
-@check(mend="begin with `self._need_connection()`, which raises DeviceLostError")
+@check(mend="raise DeviceLostError where it is not connected; `Driver` does that by itself")
 def needs_a_connection(subject: DeviceSubject) -> None:
     """Without a connection everything but making safe and closing is refused."""
     device = subject.make()
