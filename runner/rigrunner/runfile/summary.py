@@ -19,6 +19,7 @@ from rigrunner.runfile.hdf5 import open_file, read_text, read_values, refuse_odd
 from rigrunner.runfile.loose import read_loose_info
 from rigrunner.runfile.manifest import MANIFEST, manifest_sha256
 from rigrunner.runfile.model import DRAFT
+from rigrunner.runfile.probe import refuse_unprotected_crashing
 from rigrunner.runfile.reading import ENTRY, FORMAT_ATTRIBUTE, sealed_file_of
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def read_summary(path: Path) -> RunSummary:
     sealed = sealed_file_of(path)
     if sealed is None:
         return _of_loose(RunFolder(path))
+    refuse_unprotected_crashing(sealed)
     with open_file(sealed) as file:
         if FORMAT_ATTRIBUTE not in file.attrs:
             raise DataError(f"{sealed} is an HDF5 file, but not a run of Rigrunner")

@@ -5,7 +5,15 @@ import pytest
 
 from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError
-from rigrunner.runfile import file_differences, probe, read, read_info, read_truth, refuse_crashing
+from rigrunner.runfile import (
+    file_differences,
+    probe,
+    read,
+    read_info,
+    read_summary,
+    read_truth,
+    refuse_crashing,
+)
 from rigrunner.runfile.hdf5 import is_checksummed
 
 
@@ -33,6 +41,9 @@ def test_what_would_take_this_process_along_is_told(tmp_path, monkeypatch, child
         refuse_crashing(tmp_path / "x.h5")
 
 
+READERS = [read, read_info, read_summary, read_truth, file_differences]
+
+
 def old_layout(path):
     with h5py.File(path, "w", libver="earliest") as file:
         file.attrs["rigrunner_format"] = 2
@@ -48,10 +59,18 @@ def test_what_we_write_has_a_structure_with_checksums(tmp_path):
     assert is_checksummed(tmp_path) is None
 
 
-@pytest.mark.parametrize("reader", [read, read_info, read_truth, file_differences])
+@pytest.mark.parametrize("reader", READERS)
 def test_every_reader_tries_a_file_without_checksums_elsewhere_first(tmp_path, monkeypatch, reader):
     monkeypatch.setattr(probe, "_CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     with pytest.raises(DataError, match="the HDF5 library crashes on it"):
+        reader(old_layout(tmp_path / "old.h5"))
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_no_reader_waits_for_ever_for_a_file_without_checksums(tmp_path, monkeypatch, reader):
+    monkeypatch.setattr(probe, "_CHILD", "while True: pass")
+    monkeypatch.setattr(probe, "_LEAST_S", 0.2)
+    with pytest.raises(DataError, match="the HDF5 library does not end"):
         reader(old_layout(tmp_path / "old.h5"))
 
 
