@@ -178,7 +178,7 @@ class Bench:
             RunWriter(folder, self._header, sync_measurements=at_once) as self.writer,
             open_log(folder) as log,
         ):
-            bus = Bus(critical=[self.writer], guarded=log)
+            bus = Bus(self.writer.sinks, log)
             unattended = UnattendedAnswers(), threading.Event(), folder.name
             summary = run_plan(planned.plan, rig, bus, planned.clock, *unattended)
         assert summary.outcome == "completed", summary.reason
