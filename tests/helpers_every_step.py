@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import os
 import signal
 import threading
 import time
-from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 from helpers_devices import Listener
@@ -155,25 +153,19 @@ class Faults:
         self.tester.fault, self.asked = fail, error
 
 
-def future_of(hanging: threading.Event) -> type[Future[Any]]:
-    """Return a Future whose time is up as soon as the device hangs, and not for a busy machine."""
+def pending_of(hanging: threading.Event) -> type[calling._Pending]:
+    """Return a call whose time is up as soon as the device hangs, and not for a busy machine."""
 
-    class HangingFuture(Future[Any]):
-        def result(self, timeout: float | None = None) -> Any:
-            ends = math.inf if timeout is None else time.monotonic() + timeout
-            while True:
-                try:
-                    return super().result(0.01)
-                except TimeoutError:
-                    if self.done():  # just now, or it raised this itself
-                        return super().result(0)
-                    if time.monotonic() > ends:
-                        raise
-                    if hanging.is_set():
-                        hanging.clear()
-                        raise
+    class HangingCall(calling._Pending):
+        def is_over(self, within_s: float = 0.0) -> bool:
+            ends = time.monotonic() + within_s
+            while not super().is_over(min(within_s, 0.01)):
+                if hanging.is_set() or time.monotonic() > ends:
+                    hanging.clear()
+                    return super().is_over()  # just now
+            return True
 
-    return HangingFuture
+    return HangingCall
 
 
 @dataclass
@@ -240,7 +232,7 @@ def run_with_fault(
 
     armed: list[str] = []
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
-    with stop_on_signals() as stop, patch.object(calling, "Future", future_of(faults.hanging)):
+    with stop_on_signals() as stop, patch.object(calling, "_Pending", pending_of(faults.hanging)):
         listeners = [stop, arm]
         if runs is None:
             events = _events(faulty, answers, stop, listeners)

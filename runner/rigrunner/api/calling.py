@@ -8,8 +8,9 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 from contextlib import suppress
+from functools import partial
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken, Streaming
 
 _T = TypeVar("_T")
-_Job = tuple["Callable[[], Any]", "Future[Any]"]
 
 
 class Caller(Protocol):
@@ -104,8 +104,8 @@ class ThreadCaller:
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._jobs: SimpleQueue[_Job | None] | None = None
-        self._last: Future[Any] | None = None
+        self._jobs: SimpleQueue[_Pending | None] | None = None
+        self._last: _Pending | None = None
         self._hangs = ""
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
@@ -115,9 +115,8 @@ class ThreadCaller:
 
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
         """Call, from a fresh thread if the one before does not come back within `grace_s`."""
-        if self._last is not None and not self._hangs:
-            wait([self._last], self.grace_s)
-        if self._last is not None and not self._last.done():
+        grace_s = 0.0 if self._hangs else self.grace_s
+        if self._last is not None and not self._last.is_over(grace_s):
             self._hangs = self._hangs or "a call that was interrupted"
             self.stop()
         return self._run(what, function, timeout_s)
@@ -126,8 +125,7 @@ class ThreadCaller:
         """Begin the call after those before it; raise DeviceLostError if one of them hangs."""
         self._refuse_after_hanging(what)
         future = Future[_T]()
-        self._last = future
-        self._queue().put((function, future))
+        self._send(partial(_settle, future, function))
         return future
 
     def stop(self) -> None:
@@ -141,45 +139,84 @@ class ThreadCaller:
             raise DeviceLostError(f"cannot {what}: an earlier call, '{self._hangs}', still hangs")
 
     def _run(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        self._last = future = Future[Any]()
-        self._queue().put((function, future))
-        try:
-            left_s = self._wait_in_slices(future, timeout_s)
-            return future.result(left_s)  # type: ignore[no-any-return]  # one queue, many types
-        except TimeoutError:
-            if future.done():
-                return future.result()  # type: ignore[no-any-return]  # came late, or its own error
-            future.cancel()
+        pending = self._send(function)
+        if not self._is_over(pending, timeout_s):
+            pending.is_abandoned = True
             self._hangs = self._hangs or what
-            raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s") from None
+            raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s")
+        return pending.result()  # type: ignore[no-any-return]  # one queue, many types
 
-    def _wait_in_slices(self, future: Future[Any], timeout_s: float) -> float:
-        """Return what is left of the time; all of it where a wait can be broken off."""
-        if self._slice_s is None:
-            return timeout_s
-        end_s = time.monotonic() + timeout_s
-        while not future.done() and (left_s := end_s - time.monotonic()) > 0:
-            wait([future], min(self._slice_s, left_s))
-        return 0.0
-
-    def _queue(self) -> SimpleQueue[_Job | None]:
+    def _send(self, function: Callable[[], Any]) -> _Pending:
+        """Give the thread something to do, after what it has to do already."""
         if self._jobs is None:
             self._jobs = SimpleQueue()
             threading.Thread(
                 target=_work, args=(self._jobs,), name=f"device {self._name}", daemon=True
             ).start()
-        return self._jobs
+        self._last = pending = _Pending(function)
+        self._jobs.put(pending)
+        return pending
+
+    def _is_over(self, pending: _Pending, timeout_s: float) -> bool:
+        """Wait for a call at most that long; say whether it is over."""
+        if self._slice_s is None:
+            return pending.is_over(timeout_s)
+        end_s = time.monotonic() + timeout_s
+        while (left_s := end_s - time.monotonic()) > 0:
+            if pending.is_over(min(self._slice_s, left_s)):
+                return True
+        return pending.is_over()
 
 
-def _work(jobs: SimpleQueue[_Job | None]) -> None:
+class _Pending:
+    """What the thread is to do, and what came of it.
+
+    A Future can do more, such as calling back, and takes half as long again for all of a call.
+    """
+
+    __slots__ = ("_error", "_function", "_is_over", "_lock", "_value", "is_abandoned")
+
+    def __init__(self, function: Callable[[], Any]) -> None:
+        self._function = function
+        self._value: Any = None
+        self._error: BaseException | None = None
+        self._is_over = False
+        self._lock = threading.Lock()
+        self._lock.acquire()  # held until it is over
+        self.is_abandoned = False
+        """Whether nobody waits any more: what did not begin by then never does."""
+
+    def perform(self) -> None:
+        """Do it, in the thread."""
+        try:
+            if not self.is_abandoned:
+                self._value = self._function()
+        except BaseException as error:  # noqa: BLE001  (raised to who asked, whatever it is)
+            self._error = error
+        self._is_over = True
+        self._lock.release()
+
+    def is_over(self, within_s: float = 0.0) -> bool:
+        """Wait at most that long; say whether it is over."""
+        if not self._is_over and self._lock.acquire(timeout=max(within_s, 0.0)):
+            self._lock.release()
+        return self._is_over
+
+    def result(self) -> Any:
+        """Return what the function did, or raise what it raised, once it is over."""
+        if self._error is not None:
+            raise self._error
+        return self._value
+
+
+def _work(jobs: SimpleQueue[_Pending | None]) -> None:
     while (job := jobs.get()) is not None:
-        function, future = job
-        if not future.set_running_or_notify_cancel():
-            continue
-        _settle(future, function)
+        job.perform()
 
 
 def _settle(future: Future[_T], function: Callable[[], _T]) -> None:
+    if not future.set_running_or_notify_cancel():
+        return
     try:
         future.set_result(function())
     except BaseException as error:  # noqa: BLE001  (handed to the caller, whatever it is)

@@ -1,12 +1,12 @@
 from __future__ import annotations
 
-import concurrent.futures
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from rigrunner.api.calling import ThreadCaller
+from rigrunner.api.calling import ThreadCaller, _Pending
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 
 
@@ -87,11 +87,53 @@ def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
     """Between two of them a signal is heard, also where it breaks no wait off."""
     waits = []
 
-    def waiting(futures, timeout):
-        waits.append(timeout)
-        return concurrent.futures.wait(futures, timeout)
+    def waiting(pending, within_s=0.0):
+        waits.append(within_s)
+        return is_over(pending, within_s)
 
-    monkeypatch.setattr("rigrunner.api.calling.wait", waiting)
+    is_over = _Pending.is_over
+    monkeypatch.setattr(_Pending, "is_over", waiting)
     assert caller.call("ask", lambda: time.sleep(0.1) or 42, 5) == 42
-    assert len(waits) >= 3 if caller._slice_s else waits == []
-    assert all(each <= 0.02 for each in waits)
+    if caller._slice_s is None:
+        assert waits == [5]
+    else:
+        assert len(waits) >= 3
+        assert all(each <= 0.02 for each in waits)
+
+
+def test_a_call_that_is_begun_gives_its_outcome_later_and_holds_up_the_next(caller):
+    release, order = threading.Event(), []
+    begun = caller.start("stream", lambda: release.wait(5) and order.append("begun"))
+    assert not begun.done()
+    release.set()
+    caller.call("read", lambda: order.append("next"), 5)
+    assert order == ["begun", "next"]
+    assert begun.result(5) is None
+
+
+def test_a_call_that_is_begun_and_taken_back_is_not_made(caller):
+    release, made = threading.Event(), []
+    caller.start("stream", lambda: release.wait(5))
+    begun = caller.start("read", lambda: made.append("read"))
+    assert begun.cancel()
+    release.set()
+    caller.call("read", lambda: made.append("next"), 5)
+    assert made == ["next"]
+
+
+def test_two_may_wait_for_one_call(caller):
+    release = threading.Event()
+    pending = caller._send(release.wait)
+    with ThreadPoolExecutor(2) as pool:
+        waiting = [pool.submit(pending.is_over, 5.0) for _ in range(2)]
+        time.sleep(0.02)
+        release.set()
+        assert [each.result(1.0) for each in waiting] == [True, True]
+    assert pending.result() is True
+
+
+def test_a_call_may_have_no_time_left(caller):
+    release = threading.Event()
+    with pytest.raises(DeviceTimeoutError):
+        caller.call("read", release.wait, -0.1)
+    release.set()
