@@ -64,7 +64,7 @@ MICRO = 1e6
 AS_LONG = 20
 """Times the lines of csv, so that a turn of the floor takes as long as one of ours: what else the
 machine does then meets both alike."""
-LIMIT = "170 calls: four events are made, encoded, summed and written (decision 16)"
+LIMIT = "150 calls: four events are made, encoded, summed and written (decision 16)"
 PEERS = {
     "pymeasure": "PyMeasure: worker, csv",
     "openhtf_dimensioned": "OpenHTF: a dimensioned measurement",
@@ -237,9 +237,9 @@ def work() -> list[Work]:
     inline, threaded = each_point(), each_point(blocking=True)
     synced = each_point(sync="each_measurement")
     return [
-        Work("calls of functions for a point", inline["calls"], 350),
-        Work("calls for a point, through a thread", threaded["calls"], 470),
-        Work("writes for a point", inline["write"], 12),
+        Work("calls of functions for a point", inline["calls"], 200),
+        Work("calls for a point, through a thread", threaded["calls"], 260),
+        Work("writes for a point", inline["write"], 6.5),
         Work("bytes of journal for a point, its plan among them", inline["bytes"], 5400),
         Work("syncs of the disk for a point", inline["fsync"], 0.1),
         Work("syncs for a point, each value at once", synced["fsync"], 1.1),
