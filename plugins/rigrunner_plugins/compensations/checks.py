@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
+from rigrunner.signal.repeatability import effective_number
 from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
@@ -21,6 +23,20 @@ SLOPE_EFFECT = 0.02
 WEIGHT_FLOOR = 0.003
 """Of the mean torque; or slow points, which scatter less than the method errs, decide alone."""
 
+CLEARLY = 0.001
+"""Chance that independent cycles are taken for correlated ones, one point at a time."""
+MATTERS = 1 / 3
+"""Of a torque's u: cycles that scatter by less cannot make it too small, however correlated."""
+
+INDEPENDENT = Limit(
+    name="independent cycles",
+    good="every mean is of as many as 5 cycles that are independent of each other",
+    advice="let speed, load and temperature settle, and record longer: what changes as slowly as "
+    "this shows no mean, and its uncertainty is too small",
+    unit="1",
+    lower=5.0,
+    decisive=True,
+)
 SYMMETRY = Limit(
     name="symmetry of the strokes",
     good="each stroke within 5 % of the mean of both",
@@ -71,7 +87,31 @@ INERTIA = Limit(
     unit="1",
     upper=1.0,
 )
-LIMITS = (SYMMETRY, POSITIVE, DRIVE_LINE, DELAY, COUPLING, SAMPLING, INERTIA)
+LIMITS = (INDEPENDENT, SYMMETRY, POSITIVE, DRIVE_LINE, DELAY, COUPLING, SAMPLING, INERTIA)
+
+
+def independent(
+    points: Sequence[CompensatedPoint], scattered_nm: Sequence[Iterable[Array]]
+) -> Check:
+    """Check that cycles which follow each other are more than a few independent ones.
+
+    `scattered_nm` has for each point what every cycle of each of its runs moves the torque by, in
+    the order of the cycles, shapes (cycles,). The uncertainty of a mean of correlated cycles is
+    known only as well as their correlation is, and too few show too little of it.
+    """
+    return INDEPENDENT.check(
+        (number, f"{point.frequency_hz:.4g} Hz: {number:.1f} of {len(moved)} cycles")
+        for point, runs in zip(points, scattered_nm, strict=True)
+        for moved in runs
+        if (number := _independent(moved, point.torque.u)) < inf
+    )
+
+
+def _independent(moved_nm: Array, u_nm: float) -> float:
+    """Return the effective number of cycles; infinite where their scatter does not matter."""
+    if moved_nm.std() < MATTERS * u_nm:
+        return inf
+    return effective_number(moved_nm, CLEARLY)
 
 
 def symmetry(points: Sequence[CompensatedPoint], asymmetry: Sequence[float]) -> Check:

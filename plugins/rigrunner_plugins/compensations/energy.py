@@ -16,7 +16,7 @@ from rigrunner.api.uncertainty import Effect
 from rigrunner.signal.averaging import leave_one_out_means, robust_mean
 from rigrunner.signal.inputs import limited, model_of, scattered
 from rigrunner.signal.propagation import compensated_point
-from rigrunner.signal.repeatability import jackknife_error
+from rigrunner.signal.repeatability import influences, jackknife_error
 from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner_plugins.compensations import checks
@@ -26,6 +26,7 @@ from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, ru
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint, Sweep, SwingPoint
+    from rigrunner.api.data import Array
     from rigrunner_plugins.compensations.settings import EnergySettings
     from rigrunner_plugins.compensations.swing import Swing
 
@@ -48,8 +49,13 @@ class Energy:
         matched = pairs(sweep, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
         points = tuple(self._point(sweep, ratio, *pair) for pair in matched)
-        found = checks.positive(points, [point.torque.value for point in points])
-        return Compensation(MEASURAND, points, checks=(found,), notes=NOTES)
+        swing = make_swing(ratio, sweep.loaded[0].torque_nm.shape[-1])
+        scattered_nm = [[influences(_without_each(swing, run)) for run in pair] for pair in matched]
+        found = (
+            checks.independent(points, scattered_nm),
+            checks.positive(points, [point.torque.value for point in points]),
+        )
+        return Compensation(MEASURAND, points, checks=found, notes=NOTES)
 
     def _point(
         self, sweep: Sweep, ratio: float, loaded: SwingPoint, no_load: SwingPoint
@@ -86,5 +92,9 @@ class Energy:
 
 
 def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Effect:
-    values = running_torque(swing, leave_one_out_means(point.torque_nm, point.kept))
-    return scattered(name, *jackknife_error(values))
+    return scattered(name, *jackknife_error(_without_each(swing, point)))
+
+
+def _without_each(swing: Swing, point: SwingPoint) -> Array:
+    """Return the running torque without each of the kept cycles, shape (cycles,)."""
+    return running_torque(swing, leave_one_out_means(point.torque_nm, point.kept))

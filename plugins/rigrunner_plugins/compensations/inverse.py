@@ -19,6 +19,7 @@ from rigrunner.api.analysis import Compensation, Trace
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.signal.propagation import compensated_point
+from rigrunner.signal.repeatability import influences
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
@@ -31,7 +32,7 @@ from rigrunner_plugins.compensations.rig_errors import RigErrors
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
     from rigrunner.api.data import Array
@@ -55,6 +56,8 @@ class _Diagnosis:
     """Half of what the strokes differ by, over their mean."""
     running_nm: float
     """The mean torque under way."""
+    scattered_nm: tuple[Array, ...]
+    """What each cycle of a run moves the torque by, shapes (cycles,); of runs, not of models."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,8 @@ class Inverse(ABC):
             cycles_used=int(kept_cycles(loaded).sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
-        return point, _Diagnosis(asymmetry, float(running_torque(swing, found.bearing_nm)))
+        running = float(running_torque(swing, found.bearing_nm))
+        return point, _Diagnosis(asymmetry, running, tuple(_scattered(found)))
 
 
 def _low_pass(instrument: TorqueInstrument) -> LowPass:
@@ -148,6 +152,13 @@ def _low_pass(instrument: TorqueInstrument) -> LowPass:
             "low_pass: {type: butterworth, order: 2, corner: 1 kHz}",
         )
     return instrument.low_pass
+
+
+def _scattered(found: Evaluated) -> Iterator[Array]:
+    runs = (found.pair.loaded, found.pair.no_load)
+    for run, without_nm in zip(runs, found.without_each_nm, strict=True):
+        if run.of_cycles:
+            yield influences(found.where.torque(without_nm))
 
 
 def _trace(loaded: SwingPoint, found: Evaluated) -> Trace:
@@ -179,6 +190,7 @@ def _checks(
     own = [combine(part for part in p.components if not part.common)[0] for p in points]
     recordings = (*sweep.loaded, *sweep.no_load)
     return (
+        checks.independent(points, [each.scattered_nm for each in diagnosed]),
         checks.positive(points, [each.running_nm for each in diagnosed]),
         checks.understood(rig.misfit),
         checks.symmetry(points, [each.asymmetry for each in diagnosed]),

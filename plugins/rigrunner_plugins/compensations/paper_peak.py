@@ -19,9 +19,14 @@ from rigrunner.signal.inputs import model_of
 from rigrunner.signal.peaks import mean_peak, peak_points, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.limits import load
 from rigrunner_plugins.compensations.paper_equation import published_curve
-from rigrunner_plugins.compensations.peak_budget import frequency_effect, notes_on
+from rigrunner_plugins.compensations.peak_budget import (
+    frequency_effect,
+    notes_on,
+    scattered_peaks,
+)
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint, Curve, PeakPoint, Sweep
@@ -48,9 +53,11 @@ class PaperPeak:
         """Return torque per set-point; raise DataError without a no-load run or out of range."""
         curve = self._curve(sweep)
         notes = notes_on((*sweep.loaded, *sweep.no_load) if self._refit else sweep.loaded)
+        points = tuple(self._point(point, curve, sweep) for point in sweep.loaded)
         return Compensation(
             measurand=MEASURAND,
-            points=tuple(self._point(point, curve, sweep) for point in sweep.loaded),
+            points=points,
+            checks=(checks.independent(points, [scattered_peaks(p) for p in sweep.loaded]),),
             curve=curve,
             notes=notes if self._refit else (*notes, OTHER_RIG),
         )

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.api.analysis import PeakPoint
-    from rigrunner.api.data import Estimate
+    from rigrunner.api.data import Array, Estimate
 
 SAME_PHASE = (
     "Assumes that the loaded and the no-load peak fall at the same phase of the swing. They do "
@@ -39,6 +39,12 @@ def frequency_effect(name: str, slope_nm_per_hz: float, frequency_hz: Estimate) 
         "Hz",
     )
     return Effect(known, -slope_nm_per_hz)
+
+
+def scattered_peaks(*points: PeakPoint) -> list[Array]:
+    """Return what each kept cycle's peak moves the mean peak of its point by, shapes (cycles,)."""
+    kept = (point.peak_nm[point.peak_kept] for point in points if point.cycles > 1)
+    return [values - values.mean() for values in kept]
 
 
 def notes_on(points: Iterable[PeakPoint]) -> tuple[str, ...]:

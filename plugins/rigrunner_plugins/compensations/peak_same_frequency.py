@@ -16,9 +16,14 @@ from rigrunner.signal.inputs import model_of
 from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.limits import load
 from rigrunner_plugins.compensations.matching import peak_pairs
-from rigrunner_plugins.compensations.peak_budget import frequency_effect, notes_on
+from rigrunner_plugins.compensations.peak_budget import (
+    frequency_effect,
+    notes_on,
+    scattered_peaks,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,7 +49,12 @@ class PeakSameFrequency:
         """Return the difference per set-point; DataError for one without no-load partner."""
         matched = peak_pairs(sweep, self.settings.frequency_match)
         points = tuple(_point(sweep, *pair) for pair in matched)
-        return Compensation(MEASURAND, points, notes=notes_on((*sweep.loaded, *sweep.no_load)))
+        return Compensation(
+            MEASURAND,
+            points,
+            checks=(checks.independent(points, [scattered_peaks(*pair) for pair in matched]),),
+            notes=notes_on((*sweep.loaded, *sweep.no_load)),
+        )
 
 
 def _point(sweep: Sweep, loaded: PeakPoint, no_load: PeakPoint) -> CompensatedPoint:

@@ -51,20 +51,31 @@ def jackknife_error(replicates: Array, *, in_a_row: bool = True) -> tuple[float,
     of the values (Efron and Stein, Ann. Statist. 9(3), 1981). What does not follow each other in
     time is taken to be independent.
     """
-    n, moved = len(replicates), (1 - len(replicates)) * (replicates - replicates.mean())
+    n, moved = len(replicates), influences(replicates)
     return standard_error(moved) if in_a_row else (float(moved.std(ddof=1)) / sqrt(n), n - 1.0)
 
 
-def effective_number(values: Array) -> float:
-    """Return how many independent values tell as much of the mean as these (n,); n at most."""
-    n, phi = len(values), autocorrelation(values)
+def influences(replicates: Array) -> Array:
+    """Return what each cycle moves a statistic by, shape (n,), from its leave-one-out values.
+
+    Their mean is 0; of a mean of values they are the values less it.
+    """
+    return np.asarray((1 - len(replicates)) * (replicates - replicates.mean()))
+
+
+def effective_number(values: Array, chance: float = CHANCE) -> float:
+    """Return how many independent values tell as much of the mean as these (n,); n at most.
+
+    `chance` is that of independent values to be taken for fewer.
+    """
+    n, phi = len(values), autocorrelation(values, chance)
     if phi == 0:
         return float(n)
     inflation = (1 + phi) / (1 - phi) - 2 * phi * (1 - phi**n) / (n * (1 - phi) ** 2)
     return max(n / inflation, 1.5)
 
 
-def autocorrelation(values: Array) -> float:
+def autocorrelation(values: Array, chance: float = CHANCE) -> float:
     """Return phi, from one value to the next; 0 unless it is positive and more than chance.
 
     The lag-one coefficient r of a short series is too small by (1 + 4 phi)/n (Marriott and Pope,
@@ -75,6 +86,6 @@ def autocorrelation(values: Array) -> float:
     if n < LEAST or total == 0:
         return 0.0
     r = float(deviation[1:] @ deviation[:-1]) / total
-    if r + 1 / n < float(ndtri(1 - CHANCE)) / sqrt(n):
+    if r + 1 / n < float(ndtri(1 - chance)) / sqrt(n):
         return 0.0
     return float(np.clip((n * r + 1) / (n - 4), 0.0, GREATEST))

@@ -50,6 +50,19 @@ def test_of_independent_cycles_nothing_is_padded():
     assert np.sqrt(np.mean(u[:, 0] ** 2) / np.mean(u[:, 1] ** 2)) < 1.1
 
 
+@pytest.mark.parametrize(("phi", "at_least"), [(0.99, 0.8), (0.999, 0.8)])
+def test_cycles_that_hardly_change_are_told_to_be_few(phi, at_least):
+    """Then u is too small by a half and more, as a known process shows; chance 0.001."""
+    few = np.mean([effective_number(series(phi, 30, seed), 0.001) < 5 for seed in range(300)])
+    assert few > at_least
+
+
+@pytest.mark.parametrize("n", [8, 10, 20, 30])
+def test_independent_cycles_are_hardly_ever_told_to_be_few(n):
+    few = sum(effective_number(series(0.0, n, seed), 0.001) < 5 for seed in range(4000))
+    assert few <= 8  # 0.2 %: twice what is expected, and none of 30
+
+
 def test_effective_number_of_a_long_series():
     """Zhang 2006: n (1 - phi)/(1 + phi) for large n."""
     assert effective_number(series(0.5, 20000, 1)) == pytest.approx(20000 / 3, rel=0.05)

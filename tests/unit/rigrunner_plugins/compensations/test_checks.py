@@ -4,6 +4,7 @@ import pytest
 from rigrunner.api.analysis import CompensatedPoint
 from rigrunner.api.data import Estimate
 from rigrunner_plugins.compensations.checks import (
+    independent,
     positive,
     same_inertia,
     simultaneous,
@@ -85,3 +86,23 @@ def test_without_a_resonance_in_the_station_the_coupling_is_not_judged():
 @pytest.mark.parametrize(("delay_s", "ok"), [(1e-4, True), (-1.6e-4, False), (2e-4, False)])
 def test_torque_and_angle_of_the_same_instant(delay_s, ok):
     assert simultaneous(delay_s).ok is ok
+
+
+def walk(seed, step_nm):
+    """Return 30 cycles, each near the one before it: what shows no mean."""
+    return step_nm * np.cumsum(np.random.default_rng(seed).standard_normal(30))
+
+
+@pytest.mark.parametrize(("step_nm", "ok"), [(0.01, False), (1e-4, True)])
+def test_cycles_that_wander_show_no_mean_where_it_matters(step_nm, ok):
+    """Against u = 5 mN·m; a random walk of 0.1 mN·m a cycle can do no harm."""
+    noise = 0.01 * np.random.default_rng(3).standard_normal((8, 30))
+    scattered = [[row, row[::-1]] for row in noise]
+    assert independent(points([0.7] * 8), scattered).ok
+    scattered[2] = [noise[2], walk(5, step_nm)]
+    found = independent(points([0.7] * 8), scattered)
+    assert (found.ok, found.decisive) == (ok, True)
+    if not ok:
+        assert found.text.startswith("10 Hz: ")
+        assert found.text.endswith(" of 30 cycles")
+        assert found.value < 5
