@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
+from rigrunner.analysis.one_setup import setup_check, unloaded_check
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,6 +39,9 @@ def diagnose(
     if found.no_load_run is not None:
         yield from run_checks(found.no_load_run, no_load, "no-load run: ")
         yield zero_drift_check(found.run, found.no_load_run)
+        yield setup_check(found.run, found.no_load_run)
+    if no_load:
+        yield unloaded_check(loaded, no_load)
     if primary is None or not primary.points:
         return
     torques = {point.set_frequency_hz: point.torque.value for point in primary.points}

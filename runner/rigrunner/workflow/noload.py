@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.one_setup import setup_differences
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.results import REPLAYED
 from rigrunner.plan.actions import Record
 from rigrunner.procedure.analysis_spec import LATEST
@@ -100,6 +102,8 @@ def _formal_objections(info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun) -> It
     age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
     if age > limit:
         yield f"it is {_days(age)} old, but at most {_days(limit)} is allowed"
+    if age < -limit:
+        yield f"it was made {_days(-age)} after this run, by their clocks: is one of them wrong?"
 
 
 def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
@@ -111,6 +115,9 @@ def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Itera
         theirs, ours = pairs[what]
         if theirs != ours:
             yield f"its {what} is '{theirs}', but '{ours}' is needed"
+    ours_by_channel = torque_instruments(loaded.station.instruments)
+    transducers = torque_instruments(station.instruments).values()
+    yield from setup_differences(station.rig, transducers, loaded.station.rig, ours_by_channel)
 
 
 def _missing_frequencies(path: Path, loaded: LoadedRun) -> Iterator[str]:

@@ -30,6 +30,17 @@ def test_the_latest_fitting_no_load_run_is_taken(finished):
     [
         ((), [("mandrel: M-01", "mandrel: M-02")], "its mandrel is 'M-01', but 'M-02' is needed"),
         ((), [("id: simulated", "id: rig-7")], "its station is 'simulated', but 'rig-7'"),
+        (
+            (),
+            [("serial: SIM-TQ-01", "serial: SIM-TQ-02")],
+            "its torque transducer is 'SIM-TQ-01', but 'SIM-TQ-02' is needed",
+        ),
+        (
+            (),
+            [("corner: 1 kHz", "corner: 300 Hz")],
+            "its low-pass filter is 'butterworth 2, 1000 Hz', but 'butterworth 2, 300 Hz'",
+        ),
+        ((), [("eccentric: 2 mm", "eccentric: 3 mm")], "its eccentric is 2 mm, but 3 mm is needed"),
         ([(FEW_FREQUENCIES, "[8 Hz, 12 Hz]")], (), "it has no recording at 12 Hz"),
         ([("procedure: SSPB-NLI", "procedure: SSPB-XYZ")], (), "a completed run of SSPB-XYZ"),
     ],
@@ -45,6 +56,11 @@ def test_a_mismatch_is_refused_before_the_run_with_what_is_needed(
 def test_an_old_no_load_run_is_refused(loaded_run):
     with pytest.raises(DataError, match=r"it is 31 d old, but at most 30 d is allowed"):
         loaded_run(clock=SimulatedClock(START + timedelta(days=31)))
+
+
+def test_a_no_load_run_from_far_in_the_future_is_refused(loaded_run):
+    with pytest.raises(DataError, match=r"it was made 31 d after this run, by their clocks"):
+        loaded_run(clock=SimulatedClock(START - timedelta(days=31)))
 
 
 def test_a_named_run_that_does_not_fit_is_refused_with_its_reason(loaded_run, finished):

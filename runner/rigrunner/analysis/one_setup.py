@@ -1,0 +1,91 @@
+"""Whether two runs can be taken from each other: one transducer and filter, one swing, no load.
+
+What the difference of a loaded and a no-load run is worth rests on this. A gain that both share
+scales their difference; two gains leave their own difference times the torque of the whole rig,
+which is several times that of the bearing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.checks import Limit, skipped
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from rigrunner.api.analysis import Check, PeakPoint
+    from rigrunner.api.data import RunData
+    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+
+ONE_SETUP = Limit(
+    name="one set-up",
+    good="both runs are of one transducer, as it was calibrated once, one filter and one swing",
+    advice="repeat the no-load run on the rig as it is now",
+    unit="1",
+    upper=0.0,
+    decisive=True,
+)
+UNLOADED = Limit(
+    name="load of the no-load run",
+    good="at most 1 % of the load was there in the no-load run",
+    advice="take the load off, or its zero: friction under this load is taken for the rig's own",
+    unit="%",
+    upper=1.0,
+    decisive=True,
+)
+LIMITS = (ONE_SETUP, UNLOADED)
+
+
+def setup_differences(
+    rig: RigDescription,
+    transducers: Iterable[TorqueInstrument],
+    needed_rig: RigDescription,
+    needed: Mapping[str, TorqueInstrument],
+) -> Iterator[str]:
+    """Yield in words what of a no-load run's set-up is not as the loaded run needs it.
+
+    Transducers by channel; one that only one of the runs has is not compared.
+    """
+    for each in transducers:
+        if each.channel in needed:
+            yield from _of_transducer(each, needed[each.channel])
+    for what in ("eccentric", "centre_distance"):
+        theirs, ours = (f"{1000 * getattr(one, what):.6g} mm" for one in (rig, needed_rig))
+        if theirs != ours:
+            yield f"its {what.replace('_', ' ')} is {theirs}, but {ours} is needed"
+
+
+def setup_check(run: RunData, no_load: RunData) -> Check:
+    """Check that the no-load run was made with the transducer, filter and swing of the run."""
+    theirs = no_load.instruments.values()
+    differences = setup_differences(no_load.rig, theirs, run.rig, run.instruments)
+    found = [(1.0, f"of the no-load run, {words}") for words in differences]
+    return ONE_SETUP.check(found or [(0.0, "")])
+
+
+def unloaded_check(loaded: Iterable[PeakPoint], no_load: Iterable[PeakPoint]) -> Check:
+    """Check that next to nothing of the load was read while the no-load run was recorded."""
+    least = min((point.load_n for point in loaded), default=0.0)
+    if least <= 0:
+        return skipped(UNLOADED.name, "the run has no load")
+    return UNLOADED.check(
+        (100 * abs(point.load_n) / least, f"{point.recording} was made under {point.load_n:.4g} N")
+        for point in no_load
+    )
+
+
+def _of_transducer(theirs: TorqueInstrument, ours: TorqueInstrument) -> Iterator[str]:
+    for what, their, our in (
+        ("torque transducer", theirs.serial, ours.serial),
+        ("transducer's certificate", theirs.certificate, ours.certificate),
+        ("full scale", f"{theirs.full_scale:g} N·m", f"{ours.full_scale:g} N·m"),
+        ("low-pass filter", _filter(theirs), _filter(ours)),
+    ):
+        if their != our:
+            yield f"its {what} is '{their}', but '{our}' is needed"
+
+
+def _filter(instrument: TorqueInstrument) -> str:
+    known = instrument.low_pass
+    return "none" if known is None else f"{known.type} {known.order}, {known.corner:g} Hz"
