@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from rigrunner.analysis.checks import LIMITS
+from rigrunner.analysis.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.study.breaks import BREAKS, REFUSED
 from rigrunner.study.diagnostics_rigs import CYCLES, FREQUENCIES_HZ, POPULATIONS
 from rigrunner.study.diagnostics_table import (
@@ -19,7 +20,7 @@ from rigrunner.study.diagnostics_table import (
 from rigrunner.study.share import Share
 from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
 
-ALL = (*LIMITS, *METHOD_LIMITS)
+ALL = (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)
 PAGE = Path(__file__).parents[2] / "docs/reference/diagnostics.md"
 
 

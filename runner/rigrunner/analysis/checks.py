@@ -10,9 +10,10 @@ import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.motion_checks import SEEN, motion_check, seen_frequency_hz
-from rigrunner.api.analysis import Check, MotionSource, SwingPoint
+from rigrunner.api.analysis import Check, MotionSource, StartPoint, SwingPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
+from rigrunner.signal.held import longest_held
 from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Recording, RunData, Samples
 
 EQUAL_AT_RAIL = 3
+SHORT = 2.0
+"""Equal samples in a row that are usual anywhere: noise falls on the same step of a converter."""
 ENTERED_FREQUENCY = Limit(
     name="entered frequency",
     good="what was measured agrees with the entered frequency within 0.5 %",
@@ -50,6 +53,13 @@ CLIPPING = Limit(
     unit="1",
     upper=EQUAL_AT_RAIL - 1,
     decisive=True,
+)
+STUCK = Limit(
+    name="stuck torque",
+    good="the torque never keeps its value for longer than three times as long as is usual",
+    advice="the amplifier, converter or line hangs now and then: look at the samples there",
+    unit="1",
+    upper=3.0,
 )
 RANGE = Limit(
     name="range",
@@ -114,6 +124,7 @@ LIMITS = (
     STROKE,
     STEADY,
     CLIPPING,
+    STUCK,
     RANGE,
     SPIKES,
     CYCLES,
@@ -137,6 +148,9 @@ def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") ->
     clipped = CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
     # A converter's coarse zero while a bearing rests before its start is no lost peak.
     yield replace(clipped, decisive=clipped.decisive and bool(swings))
+    yield STUCK.check(
+        (_stuck(each, run) for each in several if not isinstance(each, StartPoint)), prefix
+    )
     yield RANGE.check((_used(each, run) for each in run.recordings), prefix)
     yield SPIKES.check(map(_spiky, points), prefix)
     yield CYCLES.check(map(_cycles, several), prefix)
@@ -217,6 +231,20 @@ def _longest_run(torque: Samples, extreme: float) -> int:
         longest = max(longest, going_on + int(other[0]), int(np.diff(other, prepend=-1).max()) - 1)
         going_on = len(part) - 1 - int(other[-1])
     return max(longest, going_on)
+
+
+def _stuck(point: PeakPoint, run: RunData) -> tuple[float, str]:
+    """Return the longest run of equal samples over what is usual in a cycle of the recording.
+
+    A coarse converter, or a logger that repeats its samples, does so in every cycle. What is usual
+    is held to a quarter of a cycle: a torque that swings keeps no value for a whole one.
+    """
+    recording = next(each for each in run.recordings if each.name == point.recording)
+    torque = recording.channels[torque_channel(recording, run.instruments)]
+    held = longest_held(torque, point.cycles)
+    usual = min(max(float(np.median(held)), SHORT), len(torque) / point.cycles / (STUCK.upper + 1))
+    words = f"{point.recording} keeps one value for {held.max()} samples, {usual:.0f} are usual"
+    return float(held.max()) / usual, words
 
 
 def _used(recording: Recording, run: RunData) -> tuple[float, str]:

@@ -42,6 +42,7 @@ def test_a_good_recording_passes_them_all():
         "stroke",
         "steady speed",
         "clipping",
+        "stuck torque",
         "range",
         "spikes",
         "cycles",
@@ -95,6 +96,38 @@ def test_two_equal_samples_are_no_clipping():
         return torque
 
     assert checks(with_torque(recording(PEAKS), two_equal))["clipping"].ok
+
+
+def held_from(begin, count):
+    def change(torque):
+        torque[begin : begin + count] = torque[begin]
+        return torque
+
+    return change
+
+
+@pytest.mark.parametrize(("count", "ok"), [(6, True), (7, False), (200, False), (800, False)])
+def test_a_torque_that_hangs_for_a_while(count, ok):
+    """2 are usual anywhere, three times as many are allowed; a cycle has 200 samples."""
+    check = checks(with_torque(recording(PEAKS), held_from(700, count)))["stuck torque"]
+    assert check.ok is ok
+    assert ok or check.text == f"10Hz keeps one value for {count} samples, 2 are usual"
+
+
+def test_a_torque_that_hangs_throughout_is_stuck_too():
+    check = checks(
+        with_torque(recording(PEAKS), lambda t: np.where(np.arange(len(t)) > 30, 0.5, t))
+    )
+    assert not check["stuck torque"].ok
+
+
+def test_what_hangs_in_every_cycle_is_the_converter():
+    """Steps of 0.2 N·m are kept near each extreme of 2 N·m; a slow logger gives samples twice."""
+    coarse = with_torque(recording(PEAKS), lambda torque: np.round(torque / 0.2) * 0.2)
+    assert checks(coarse)["stuck torque"].ok
+    slow = with_torque(recording(PEAKS), lambda torque: np.repeat(torque[::10], 10)[: len(torque)])
+    assert checks(slow)["stuck torque"].ok
+    assert not checks(with_torque(slow, held_from(700, 40)))["stuck torque"].ok
 
 
 def test_near_full_scale():

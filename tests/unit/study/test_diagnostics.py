@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rigrunner.analysis.checks import LIMITS
+from rigrunner.analysis.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner.api.errors import AbortedError
 from rigrunner.jobs import InProcess, Processes
 from rigrunner.study.bench import NATURAL, nested
@@ -21,7 +22,7 @@ from rigrunner.study.share import Share
 from rigrunner_plugins.compensations.checks import LIMITS as METHOD_LIMITS
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
-NAMES = {limit.name for limit in (*LIMITS, *METHOD_LIMITS)}
+NAMES = {limit.name for limit in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)}
 FAULTS = {fault.name: fault for fault in BREAKS}
 
 
