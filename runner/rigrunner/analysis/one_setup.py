@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, PeakPoint
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import RigDescription, TorqueInstrument
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.rig import RigDescription
 
 ONE_SETUP = Limit(
     name="one set-up",
