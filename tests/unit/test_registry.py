@@ -75,6 +75,7 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         ("import no_such_module_at_all", "ModuleNotFoundError"),
         ("raise SystemError('boom')", "boom"),
         ("raise SystemExit('bye')", "SystemExit: bye"),
+        ("import asyncio\nraise asyncio.CancelledError", "CancelledError"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fit(): return []", "unknown hook 'rigrunner_fit'"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return [1]", "not a plugin record"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): pass", "rigrunner_fits returned None, needed is"),
@@ -102,6 +103,7 @@ def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, s
     (disabled,) = registry.disabled
     assert disabled.provider.name == name
     assert reason in disabled.reason
+    assert "pluggy" not in disabled.reason
 
 
 class Pressed(FakeTester):

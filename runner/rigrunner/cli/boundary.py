@@ -40,7 +40,7 @@ def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
     except (KeyboardInterrupt, click.Abort):
         message("Interrupted.")
         return ExitCode.INTERRUPTED
-    except Exception as error:  # noqa: BLE001  (whatever else is raised is a bug, and shown as one)
+    except BaseException as error:  # noqa: BLE001  (a bug; also the exit that a plugin asks for)
         show_bug(error)
         return ExitCode.BUG
 
@@ -96,7 +96,7 @@ def _show_usage_error(error: click.ClickException) -> None:
         message(f"  hint: '{context.command_path} --help' shows what it takes")
 
 
-def show_bug(error: Exception) -> None:
+def show_bug(error: BaseException) -> None:
     """Print what nobody foresaw, with its traceback, on stderr."""
     message("".join(traceback.format_exception(error)).rstrip())
     from rigrunner.registry import culprit  # noqa: PLC0415  (of use for a bug alone)

@@ -93,7 +93,9 @@ def _loaded(sources: Iterable[_Source]) -> Registry:
     for source in sources:
         try:
             plugins += _plugins(source.provider, _module(source))
-        except (Exception, SystemExit) as error:  # noqa: BLE001  (a stranger's may raise anything)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001  (a stranger's may raise anything)
             disabled.append(DisabledPlugin(source.provider, _reason(error)))
     return Registry(plugins, disabled)
 
@@ -124,7 +126,8 @@ def _reason(error: BaseException) -> str:
 
 def _is_ours(file: str) -> bool:
     """Say whether a frame is of what imports a plugin, and not of the plugin."""
-    return file.startswith("<frozen ") or Path(file).is_relative_to(Path(__file__).parent)
+    ours = (Path(__file__).parent, Path(pluggy.__file__).parent)
+    return file.startswith("<frozen ") or any(map(Path(file).is_relative_to, ours))
 
 
 def _plugins(provider: Provider, module: object) -> list[Plugin]:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from asyncio import CancelledError
+
 import click
 import pytest
 
@@ -124,3 +126,10 @@ def test_a_bug_in_a_plugin_names_its_file_and_line(capsys, tmp_path):
     *_, last = capsys.readouterr().err.splitlines()
     place = f"{tmp_path / 'press.py'}:4"
     assert last == f"error: this is a bug in the plugin {place}, or in what that calls"
+
+
+@pytest.mark.parametrize("error", [SystemExit(0), CancelledError(), GeneratorExit()])
+def test_an_exit_that_a_plugin_asks_for_is_a_bug_not_a_success(error, capsys):
+    """As one that a compensation raises in the middle of an analysis."""
+    assert run_command(raising(error), []) == ExitCode.BUG
+    assert type(error).__name__ in capsys.readouterr().err
