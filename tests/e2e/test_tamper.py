@@ -129,6 +129,40 @@ def test_a_page_that_was_changed_and_sealed_anew_does_not_follow_from_its_conten
     assert "(section 'Customer and item') it shows 'Customer Another customer'" in done.out
 
 
+@pytest.mark.parametrize(
+    "picture",
+    [
+        b'<img class="logo" src="x" onerror="document.body.innerHTML = 1">',
+        b'<img class="logo" style="inset:0" src="data:image/png;base64,AAAA" alt="">',
+        b'<img class="logo" src="data:image/png;base64,AAAA" alt="Passed">',
+    ],
+)
+def test_a_picture_that_is_not_the_logo_of_issue_is_told(copies, picture):
+    """Whatever it is, it could hide the page, or show another one."""
+    page = copies.with_suffix(".html")
+    resealed(page, b"<h1", picture + b"\n<h1")
+    done = call("verify", page)
+    assert done.code == 1
+    assert f"{page.name} made again from its content" in done.out
+
+
+def test_another_figure_is_to_be_compared_by_eye(copies):
+    page = copies.with_suffix(".html")
+    assert "by eye" not in call("verify", page).out
+    resealed(
+        page, b'<img src="data:image/svg+xml;base64,', b'<img src="data:image/svg+xml;base64,AAAA'
+    )
+    assert "compare the two by eye" in call("verify", page).out
+
+
+def test_a_member_that_is_there_twice_is_told(copies):
+    """Of the two some programs read the first, and this one the last."""
+    resealed(copies, b"{\n", b'{\n "number": "C-2026-9999",\n')
+    done = call("verify", copies)
+    assert done.code == 1
+    assert "'number' is there twice" in done.out
+
+
 def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copies):
     content = json.loads(copies.read_text(encoding="utf-8"))
     printed = content["results"]["headline"]["printed"]

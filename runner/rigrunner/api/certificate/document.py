@@ -71,7 +71,10 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
     Raises DataError that names the first field that is wrong.
     """
     try:
-        return Certificate.model_validate_json(text)
+        found = Certificate.model_validate_json(text)
+        json.loads(text, object_pairs_hook=_once)
+    except _TwiceError as error:  # of two members of one name some programs read the first
+        raise DataError(f"{name} is no certificate: '{error}' is there twice") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(step) for step in first["loc"])
@@ -81,3 +84,14 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
             f"{name} is no certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
             hint="needed is the JSON file that 'rigrunner certify' wrote",
         ) from error
+    return found
+
+
+class _TwiceError(Exception):
+    """Two members of an object have one name."""
+
+
+def _once(members: list[tuple[str, object]]) -> None:
+    names = [name for name, _ in members]
+    if len(set(names)) < len(names):
+        raise _TwiceError(next(name for name in names if names.count(name) > 1)[:60])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
+from base64 import b64decode
 from difflib import SequenceMatcher
+from html import unescape
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.hooks import CertificateFormatRecord
-from rigrunner.api.letterhead import CertificateInput, Letterhead
+from rigrunner.api.letterhead import CertificateInput, Letterhead, Logo
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import unsealed
@@ -16,7 +19,7 @@ from rigrunner.workflow.provenance import software
 from rigrunner.workflow.verifying.run import versions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
     from pathlib import Path
 
     from rigrunner.api.certificate import Certificate
@@ -26,7 +29,10 @@ if TYPE_CHECKING:
 KIND = "certificate_format"
 _OWN_WORDS = ("templates/", "texts/", "style.css")
 """Files of a letterhead without which a page cannot be made again."""
-_LOGO = re.compile(rb'<img class="logo"[^<>]*>')
+_LOGO = re.compile(
+    rb'^<img class="logo" src="data:([a-z/+]+);base64,([A-Za-z0-9+/=]*)" alt="([^"<>]*)">$',
+    re.MULTILINE,
+)
 _FIGURE = re.compile(rb'(?<=<img src=")data:image/svg\+xml;base64,[^"]*')
 """Of the drawing alone: the words that tell it to who cannot see it stay, and are compared."""
 _LONGEST = 90
@@ -42,8 +48,9 @@ def check_pages(
 ) -> None:
     """Make the page at a path again from its content, and compare the two.
 
-    With the laboratory's letterhead byte by byte; without it HTML line by line, but for logo and
-    figure. What keeps a page from being made again is told, and is no difference.
+    With the laboratory's letterhead byte by byte; without it HTML line by line, but for the figure,
+    and with the logo that the page shows if it is the one of the letterhead, by its digest. What
+    keeps a page from being made again is told, and is no difference.
     """
     what = f"{page.name} made again from its content"
     if letterhead is None and page.suffix != ".html":
@@ -52,15 +59,19 @@ def check_pages(
             " checked (--letterhead DIR makes them again)"
         )
         return
+    shown = unsealed(page.read_bytes(), page.suffix)
     try:
-        known = _letterhead(certificate, letterhead)
+        known = _letterhead(certificate, letterhead, shown)
         made = _make(page.suffix, registry, CertificateInput(certificate, known))
     except RigrunnerError as error:
         found.information.append(f"{page.name} was not made again: {error}")
         return
-    shown = unsealed(page.read_bytes(), page.suffix)
     whole = letterhead is not None
     differs = list(_differences(shown, made, page.suffix, whole=whole))
+    if not whole and _FIGURE.findall(shown) != _FIGURE.findall(made):
+        found.information.append(
+            f"the figure in {page.name} is not drawn as it would be here: compare the two by eye"
+        )
     other = list(versions(certificate.evidence.issued_with, software(registry), "was issued"))
     if differs and other:
         found.information.append(f"{what}: it differs, but so do versions ({'; '.join(other)})")
@@ -68,7 +79,7 @@ def check_pages(
         found.take(what, differs)
 
 
-def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
+def _letterhead(certificate: Certificate, folder: Path | None, shown: bytes) -> Letterhead:
     files, language = certificate.appearance.files, certificate.appearance.language
     if folder is not None:
         found = read_letterhead(folder, language)
@@ -86,7 +97,25 @@ def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
         raise RigrunnerError(
             f"the laboratory has its own {', '.join(own)}", hint="name its folder with --letterhead"
         )
-    return Letterhead(laboratory=certificate.laboratory, language=language, prefix="")
+    logo = _logo_of(shown, files.values())
+    return Letterhead(laboratory=certificate.laboratory, language=language, prefix="", logo=logo)
+
+
+def _logo_of(page: bytes, digests: Collection[str]) -> Logo | None:
+    """Return the logo that a page shows; None for a picture that is none of the letterhead's files.
+
+    Then the page differs from one without: any other picture could hide what stands on the page.
+    """
+    found = _LOGO.search(page)
+    if found is None:
+        return None
+    kind, packed, text = (each.decode("utf-8", "replace") for each in found.groups())
+    try:
+        content = b64decode(packed, validate=True)
+    except ValueError:
+        return None
+    known = hashlib.sha256(content).hexdigest() in digests
+    return Logo(content, kind, unescape(text)) if known else None
 
 
 def _make(suffix: str, registry: Registry, given: CertificateInput) -> bytes:
@@ -120,11 +149,12 @@ def _different_lines(shown: bytes, made: bytes, *, whole: bool) -> Iterator[str]
 
 
 def _lines(page: bytes, *, whole: bool) -> list[bytes]:
-    """Return the lines of a page; without the logo and the figure where these cannot be known."""
-    kept = page if whole else _FIGURE.sub(b"", _LOGO.sub(b"", page))
+    """Return the lines of a page; without the figure where that cannot be known."""
+    kept = page if whole else _FIGURE.sub(b"", page)
     return [line for line in kept.splitlines() if line.strip()]
 
 
 def _words(markup: bytes) -> str:
-    text = " ".join(re.sub(rb"<[^<>]*>", b" ", markup).decode(errors="replace").split())
+    words = re.sub(rb"<[^<>]*>", b" ", markup).split() or markup.split()
+    text = b" ".join(words).decode(errors="replace")
     return f"'{text[:_LONGEST]}{'…' if len(text) > _LONGEST else ''}'"
