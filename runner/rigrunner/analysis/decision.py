@@ -85,7 +85,8 @@ def _decided(
     limits, found = Limits.of(limit), judged.compensated
     problem = _objection(limit, evidence) or judged.problem
     verdict, reason = _verdict(limits, rule, found, problem)
-    known = found is not None and _uncertainty_is_known(found)
+    known = found if found is not None and _uncertainty_is_known(found) else None
+    sure = None if problem else known
     return LimitDecision(
         of=of,
         verdict=verdict,
@@ -95,14 +96,12 @@ def _decided(
         lower_nm=limits.lower,
         upper_nm=limits.upper,
         result=found,
-        guard_band_nm=rule.guard(found) if found and known else nan,
-        stated_risk=rule.false_accept_risk(limits, found) if found and known else nan,
-        false_reject_risk=rule.false_reject_risk(limits, found) if found and known else nan,
-        probability_of_conformity=(
-            probability(limits, found) if found and known and not problem else nan
-        ),
+        guard_band_nm=rule.guard(known) if known else nan,
+        stated_risk=rule.false_accept_risk(limits, known) if known else nan,
+        false_reject_risk=rule.false_reject_risk(limits, known) if known else nan,
+        probability_of_conformity=probability(limits, sure) if sure else nan,
         uncompensated=_verdict(limits, rule, judged.raw, "")[0],
-        marginal=bool(found and known and not problem and rule.is_marginal(limits, found)),
+        marginal=bool(sure and rule.is_marginal(limits, sure)),
         measurand=limit.measurand.kind,
         load_n=limit.measurand.load,
     )

@@ -56,6 +56,8 @@ def test_a_missing_uncertainty_decides_nothing(u, rule):
     assert decision.reason == "The uncertainty of the result is not known."
     assert isnan(decision.probability_of_conformity)
     assert isnan(decision.stated_risk)
+    assert isnan(decision.false_reject_risk)
+    assert isnan(decision.guard_band_nm)
 
 
 def test_what_forbids_to_decide_is_the_reason():
