@@ -76,8 +76,8 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
     known = {**source.stored.header.inputs, **source.result.run.people}
     order = complete(request.order, request.given, known)
     _refuse_late_receipt(source, order)
-    _refuse_early_issue(source, now)
-    if not restrictions:
+    if not restrictions:  # a simulator's time runs ahead of the clock, and its specimens are many
+        _refuse_early_issue(source, now)
         _refuse_second(source, letterhead, request.letterhead)
 
     def content(number: str) -> Certificate:
