@@ -145,6 +145,21 @@ def translated(tmp_path_factory):
             "stopped at the panel: stop button, before the run began",
             "am Bildschirm angehalten: STOPP-Taste, bevor die Prüfung begann",
         ),
+        ("load was raised from 900 N to 1000 N", "load: erhöht von 900 N auf 1000 N"),
+        (
+            "main: number 2 was removed: {settle: {cycles: 5}}",
+            "main: Nummer 2 ist entfallen: {settle: {cycles: 5}}",
+        ),
+        (
+            (
+                "at 5 Hz: 0.7261 and 0.7272 N·m: +0.0011 N·m, within their combined U of 0.0120 N·m"
+                " (E_n = 0.09)"
+            ),
+            (
+                "bei 5 Hz: 0.7261 und 0.7272 N·m: +0.0011 N·m, innerhalb ihres gemeinsamen U von"
+                " 0.0120 N·m (E_n = 0.09)"
+            ),
+        ),
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),
         ("", ""),

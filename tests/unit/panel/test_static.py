@@ -34,6 +34,13 @@ def test_both_languages_say_the_same_with_the_same_values():
         assert german[key].strip(), key
 
 
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_what_puts_a_question_away_is_not_called_as_what_aborts_a_run(language):
+    texts = words(language)
+    others = {text for key, text in texts.items() if key != "dialog.cancel"}
+    assert texts["dialog.cancel"] not in others
+
+
 def test_no_word_is_unused_and_none_is_missing():
     code = "\n".join(each.read_text(encoding="utf-8") for each in MODULES)
     known = set(words("en"))

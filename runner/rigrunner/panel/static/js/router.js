@@ -2,6 +2,7 @@
 
 import { go } from "./address.js";
 import { fill } from "./dom.js";
+import { dismissDialog } from "./parts/dialogs.js";
 import { choosePage } from "./pages/choose.js";
 import { comparePage } from "./pages/compare.js";
 import { historyPage } from "./pages/history.js";
@@ -29,6 +30,7 @@ export function startRouter(host) {
 
   function open() {
     const [name = "", ...words] = location.hash.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
+    dismissDialog();
     present?.leave?.();
     present = (PAGES[name] ?? choosePage)(...words);
     document.title = `${present.title} - Rigrunner`;

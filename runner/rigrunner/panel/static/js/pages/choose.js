@@ -80,7 +80,7 @@ function list(path, kind, chosen, changed) {
         chosen[kind] = each.name;
         changed();
       } });
-    const facts = [each.id, said(each.note), each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
+    const facts = [each.id, each.shipped ? t("choose.shipped") : "", said(each.note), each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
     const marks = [each.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
     return h("label", { class: "item", for: id }, input,
       h("span", { class: "item-text" }, h("strong", {}, each.title || each.name), h("span", { class: "soft" }, facts.filter(Boolean).join(" · ")),

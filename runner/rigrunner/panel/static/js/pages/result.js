@@ -68,7 +68,7 @@ function facts(found) {
     h("dl", { class: "facts" }, rows,
       h("dt", {}, t("result.run")), h("dd", {}, found.item.run),
       h("dt", {}, t("result.sealed")), h("dd", {}, found.sealed ? t("yes") : t("no")),
-      found.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, found.approval.state)] : null));
+      found.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, t(`result.state.${found.approval.state}`))] : null));
 }
 
 function points(found) {

@@ -4,10 +4,16 @@ import { button, h } from "../dom.js";
 import { t } from "../texts.js";
 
 let host = null;
+let dismiss = () => {};
 
 export function dialogHost() {
   host = h("div", { class: "dialogs" });
   return host;
+}
+
+// Puts away what is asked, as when the page is left that it was asked on.
+export function dismissDialog() {
+  dismiss();
 }
 
 // Shows a form; resolves with what `read` gives, or null where it was put away.
@@ -16,6 +22,7 @@ function ask(title, fields, { confirm, read, kind = "primary", check = () => tru
   return new Promise((resolve) => {
     const end = (answer) => {
       box.remove();
+      dismiss = () => {};
       before?.focus?.();
       resolve(answer);
     };
@@ -34,6 +41,8 @@ function ask(title, fields, { confirm, read, kind = "primary", check = () => tru
         end(null);
       }
     });
+    dismiss();
+    dismiss = () => end(null);
     host.replaceChildren(box);
     (form.querySelector("input, textarea, select") ?? accept).focus();
   });

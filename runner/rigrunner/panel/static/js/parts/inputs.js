@@ -5,6 +5,7 @@ import { post } from "../client.js";
 import { h, setText } from "../dom.js";
 import { said, t } from "../texts.js";
 
+const LONGEST = 80;
 const TYPING_MS = 200;
 
 export function inputForm(procedure, inputs, given, keep) {
@@ -66,7 +67,7 @@ function field(procedure, input, value, changed) {
       answer = { ok: false, message: error.message, hint: error.hint };
     }
     if (mine !== asked) return;
-    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: answer.value }) : [answer.message, answer.hint].filter(Boolean).map(said).join(" · "), answer.ok);
+    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: short(answer.value) }) : [answer.message, answer.hint].filter(Boolean).map(said).join(" · "), answer.ok);
   }
 
   function state(kind, text, ok = false) {
@@ -79,4 +80,8 @@ function field(procedure, input, value, changed) {
 
   if (value) look();
   return { element: row, control, name: input.name, value: () => control.value, good: () => good };
+}
+
+function short(text) {
+  return text.length > LONGEST ? `${text.slice(0, LONGEST)}…` : text;
 }

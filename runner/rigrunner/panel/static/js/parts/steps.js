@@ -19,6 +19,7 @@ export function stepList() {
   const list = h("ol", { class: "steps", tabindex: "0", "aria-label": t("steps.title") });
   let rows = [];
   let shown = null;
+  let seen = null;
 
   function build(plan) {
     shown = plan;
@@ -40,8 +41,17 @@ export function stepList() {
       setText(each.sign, SIGNS[state]);
       if (state === "r") {
         each.row.setAttribute("aria-current", "step");
-        list.scrollTop = each.row.offsetTop - list.clientHeight / 3;
       } else each.row.removeAttribute("aria-current");
+    });
+    const present = rows.find((each) => each.state === "r") ?? rows.find((each) => each.state === ".");
+    if (present && present.row !== seen) reveal(present.row);
+  }
+
+  // A list that is not on the page yet cannot be scrolled: the next frame finds it there.
+  function reveal(row) {
+    seen = row;
+    requestAnimationFrame(() => {
+      list.scrollTop = row.offsetTop - list.clientHeight / 3;
     });
   }
 
