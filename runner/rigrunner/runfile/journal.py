@@ -126,7 +126,10 @@ def read_records(path: Path, after: int | None = None) -> Iterator[Record]:
     with path.open("rb") as file:
         magic = file.read(len(MAGIC))
         if magic != MAGIC[: len(magic)]:
-            raise DataError(f"{path} is not a journal of this version of Rigrunner")
+            raise DataError(
+                f"{path} is not a journal of this version of Rigrunner",
+                hint="keep the folder, and take its journal from a copy or a backup",
+            )
         size = path.stat().st_size
         end = file.seek(after or len(magic))
         while record := _next(file, end, size):

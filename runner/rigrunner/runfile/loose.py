@@ -115,11 +115,21 @@ def read_journal(files: RunFolder) -> Journal:
     if not headers:
         raise DataError(
             f"{files.path} is not a run: its journal ends before the run's header",
-            hint="nothing was recorded: remove the folder, and run the procedure anew",
+            hint=_without_header(files),
         )
     lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     return Journal(_with_answers(headers[0], events), tuple(events), truth, notes, end or 0)
+
+
+def _without_header(files: RunFolder) -> str:
+    """Return what to do with a run of which nobody can tell any more what it was."""
+    kept = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
+    if any(each.stat().st_size for each in kept):
+        return (
+            "samples were recorded: keep the folder, and take its journal from a copy or a backup"
+        )
+    return "nothing was recorded: remove the folder, and run the procedure anew"
 
 
 def unfolded(files: RunFolder) -> list[SampleJournal]:

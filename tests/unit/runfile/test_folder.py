@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from helpers_runfile import START
 from rigrunner.api.errors import DataError
-from rigrunner.runfile import create_run_folder
-from rigrunner.runfile.folder import safe_name
+from rigrunner.runfile import create_run_folder, read
+from rigrunner.runfile.folder import RunFolder, safe_name
 
 
 def test_folder_is_named_by_time_procedure_and_specimen(tmp_path):
@@ -54,3 +54,23 @@ def test_folder_that_cannot_be_made_is_told(tmp_path):
     (tmp_path / "runs").write_text("a file is in the way")
     with pytest.raises(DataError, match=r"cannot write .*runs.*the disk full"):
         create_run_folder(tmp_path / "runs", START, "P")
+
+
+@pytest.mark.parametrize(
+    ("kept", "hint"),
+    [
+        ("recordings/000001.h5", "samples were recorded: keep the folder"),
+        ("journal/000001.samples", "samples were recorded: keep the folder"),
+        ("run.log", "nothing was recorded: remove the folder"),
+    ],
+)
+def test_a_run_that_lost_its_header_is_thrown_away_only_where_it_holds_no_samples(
+    tmp_path, kept, hint
+):
+    for name in ("journal", "recordings"):
+        (tmp_path / name).mkdir()
+    RunFolder(tmp_path).events.write_bytes(b"")
+    (tmp_path / kept).write_bytes(b"samples")
+    with pytest.raises(DataError, match="ends before the run's header") as caught:
+        read(tmp_path)
+    assert hint in caught.value.hint
