@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -42,6 +43,22 @@ def found_in(path):
 def test_records_come_back(journal):
     assert found_in(journal) == RECORDS
     assert unread_bytes(journal, [one.end for one in read_records(journal)][-1]) == 0
+
+
+def test_what_comes_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
+    """As docs/reference/durability.md promises."""
+    now_s, synced_s = [0.0], []
+    monkeypatch.setattr("rigrunner.runfile.journal.monotonic", lambda: now_s[0])
+    monkeypatch.setattr("os.fsync", lambda _: synced_s.append(now_s[0]))
+    writer = JournalWriter(tmp_path / "a.journal")
+    for tenth in range(50):
+        now_s[0] = tenth / 10
+        writer.append(Kind.BLOCK, b"x")
+        writer.sync_sometimes()
+    writer.close()
+    gaps_s = [after - before for before, after in pairwise([0.0, *synced_s, 4.9])]
+    assert max(gaps_s) <= 1.1 + 1e-9  # a second, and a block
+    assert len(synced_s) <= 5
 
 
 def test_every_prefix_gives_all_records_that_are_whole(journal):
