@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from threading import Event
 from typing import TYPE_CHECKING
@@ -183,9 +183,14 @@ def _is_stale(found: FoundRun, known: Mapping[str, Known]) -> bool:
 
 
 def _facts(done: Done[FoundRun, RunFacts]) -> RunFacts:
-    """Return what a worker read, or that it could not."""
+    """Return what a worker read, or that it died over it: then it is looked at again next time.
+
+    It may have died of something else, such as memory that others took.
+    """
     read = done.answer.value
-    return RunFacts(done.item, {"problem": storable(done.problem)}) if read is None else read
+    if read is not None:
+        return read
+    return RunFacts(replace(done.item, files=()), {"problem": storable(done.problem)})
 
 
 def _batches(every: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:

@@ -181,6 +181,9 @@ def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_r
     (done,) = index(archive, [runs], workers=Dying())
     assert done.unreadable == (("deadly", "the process was ended by SIGSEGV"),)
     assert [each["problem"] for each in found(archive)] == ["the process was ended by SIGSEGV", ""]
+    (again,) = index(archive, [runs])
+    assert (again.new, again.changed, again.unreadable) == (0, 1, ()), "it may have been killed"
+    assert [each["problem"] for each in found(archive)] == ["", ""]
 
 
 def test_processes_read_the_same_as_this_one(archive, runs):
