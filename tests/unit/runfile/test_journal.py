@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import struct
 import tracemalloc
+import zlib
 from itertools import pairwise
 
 import pytest
@@ -59,6 +61,18 @@ def test_what_comes_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
     gaps_s = [after - before for before, after in pairwise([0.0, *synced_s, 4.9])]
     assert max(gaps_s) <= 1.1 + 1e-9  # a second, and a block
     assert len(synced_s) <= 5
+
+
+def test_a_journal_of_an_earlier_version_is_read(tmp_path):
+    """Its bytes: length, kind 1 to 4, CRC-32 over both and the payload, payload."""
+    old = tmp_path / "old.journal"
+    whole = b"RIGJ\x01\r\n\x00"
+    for number, (_, payload) in enumerate(RECORDS, 1):
+        crc = zlib.crc32(payload, zlib.crc32(struct.pack("<IBI", len(payload), number, 0)))
+        whole += struct.pack("<IBI", len(payload), number, crc) + payload
+    old.write_bytes(whole)
+    kinds = (Kind.HEADER, Kind.EVENT, Kind.TRUTH, Kind.BLOCK)
+    assert found_in(old) == tuple(zip(kinds, [each[1] for each in RECORDS], strict=True))
 
 
 def test_every_prefix_gives_all_records_that_are_whole(journal):
