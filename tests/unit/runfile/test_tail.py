@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import closing
+
 import numpy as np
 
 from helpers_runfile import TWO, emitter_of, end_recording, header_of, send_samples, start_recording
@@ -83,3 +85,11 @@ def test_records_that_are_being_written_are_not_skipped(tmp_path):
         left = [record.payload[0] for record in read_records(path, end)]
         assert left == list(range(10))[10 - len(left) :]
         assert len(left) >= (len(whole) - max(size, 8)) / 109
+
+
+def test_the_last_record_is_skipped_too_once_it_is_whole(tmp_path):
+    path = tmp_path / "a.journal"
+    with closing(JournalWriter(path)) as writer:
+        for payload in (b"one", b"three"):
+            writer.append(Kind.BLOCK, payload)
+    assert skip_records(path, None, 0) == path.stat().st_size
