@@ -52,7 +52,7 @@ CASES = [
     ("full_scale: 10 N·m", "full_scale: 10 N·m\n    due: 2026-02-30", "2026-02-30",
      "instruments[0].due", "'2026-02-30' is not a date; write it as 2026-01-31", ""),
     ("gain: 0.3 %", "gain: 0.003", "0.003", "instruments[0].accuracy.gain",
-     "0.003 is not a number with a unit", "write it as '0.003 1'"),
+     "0.003 is not a number with a unit", "write it as '0.003 %' or '0.003 1'"),
     ("order: 2", "order: 9", "9,", "instruments[0].low_pass.order",
      "got 9, allowed is 8 or less", ""),
     ("butterworth", "bessel", "bessel", "instruments[0].low_pass.type",
