@@ -186,3 +186,9 @@ def test_a_marginal_verdict_is_marked():
     acceptance = accept(limit(), rule="simple", marginal="0.02 N·m")
     assert decide(acceptance, evidence(0.94)).marginal
     assert not decide(acceptance, evidence(0.90)).marginal
+
+
+@pytest.mark.parametrize(("value", "verdict"), [(0.95, Verdict.PASS), (0.950001, Verdict.FAIL)])
+def test_a_value_at_its_limit_is_within_it(value, verdict):
+    """A tolerance interval has its ends (JCGM 106, 3.3.5)."""
+    assert decide(accept(limit(), rule="simple"), evidence(value)).verdict is verdict
