@@ -20,6 +20,7 @@ from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
+from rigrunner.rig.role import MovingCall
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import plan_run
@@ -232,7 +233,11 @@ def run_with_fault(
 
     armed: list[str] = []
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
-    with stop_on_signals() as stop, patch.object(calling, "_Pending", pending_of(faults.hanging)):
+    with (
+        stop_on_signals() as stop,
+        patch.object(calling, "_Pending", pending_of(faults.hanging)),
+        patch.object(MovingCall, "wait", lambda *_: None),  # it never comes back
+    ):
         listeners = [stop, arm]
         if runs is None:
             events = _events(faulty, answers, stop, listeners)

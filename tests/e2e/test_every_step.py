@@ -21,6 +21,8 @@ FAULTS = {
     "interrupt": "aborted",
 }
 STANDSTILL = {"tester.frequency": 0.0, "tester.load": 0.0}
+LATE = "'{}' was given up and has not come back: it may still move the drive"
+MOVING = ("set frequency", "set load")
 ORDER = ["tester.frequency", "tester.load", "tester"]
 
 
@@ -38,12 +40,13 @@ def of(events, kind):
     return [one for one in events if isinstance(one, kind)]
 
 
-def assert_safe_on_record(events, times=1) -> None:
+def assert_safe_on_record(events, times=1, may_hang=()) -> None:
     (ended,) = of(events, RunEnded)
     assert ended.read_back == STANDSTILL
     made = of(events, MadeSafe)
     assert [one.what for one in made] == ORDER * times
-    assert all(one.problems == () for one in made)
+    problems = {problem for one in made for problem in one.problems}
+    assert problems <= {LATE.format(call) for call in may_hang}
     assert made[-1].read_back == STANDSTILL
 
 
@@ -62,7 +65,7 @@ def test_at_every_step_the_rig_ends_safe(planned, fault):
     steps, ends = planned.plan.steps, Counter()
     for index, step in enumerate(steps):
         events = run_with_fault(planned, index, fault)
-        assert_safe_on_record(events)
+        assert_safe_on_record(events, may_hang=MOVING if fault == "hang" else ())
         assert_torn_down(events, planned.plan)
         if step.phase is Phase.TEARDOWN:
             continue
