@@ -77,7 +77,7 @@ def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
     told = no_load_model(others, rig).template(15.0)
     recorded = mean_swing(there, len(told.torque_nm))
     assert np.abs(recorded.torque_nm).max() > 1.5
-    np.testing.assert_allclose(told.torque_nm, recorded.torque_nm, atol=0.1)
+    np.testing.assert_allclose(told.torque_nm, recorded.torque_nm, atol=0.04)
 
 
 def test_refuses_too_few_frequencies():
