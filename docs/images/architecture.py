@@ -32,7 +32,7 @@ ASIDE = {
     "panel": 0.16, "testing": 0.36, "notebook": 0.91, "study": 0.405, "golden": 0.585,
     "monitoring": 0.765, "archive": 0.74,
     "tape": 0.19, "engine": 0.24, "procedure": 0.3, "station": 0.13, "interlock": 0.13,
-    "signal": 0.5, "blas": 0.8,
+    "signal": 0.38, "ending": 0.56, "blas": 0.74, "printable": 0.917,
 }  # fmt: skip
 """How far to the right a box stands that would hide lines in the middle; others share a floor."""
 INK, LINE, FILL, FLOOR, GUEST = "#1f2933", "#7b8794", "#ffffff", "#f0f4f8", "#fff7e6"

@@ -6,6 +6,7 @@ import ast
 import re
 import runpy
 import tomllib
+from itertools import pairwise
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -131,6 +132,15 @@ def test_the_drawing_has_a_box_for_each_package():
     root = ET.fromstring(made["drawing"]())  # noqa: S314  (made just now)
     texts = {text.text for text in root.iter("{http://www.w3.org/2000/svg}text")}
     assert set(made["packages"]()) <= texts
+
+
+def test_no_box_hides_another():
+    made_of_rows = made["_places"](made["floors"]())
+    rows = {}
+    for left, top, width in made_of_rows.values():
+        rows.setdefault(top, []).append((left, left + width))
+    for row in map(sorted, rows.values()):
+        assert all(end < begin for (_, end), (begin, _) in pairwise(row))
 
 
 def test_a_page_without_the_mark_is_refused():
