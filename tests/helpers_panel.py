@@ -18,6 +18,8 @@ from websockets.sync.client import connect
 
 PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"
 PATIENCE_S = 40.0
+INPUTS = {"specimen": "SN-1", "type": "GE20", "lot": "L-7", "operator": "Ann"}
+"""All that the shipped starting torque asks."""
 
 
 class Server:

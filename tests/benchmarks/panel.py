@@ -22,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from helpers_panel import Screen, ready, rig_process, served
+from helpers_panel import INPUTS, Screen, ready, rig_process, served
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import RunStarted, StepEnded, StepStarted
 from rigrunner.clock import SimulatedClock
@@ -51,8 +51,7 @@ def lab(folder):
 def started(screen):
     """Start the loaded run and answer its prompt."""
     pair = ready(screen, LOADED)
-    inputs = {"specimen": "SN-1", "operator": "Ann"}
-    screen.post("run/start", 202, **pair, inputs=inputs)
+    screen.post("run/start", 202, **pair, inputs=INPUTS)
     screen.answer()
 
 

@@ -16,7 +16,7 @@ import h5py
 
 from benchmarks import fast_tester
 from benchmarks.frame import Figure, Spread, at_most
-from helpers_panel import Screen, ps, ready, served
+from helpers_panel import INPUTS, Screen, ps, ready, served
 from helpers_workflow import ALL_FREQUENCIES, edited, run
 from rigrunner.clock import WallClock
 from rigrunner.workflow.locate import find_procedure, shipped_folder
@@ -57,7 +57,7 @@ def figures(lab: Path, seconds: int) -> list[Figure]:
     with served(lab, runs) as server:
         screen = Screen(server, "client-bench-1")
         pair = ready(screen, "starting_torque_1000n.yaml")
-        screen.post("run/start", 202, **pair, inputs={"specimen": "SN-1", "operator": "Ann"})
+        screen.post("run/start", 202, **pair, inputs=INPUTS)
         screen.answer()
         looks = list(watch(screen, server.process.pid))
         finished = screen.until(lambda state: state["phase"] == "finished", PATIENCE_S)["finished"]

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from helpers_panel import Screen, process_is_gone, ready, rig_process, served
+from helpers_panel import INPUTS, Screen, process_is_gone, ready, rig_process, served
 from helpers_terminal import Terminal
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded
@@ -56,8 +56,7 @@ def screen(server):
 
 def start(screen, *, realtime=True, **more):
     pair = ready(screen, LOADED)
-    inputs = {"specimen": "SN-1", "type": "GE20", "lot": "L-7", "operator": "Ann"}
-    screen.post("run/start", 202, **pair, inputs=inputs, realtime=realtime, operator="Ann", **more)
+    screen.post("run/start", 202, **pair, inputs=INPUTS, realtime=realtime, operator="Ann", **more)
 
 
 def stored(lab, state):
