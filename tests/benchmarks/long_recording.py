@@ -7,8 +7,8 @@ own, start-up and imports included: the time of its processor, and the most memo
 leaves it. What each further sample takes from one size to the next is put against the same of the
 sizes before: 1 is linear.
 
-    python -m tests.benchmarks long_recording        up to an hour, 1.08 x 10^9 samples
-    python tests/benchmarks/long_recording.py HOURS  any length
+Up to an hour, 1.08 x 10^9 samples, here; `python tests/benchmarks/long_recording.py HOURS` takes
+any length.
 """
 
 from __future__ import annotations
