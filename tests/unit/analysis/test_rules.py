@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from math import inf, isnan
+from math import inf, isnan, nextafter
 
 import pytest
 
@@ -9,6 +9,7 @@ from rigrunner.analysis.rules import DecisionRule
 from rigrunner.api.data import Estimate
 from rigrunner.api.results import Verdict
 from rigrunner.procedure import Acceptance
+from rigrunner.signal.coverage import expanded
 
 UPPER = Limits.between(None, 0.95)
 BAND = Limits.between(0.2, 0.95)
@@ -61,6 +62,45 @@ def test_a_binary_guard_band_fails_what_it_does_not_pass(name, share):
 )
 def test_non_binary(value, expected):
     assert verdict(value, "non_binary") is expected
+
+
+FROM_ZERO = Limits.between(0.0, None)
+"""The margin of a value is the value itself, so that it is on an edge to the last bit."""
+
+
+@pytest.mark.parametrize(
+    ("name", "edge", "at_it", "beyond"),
+    [
+        ("simple", 0.0, Verdict.PASS, Verdict.FAIL),
+        ("guard_band_u", 1.0, Verdict.PASS, Verdict.FAIL),
+        ("guard_band_fraction", 0.5, Verdict.PASS, Verdict.FAIL),
+        ("non_binary", 1.0, Verdict.PASS, Verdict.CONDITIONAL_PASS),
+        ("non_binary", 0.0, Verdict.CONDITIONAL_PASS, Verdict.CONDITIONAL_FAIL),
+        ("non_binary", -1.0, Verdict.CONDITIONAL_FAIL, Verdict.FAIL),
+    ],
+)
+def test_exactly_at_an_edge_the_better_verdict_holds(name, edge, at_it, beyond):
+    """Tolerance and acceptance limits belong to their intervals (JCGM 106, 3.3.5 and 3.3.9, notes).
+
+    The guard band outside the tolerance limit has its end too (ILAC-G8:09/2019, 4.2.3: TL to
+    TL + w).
+    """
+    value = edge * expanded(Estimate(0.0, 0.05))
+    assert verdict(value, name, limits=FROM_ZERO) is at_it
+    assert verdict(nextafter(value, -inf), name, limits=FROM_ZERO) is beyond
+
+
+@pytest.mark.parametrize("name", ["guard_band_u", "guard_band_fraction", "non_binary"])
+def test_limits_of_exactly_two_guard_bands_leave_one_value_that_passes(name):
+    found = rule(name)
+    guard = found.guard(Estimate(1.0, 0.05))
+    middle, both = Estimate(guard, 0.05), Limits.between(0.0, 2 * guard)
+    assert found.verdict(both, middle)[0] is Verdict.PASS
+    assert not isnan(found.false_accept_risk(both, middle))
+    narrower = Limits.between(0.0, nextafter(2 * guard, 0.0))
+    worse = Verdict.INCONCLUSIVE if found.is_binary else Verdict.CONDITIONAL_PASS
+    assert found.verdict(narrower, middle)[0] is worse
+    assert isnan(found.false_accept_risk(narrower, middle))
 
 
 def test_few_degrees_of_freedom_widen_the_guard_band():
