@@ -9,7 +9,7 @@ from rigrunner.analysis.document import document
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.cli.boundary import show_bug, show_error
-from rigrunner.cli.output import message, result, result_json
+from rigrunner.cli.output import message, result, result_json, unsafe_rig
 from rigrunner.cli.summary import identity, summary
 from rigrunner.cli.table import pairs
 
@@ -39,6 +39,8 @@ def _tell_error(finished: FinishedRun) -> None:
         show_bug(error)
     if error is not None:
         message(f"The run was {_ending(finished)}.")
+    if finished.unsafe:
+        message(unsafe_rig(finished.unsafe))
     if not finished.sealed:
         name = _called(finished.folder)
         message(

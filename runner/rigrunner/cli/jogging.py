@@ -10,7 +10,7 @@ from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageE
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.cli.boundary import show_error
 from rigrunner.cli.keyboard import line_may_be_read
-from rigrunner.cli.output import message, prompt, result
+from rigrunner.cli.output import message, prompt, result, unsafe_rig
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -61,7 +61,7 @@ def converse(jog: Jog, stop: SignalStop) -> None:
 def _left(jog: Jog) -> str:
     """Say how an error has left the rig."""
     if jog.unsafe:
-        return f"THE RIG IS NOT SAFE: {jog.unsafe}. Stop it by its own switch."
+        return unsafe_rig(jog.unsafe)
     return "The rig was made safe."
 
 

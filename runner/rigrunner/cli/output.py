@@ -69,6 +69,11 @@ def message(text: str) -> None:
     _tell(text)
 
 
+def unsafe_rig(problems: str) -> str:
+    """Return what is said of a rig that could not be made safe."""
+    return f"THE RIG IS NOT SAFE: {problems}. Stop it by its own switch."
+
+
 def prompt(question: str) -> None:
     """Print a question on stderr and leave the cursor behind it."""
     _tell(question, end="")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import AbortedError, RigrunnerError
+from rigrunner.api.errors import AbortedError, DeviceError, RigrunnerError
 from rigrunner.api.events import Alarm, Intervention, Outcome
 from rigrunner.engine.pausing import StopNow
 
@@ -32,6 +32,7 @@ class Notes:
         self.first: BaseException | None = None
         """The first error."""
         self._passed_over = list(passed_over)
+        self._unsafe: DeviceError | None = None
 
     @property
     def last(self) -> BaseException | None:
@@ -67,6 +68,11 @@ class Notes:
         self._noted.append(error)
         self.first = self._noted[0]
 
+    def left_unsafe(self, error: DeviceError) -> None:
+        """Let the run end by an error, whatever else ended it: somebody has to go to the rig."""
+        self.keep(error)
+        self._unsafe = error
+
     def is_unkept(self, error: BaseException | None) -> bool:
         """Say whether an error is that the run cannot be kept on record: no step is to blame."""
         return error is not None and error is self._bus.failure
@@ -82,8 +88,12 @@ class Notes:
             return Outcome.COMPLETED, f"passed over: {'; '.join(self._passed_over)}"
         if error is None:
             return Outcome.COMPLETED, ""
+        reason = words(error)
+        if self._unsafe is not None:
+            beside = "" if error is self._unsafe else f"; {words(self._unsafe)}"
+            return Outcome.ERROR, reason + beside
         aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
-        return Outcome.ABORTED if aborted else Outcome.ERROR, words(error)
+        return Outcome.ABORTED if aborted else Outcome.ERROR, reason
 
     def _who(self, error: BaseException) -> str:
         if isinstance(error, KeyboardInterrupt):

@@ -25,6 +25,7 @@ from rigrunner.engine.points import point_at, point_name, settles_before, teardo
 from rigrunner.engine.session import Session
 from rigrunner.engine.tries import do_step
 from rigrunner.plan.actions import Phase
+from rigrunner.rig import unsafe_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -51,9 +52,15 @@ class RunSummary:
     reason: str
     error: BaseException | None
     """The first error; what is no RigrunnerError or KeyboardInterrupt is a bug to be shown."""
-    safe: bool
+    unsafe: str = ""
+    """What speaks against the rig being safe, in words."""
     passed_over: tuple[str, ...] = ()
     """The failures and skips after which the run went on, as procedure or person said."""
+
+    @property
+    def safe(self) -> bool:
+        """Whether the rig was left safe."""
+        return not self.unsafe
 
 
 def run_plan(  # noqa: PLR0917  (the things that a run is made of)
@@ -170,21 +177,16 @@ class Run:
     def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
         """Put on record how the rig was left and how the run ended."""
         self._tell_safe(reports)
-        unsafe = [
-            f"{report.role}: {text}"
-            for report in reports
-            if not report.drive
-            for text in report.problems
-        ]
+        unsafe = unsafe_text(reports)
         if unsafe:
-            self.notes.keep(DeviceError("the rig is not safe: " + "; ".join(unsafe)))
+            self.notes.left_unsafe(DeviceError(f"the rig is not safe: {unsafe}"))
         read_back = {name: value for each in reports for name, value in _read_back(each).items()}
         outcome, reason = self.notes.outcome()
         resumable = self.notes.is_unkept(self.notes.first)
         known = {"reason": reason, "read_back": read_back, "resumable": resumable}
         self.notes.tell(RunEnded, outcome=outcome, **known)
         passed_over = self.notes.passed_over
-        return RunSummary(*self.notes.outcome(), self.notes.first, not unsafe, passed_over)
+        return RunSummary(*self.notes.outcome(), self.notes.first, unsafe, passed_over)
 
     def _begin(self, run_id: str) -> int:
         """Put the start on record, and return the first step."""

@@ -3,6 +3,6 @@
 from rigrunner.api.devices import Patience
 from rigrunner.rig.drives import agrees
 from rigrunner.rig.rig import Rig
-from rigrunner.rig.safe_state import SafetyReport
+from rigrunner.rig.safe_state import SafetyReport, unsafe_text
 
-__all__ = ["Patience", "Rig", "SafetyReport", "agrees"]
+__all__ = ["Patience", "Rig", "SafetyReport", "agrees", "unsafe_text"]

@@ -14,7 +14,7 @@ from rigrunner.rig.drives import agrees, as_number
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.calling import Caller
     from rigrunner.api.devices import Device, DriveInfo
@@ -47,6 +47,12 @@ class SafetyReport:
     def what(self) -> str:
         """The device's role, or 'role.drive'."""
         return f"{self.role}.{self.drive}" if self.drive else self.role
+
+
+def unsafe_text(reports: Iterable[SafetyReport]) -> str:
+    """Return what speaks against each device being safe; '' for a rig that was left safe."""
+    left = [each for each in reports if not each.drive]
+    return "; ".join(f"{each.role}: {text}" for each in left for text in each.problems)
 
 
 def safe_places(order: Sequence[str], devices: Mapping[str, Device]) -> list[tuple[str, str]]:

@@ -45,10 +45,14 @@ class FinishedRun:
     report: Path | None = None
     passed_over: tuple[str, ...] = ()
     """The failures after which the run went on because the procedure says so."""
+    unsafe: str = ""
+    """What speaks against the rig being safe, in words."""
 
     @property
     def exit_code(self) -> ExitCode:
-        """How a command that did this run ends."""
+        """How a command that did this run ends; a rig that is not safe goes before all else."""
+        if self.unsafe:
+            return ExitCode.DEVICE
         if isinstance(self.error, KeyboardInterrupt):
             return ExitCode.INTERRUPTED
         if self.outcome is Outcome.ABORTED and not isinstance(self.error, AbortedError):

@@ -153,7 +153,8 @@ def into_folder(
         if summary.error is not None:
             errors.insert(0, summary.error)
         end = (summary.outcome, summary.reason, summary.passed_over)
-        return finish(planned, writer, end, no_load, errors, progress=progress)
+        finished = finish(planned, writer, end, no_load, errors, progress=progress)
+        return replace(finished, unsafe=summary.unsafe)
 
 
 @contextmanager

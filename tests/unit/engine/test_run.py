@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from helpers_devices import SETUP, FakeTester, Listener, NthCall, plan_of, record, run
-from rigrunner.api.errors import DeviceLostError, UsageError
+from rigrunner.api.errors import AbortedError, DeviceLostError, UsageError
 from rigrunner.api.events import (
     Alarm,
     Answer,
@@ -236,8 +236,9 @@ def test_first_error_is_kept_and_the_others_stand_beside_it():
     listener = Listener()
     plan = plan_of(setup=SETUP[3:])
     summary = run(FakeTester(before=refuse), plan, critical=[listener])
-    assert summary.reason == "tester: no stream"
-    assert not summary.safe
+    unsafe = "tester: make safe failed: no make_safe"
+    assert summary.reason == f"tester: no stream; the rig is not safe: {unsafe}"
+    assert summary.unsafe == unsafe
     assert [(one.source, one.text) for one in listener.of(Alarm)] == [
         ("setup[0]", "tester: no stream"),
         ("teardown[1]", "tester: no set load 0"),
@@ -253,6 +254,23 @@ def test_rig_that_is_not_safe_is_no_success():
     summary = run(FakeTester(before=refuse))
     assert (summary.outcome, summary.safe) == (Outcome.ERROR, False)
     assert summary.reason == "the rig is not safe: tester: make safe failed: cable"
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt(), StopNow(), AbortedError("stop", by="me")])
+def test_a_stop_whose_rig_is_not_safe_is_an_error(ending):
+    def refuse(call: str) -> None:
+        if call == "stream":
+            raise ending
+        if call == "make_safe":
+            raise DeviceLostError("cable")
+
+    listener = Listener()
+    summary = run(FakeTester(before=refuse), critical=[listener])
+    (ended,) = listener.of(RunEnded)
+    assert (summary.outcome, summary.error) == (Outcome.ERROR, ending)
+    assert ended.outcome is Outcome.ERROR
+    assert ended.reason == summary.reason
+    assert summary.reason.endswith("; the rig is not safe: tester: make safe failed: cable")
 
 
 def count_events() -> int:

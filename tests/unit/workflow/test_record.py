@@ -6,8 +6,9 @@ import pytest
 from helpers_workflow import quick_procedure, run, station_file
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, ExitCode
+from rigrunner.api.errors import AbortedError, DeviceLostError, DeviceNotFoundError, ExitCode
 from rigrunner.api.events import Outcome, StepStarted
+from rigrunner.cli.finishing import tell_finished
 from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
@@ -97,6 +98,26 @@ def test_a_stopped_run_is_sealed_as_aborted_with_what_was_complete(tmp_path):
     assert stored.info.sealed
     assert len(stored.recordings) == 2
     assert not (finished.folder / "result.json").exists()
+
+
+def test_a_stopped_run_whose_rig_is_not_safe_ends_as_a_failed_device(tmp_path, capsys):
+    stop = threading.Event()
+    lost = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [{kind: lost, on: make safe}]}"
+    plain = "plugin: swing_tester_sim\n    settings: {seed: 1}"
+    station = station_file(tmp_path, (plain, f"plugin: fault\n    settings: {lost}"))
+    finished = run(
+        quick_procedure(tmp_path, "no_load_inertia_sweep"),
+        tmp_path / "runs",
+        station=station,
+        listeners=[lambda event: stop.set() if isinstance(event, StepStarted) else None],
+        stop=stop,
+    )
+    assert isinstance(finished.error, AbortedError)
+    assert finished.outcome is Outcome.ERROR
+    assert finished.exit_code is ExitCode.DEVICE
+    assert "; the rig is not safe: tester: make safe failed: " in read(finished.folder).info.reason
+    tell_finished(finished)
+    assert "THE RIG IS NOT SAFE: tester: make safe failed: " in capsys.readouterr().err
 
 
 def test_a_zero_out_of_limits_ends_the_run_before_anything_moves(tmp_path):

@@ -88,7 +88,7 @@ def finished_view(finished: FinishedRun) -> Finished:
         verdict="" if result is None or result.decision is None else str(result.decision.verdict),
         headline=None if result is None else _value(result.headline),
         measurand="" if result is None else result.measurand,
-        error="" if error is None else str(error),
+        error="" if error is None else finished.reason if finished.unsafe else str(error),
         hint=getattr(error, "hint", ""),
         sealed=finished.sealed,
         passed_over=finished.passed_over,

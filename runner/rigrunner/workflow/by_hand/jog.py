@@ -25,6 +25,7 @@ from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.session import Session
 from rigrunner.engine.steps import perform
 from rigrunner.plan.actions import Measure, SetDrive
+from rigrunner.rig import unsafe_text
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.workflow.log import RunLog
 from rigrunner.yamlfile.names import split_member
@@ -177,7 +178,7 @@ class Jog:
 
     def _make_safe(self) -> tuple[SafetyReport, ...]:
         reports = self._rig.make_safe()
-        self.unsafe = _unsafe(reports)
+        self.unsafe = unsafe_text(reports)
         return reports
 
 
@@ -207,26 +208,30 @@ def jogging(
             jog = Jog(held, role, rig, session)
             try:
                 yield jog
+                jog.safe()
             except BaseException as error:
-                _note_unsafe(jog, error)
+                _end_safe(jog, error)
                 raise
-            jog.safe()
             if jog.unsafe:
                 raise DeviceError(f"the rig is not safe: {jog.unsafe}")
 
 
-def _note_unsafe(jog: Jog, error: BaseException) -> None:
-    """Make safe after an error, which is told first; what is not safe is told beside it."""
+def _end_safe(jog: Jog, error: BaseException) -> None:
+    """Make safe after an error, which is told first; what is not safe is told beside it.
+
+    A stop or a log that fails becomes a DeviceError then, so that nobody takes the end for a safe
+    one.
+    """
     with suppress(RigrunnerError):  # a log that fails has been told
         jog.safe()
-    if jog.unsafe:
-        error.add_note(f"the rig is not safe: {jog.unsafe}")
-
-
-def _unsafe(reports: Iterable[SafetyReport]) -> str:
-    return "; ".join(
-        f"{each.role}: {text}" for each in reports if not each.drive for text in each.problems
-    )
+    if not jog.unsafe:
+        return
+    text = f"the rig is not safe: {jog.unsafe}"
+    if isinstance(error, KeyboardInterrupt) or (
+        isinstance(error, RigrunnerError) and not isinstance(error, DeviceError)
+    ):
+        raise DeviceError(f"{words(error)}; {text}") from error
+    error.add_note(text)
 
 
 @contextmanager

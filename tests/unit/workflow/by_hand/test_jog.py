@@ -151,6 +151,17 @@ def test_a_rig_that_does_not_become_safe_in_the_end_is_an_error(tmp_path):
     assert "NOT SAFE tester" in log_of(tmp_path)
 
 
+@pytest.mark.parametrize("end", [KeyboardInterrupt(), AbortedError("stopped by SIGTERM")])
+def test_a_stop_that_does_not_leave_the_rig_safe_is_an_error(tmp_path, end):
+    tester = FakeTester(before=failing("set frequency", end), read_back_offset=5.0)
+    with pytest.raises(DeviceError) as caught, by_hand(tmp_path, tester) as jog:
+        jog.set("frequency", "5 Hz")
+    assert caught.value.__cause__ is end
+    assert caught.value.message.endswith(
+        "; the rig is not safe: tester: frequency reads back 5 Hz, safe is 0 Hz"
+    )
+
+
 @pytest.mark.parametrize("interrupted", ["set frequency", "read load", "read_back"])
 def test_ctrl_c_makes_the_rig_safe(tmp_path, interrupted):
     tester = FakeTester(before=failing(interrupted, KeyboardInterrupt()))
