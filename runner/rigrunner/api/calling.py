@@ -140,7 +140,12 @@ class ThreadCaller:
 
     def _run(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
         pending = self._send(function)
-        if not self._is_over(pending, timeout_s):
+        try:
+            is_over = self._is_over(pending, timeout_s)
+        except BaseException:  # Ctrl-C, or a signal
+            pending.is_abandoned = True
+            raise
+        if not is_over:
             pending.is_abandoned = True
             self._hangs = self._hangs or what
             raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s")

@@ -68,20 +68,24 @@ class Role:
         self.caller: Caller = InlineCaller() if self._inline else ThreadCaller(name)
         self._abilities: dict[type[Any], object] = {}
         self._drives: dict[str, DriveInfo] = {}
-        self._moving: MovingCall | None = None
+        self._moving: list[MovingCall] = []
 
     @property
     def late(self) -> MovingCall | None:
-        """The call that moves a drive and was given up, if it has not come back."""
-        moving = self._moving
-        return None if moving is None or moving.has_returned else moving
+        """The call that moves a drive and was given up, if it has not come back.
+
+        What is asked of the device after that one is refused, and moves nothing.
+        """
+        begun = (each for each in self._moving if each.has_begun and not each.has_returned)
+        return next(begun, None)
 
     def moving(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
         """Return what does the same, to be called next: that it has returned is kept track of."""
         if self._inline:
             return function
-        self._moving = MovingCall(what, function, timeout_s)
-        return self._moving
+        moving = MovingCall(what, function, timeout_s)
+        self._moving = [*(each for each in self._moving if not each.has_returned), moving]
+        return moving
 
     def look_anew(self) -> None:
         """Forget what the device could do before it was connected."""

@@ -96,8 +96,6 @@ def after_late_call(
     What comes late may undo what made safe: behind it the device is made safe `again`. While it has
     not come back, what was read back need not stay so.
     """
-    if not late.has_begun:
-        return report
     with suppress(KeyboardInterrupt):
         late.wait(ThreadCaller.grace_s)
     if late.has_returned:

@@ -71,6 +71,21 @@ def test_urgent_call_waits_for_one_that_was_interrupted_but_ends(caller):
     assert order == ["slow", "safe"]
 
 
+def test_call_that_was_interrupted_before_it_began_never_begins(caller, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    release, made = threading.Event(), []
+    caller.start("read", release.wait)
+    with monkeypatch.context() as patched:
+        patched.setattr(_Pending, "is_over", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            caller.call("set", lambda: made.append("set"), 5)
+    release.set()
+    assert caller.call("ask", lambda: "after it", 5) == "after it"
+    assert made == []
+
+
 def test_call_that_never_began_is_not_made_up_for_later(caller):
     release, made = threading.Event(), []
     with pytest.raises(DeviceTimeoutError):

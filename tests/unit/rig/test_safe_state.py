@@ -202,3 +202,15 @@ def test_a_set_that_does_not_come_back_leaves_the_rig_not_safe(late):
     (report,) = rig.make_safe()
     assert report.safe
     assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
+
+
+def test_a_teardown_that_was_refused_hides_no_set_that_may_still_come(late):
+    tester, rig = late
+    for drive in ("frequency", "load"):
+        with pytest.raises(DeviceLostError, match="still hangs"):
+            rig.set("tester", drive, 0.0)
+    (report,) = rig.make_safe()
+    assert report.problems == (
+        "'set load' was given up and has not come back: it may still move the drive",
+    )
+    tester.let_go.set()
