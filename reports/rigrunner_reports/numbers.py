@@ -77,13 +77,25 @@ def significant(value: float, digits: int = 4) -> str:
 
 def with_standard_uncertainty(value: float, u: float, unit: str) -> str:
     """Return value ± u and unit, u with two significant digits, in brackets before a power."""
-    power = floor(log10(abs(value))) if value and isfinite(value) else 0
-    scale = 10.0**-power if not LOWEST < power < HIGHEST else 1.0
+    scale, power = _scale(value, u)
     digits = places(u * scale)
     text = f"{fixed(value * scale, digits)} ± {fixed(u * scale, digits)}"
-    if scale == 1.0:
-        return f"{text} {unit}"
-    return f"({text}) {TIMES} 10{str(power).translate(SUPERSCRIPTS)} {unit}"
+    return f"({text}){power} {unit}" if power else f"{text} {unit}"
+
+
+def to_place_of(value: float, u: float) -> str:
+    """Return the value alone, to the place of its standard uncertainty's second digit."""
+    scale, power = _scale(value, u)
+    return f"{fixed(value * scale, places(u * scale))}{power}"
+
+
+def _scale(value: float, u: float) -> tuple[float, str]:
+    """Return what to multiply by, and the power of ten that undoes it: that of the larger one."""
+    largest = max((abs(each) for each in (value, u) if isfinite(each)), default=0.0)
+    power = floor(log10(largest)) if largest else 0
+    if LOWEST < power < HIGHEST:
+        return 1.0, ""
+    return 10.0**-power, f" {TIMES} 10{str(power).translate(SUPERSCRIPTS)}"
 
 
 def plain(value: float) -> str:

@@ -71,7 +71,7 @@ def _panel(axes: Axes, title: str, points: Sequence[PeakPoint]) -> None:
         shown = np.flatnonzero(which)[places_of_extremes(y[which], most=most)]
         axes.plot(x[shown], y[shown], label=label, linestyle="", **look)
     axes.axhline(0, color=GREY, linewidth=0.6)
-    axes.set(title=title, ylabel="peak - mean / mN·m".replace("-", "\N{MINUS SIGN}"))
+    axes.set(title=title, ylabel="(peak - mean) / mN·m".replace("-", "\N{MINUS SIGN}"))
     _name(axes, [f"{point.set_frequency_hz:g} Hz" for point in points])
     axes.grid(visible=False, axis="x")
 

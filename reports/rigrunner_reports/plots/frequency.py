@@ -18,16 +18,19 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
 
-    from rigrunner.api.results import Decision, Result
+    from rigrunner.api.results import Result
     from rigrunner_reports.view.points import SetPoint
 
 COLUMNS = 2
 LEGEND_ROW = 0.08
 """Of the panel's height, what a row of the legend takes."""
 
-DODGE_HZ = 0.25
-"""Methods stand so far apart, or their bars of uncertainty hide each other."""
+DODGE = 0.007
+"""Of the highest frequency: methods stand so far apart, or their bars hide each other."""
+RIGHT = 1.045
+"""The axis ends at so many times the highest frequency, or its bars are cut off."""
 
 
 def over_frequency(result: Result, points: Sequence[SetPoint]) -> Plot:
@@ -66,29 +69,33 @@ def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint])
     )
     if any(result.primary in each.by_method for each in points):
         _bars(axes, points, result.primary, f"compensated ({result.primary})", line=PRIMARY)
-    _limits(axes, result.decision)
+    _limits(axes, result)
     axes.set(title="Raw and compensated")
     if axes.dataLim.y0 >= 0:
         axes.set_ylim(bottom=0)
-    _finish(axes)
-    axes.legend(loc="upper left")
+    _finish(axes, points)
+    _room_for(axes.legend(loc="upper left"), axes)
 
 
 def _methods(axes: Axes, result: Result, points: Sequence[SetPoint]) -> None:
     names = [name for name, each in result.compensations.items() if each.points]
     for place, name in enumerate(names):
-        dodge = (place - (len(names) - 1) / 2) * DODGE_HZ
+        dodge = (place - (len(names) - 1) / 2) * DODGE * _highest_hz(points)
         line = line_of(name, names, result.primary)
         _bars(axes, points, name, name, line=line, dodge_hz=dodge)
     true = [(each.frequency_hz, each.truth_nm) for each in points if each.truth_nm is not None]
     if true:
         axes.plot(*np.transpose(true), color=INK, linewidth=0.9, label="simulated truth", zorder=5)
-    _limits(axes, result.decision)
+    _limits(axes, result)
     axes.set(title="Compensated by each method, enlarged")
-    _finish(axes)
+    _finish(axes, points)
     axes.margins(y=0.1)
-    legend = axes.legend(loc="upper center", ncols=COLUMNS)
-    rows = -(-len(legend.get_texts()) // COLUMNS)
+    _room_for(axes.legend(loc="upper center", ncols=COLUMNS), axes, COLUMNS)
+
+
+def _room_for(legend: Legend, axes: Axes, columns: int = 1) -> None:
+    """Let a legend stand above all curves."""
+    rows = -(-len(legend.get_texts()) // columns)
     low, high = axes.get_ylim()
     axes.set_ylim(low, low + (high - low) / (1 - LEGEND_ROW * rows))
 
@@ -119,25 +126,33 @@ def _finite(value: float) -> float:
     return value if isfinite(value) else 0.0
 
 
-def _limits(axes: Axes, decision: Decision | None) -> None:
+def _limits(axes: Axes, result: Result) -> None:
+    """Draw the limits, each named on its side away from the result, which it would hide."""
+    decision, mean = result.decision, result.headline
     if decision is None:
         return
     for value in (decision.lower_nm, decision.upper_nm):
         if isfinite(value):
+            is_above = mean is None or value >= mean.value
             axes.axhline(value, color=INK, linewidth=1.1, linestyle=(0, (6, 3)), zorder=1)
             axes.annotate(
                 f"limit {decision.limit_text}",
                 (0, value),
                 xycoords=("axes fraction", "data"),
-                xytext=(4, 3),
+                xytext=(4, 3 if is_above else -3),
                 textcoords="offset points",
+                va="bottom" if is_above else "top",
                 fontsize=7.5,
             )
 
 
-def _finish(axes: Axes) -> None:
+def _finish(axes: Axes, points: Sequence[SetPoint]) -> None:
     axes.set(xlabel="frequency / Hz", ylabel="torque / N·m")
-    axes.set_xlim(left=0)
+    axes.set_xlim(0, RIGHT * _highest_hz(points) or None)
+
+
+def _highest_hz(points: Sequence[SetPoint]) -> float:
+    return max(each.frequency_hz for each in points)
 
 
 def _caption(result: Result, points: Sequence[SetPoint]) -> str:

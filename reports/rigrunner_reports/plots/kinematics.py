@@ -48,9 +48,10 @@ def motion(point: SwingPoint, eccentric_ratio: float) -> Plot:
             axes.set(title=title, ylabel=label, xlabel="crank phase / °", xlim=(0, 360))
             axes.set_xticks([0, 90, 180, 270, 360])
         panels[0].plot(*_measured(point), "o", color=VERMILION, markersize=3, label="measured")
-        panels[0].legend(loc="lower left")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
 
-    return Plot(caption=_caption(frequency), alt=_alt(curves), svg=draw(paint, 2.5))
+    return Plot(caption=_caption(frequency), alt=_alt(curves), svg=draw(paint, 2.7))
 
 
 def _measured(point: SwingPoint) -> tuple[Array, Array]:

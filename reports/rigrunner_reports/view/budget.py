@@ -13,7 +13,7 @@ from rigrunner_reports.numbers import (
     fixed,
     plain,
     significant,
-    with_standard_uncertainty,
+    to_place_of,
 )
 from rigrunner_reports.view.points import low_middle_high
 
@@ -151,7 +151,7 @@ def _estimate(part: Component) -> str:
         return "0"
     if not (isfinite(part.input_u) and part.input_u > 0):
         return plain(part.value)
-    return with_standard_uncertainty(part.value, part.input_u, "").split(" ±")[0].lstrip("(")
+    return to_place_of(part.value, part.input_u)
 
 
 def _row(name: str, columns: Sequence[_Column]) -> BudgetRow:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.checks import is_skipped
+
 if TYPE_CHECKING:
     from rigrunner.api.results import Result
 
@@ -16,14 +18,18 @@ class CheckRow:
     source: str
     name: str
     ok: bool
+    was_made: bool
     text: str
     advice: str
 
 
 def check_rows(result: Result) -> tuple[CheckRow, ...]:
-    """Return all checks of the run and its methods, the failed ones first."""
+    """Return all checks of the run and its methods: those that failed, then those not made."""
     found = [("", check) for check in result.checks]
     for name, compensation in result.compensations.items():
         found += [(name, check) for check in compensation.checks]
-    rows = (CheckRow(source, each.name, each.ok, each.text, each.advice) for source, each in found)
-    return tuple(sorted(rows, key=lambda row: row.ok))
+    rows = (
+        CheckRow(source, each.name, each.ok, not is_skipped(each), each.text, each.advice)
+        for source, each in found
+    )
+    return tuple(sorted(rows, key=lambda row: (row.ok, row.was_made)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.signal.averaging import robust_mean
+from rigrunner.signal.rounding import places
 from rigrunner_reports.numbers import fixed, plain, with_sign
 from rigrunner_reports.view.methods import errors, largest_expanded, spread, torques
 
@@ -96,7 +97,8 @@ def _beside_primary(result: Result, points: Sequence[SetPoint]) -> Iterator[str]
     if not primary or result.primary == METHOD:
         return
     own, paper = spread(primary), spread(torques(points, METHOD))
-    times = f", {paper / own:.0f} times less" if own > 0 and paper / own > WORTH_SAYING else ""
+    ratio = paper / own if own > 0 else 0.0
+    times = f", about {fixed(ratio, places(ratio))} times less" if ratio > WORTH_SAYING else ""
     yield f"By {result.primary} the same recordings vary by {fixed(own, 3)} N·m{times}."
 
 

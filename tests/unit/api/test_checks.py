@@ -4,7 +4,7 @@ from math import isnan, nan
 
 import pytest
 
-from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
+from rigrunner.api.checks import ABOVE_ZERO, Limit, is_skipped, skipped
 
 BAND = Limit(name="band", good="all good", advice="do", unit="Hz", lower=1.0, upper=3.0)
 
@@ -47,6 +47,9 @@ def test_the_prefix_stands_before_the_name():
 def test_skipped_is_no_failure_but_says_so():
     check = skipped("band", "nobody looked")
     assert (check.name, check.ok, check.text) == ("band", True, "not checked: nobody looked")
+    assert is_skipped(check)
+    assert not is_skipped(judged(2.0))
+    assert not is_skipped(judged(0.0))
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import pytest
 from helpers_html import read_html
 from helpers_report import TRUTH_NM, loaded_result, no_load_result, report_input
 from rigrunner.api.analysis import Check
+from rigrunner.api.checks import skipped
 from rigrunner.api.results import Verdict
 from rigrunner_reports.render import css_string, html
 
@@ -195,6 +196,15 @@ def test_without_a_result_the_reason_stands_in_its_place():
     assert "Td = no result" in page.words
     assert "? inconclusive" in page.words
     assert "Probability of conformity: not determined" in page.words
+
+
+def test_checks_that_were_not_made_are_counted_apart_and_named():
+    made = (skipped("coupling", "no frequency is stated"), Check("zero", ok=True, text="agrees"))
+    base = small(loaded_result())
+    methods = {name: replace(each, checks=()) for name, each in base.compensations.items()}
+    page = read_html(html(report_input(replace(base, checks=made, compensations=methods))))
+    assert "All 1 checks passed; 1 could not be made: coupling." in page.words
+    assert "– not made coupling not checked: no frequency is stated" in page.words
 
 
 def test_a_run_of_one_point_without_fits_is_reported():

@@ -14,6 +14,7 @@ from rigrunner_reports.numbers import (
     plain,
     significant,
     stated,
+    to_place_of,
     with_sign,
     with_standard_uncertainty,
 )
@@ -86,6 +87,17 @@ def test_a_coefficient_and_its_uncertainty_share_a_power_of_ten():
     shown = with_standard_uncertainty(0.0002324, 4.1e-7, "kg·m²")
     assert shown == "(2.3240 ± 0.0041) × 10⁻⁴ kg·m²"
     assert with_standard_uncertainty(400.31, 0.62, "Hz") == "400.31 ± 0.62 Hz"
+
+
+def test_what_is_less_than_its_uncertainty_is_scaled_by_the_uncertainty():
+    assert with_standard_uncertainty(0.001, 0.027, "1") == "0.001 ± 0.027 1"
+    assert with_standard_uncertainty(0.0, 1.1e-6, "s") == "(0.0 ± 1.1) × 10⁻⁶ s"
+
+
+def test_an_estimate_alone_keeps_its_power_of_ten():
+    assert to_place_of(1e5, 1155.0) == "1.000 × 10⁵"
+    assert to_place_of(0.0002324, 4.1e-7) == "2.3240 × 10⁻⁴"
+    assert to_place_of(35.00001, 7.4e-5) == "35.000010"
 
 
 def test_set_values_are_shown_as_they_were_written():

@@ -13,7 +13,7 @@ from helpers_report import RATIO, TRUTH_NM, loaded_result, no_load_result, repor
 from rigrunner_reports.plots import canvas
 from rigrunner_reports.plots.cycles import cycle_values
 from rigrunner_reports.plots.fits import fitted_peaks
-from rigrunner_reports.plots.frequency import _raw_and_compensated, over_frequency
+from rigrunner_reports.plots.frequency import _methods, _raw_and_compensated, over_frequency
 from rigrunner_reports.plots.kinematics import motion
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view.points import set_points
@@ -46,6 +46,53 @@ def test_a_torque_below_zero_is_not_cut_off(result, points):
 
     assert bottom(0.0) == 0
     assert bottom(-1.0) < -1.0 + TRUTH_NM
+
+
+def painted(points, result):
+    """Return both panels of torque over frequency."""
+    figure = Figure()
+    figure.subplots(1, 2)
+    _raw_and_compensated(figure.axes[0], result, points)
+    _methods(figure.axes[1], result, points)
+    return figure.axes
+
+
+def at(each, frequency_hz, **changes):
+    measured = replace(each.point.frequency_hz, value=frequency_hz)
+    methods = {k: replace(found, frequency_hz=frequency_hz) for k, found in each.by_method.items()}
+    point = replace(each.point, frequency_hz=measured, **changes)
+    return replace(each, point=point, by_method=methods)
+
+
+def test_methods_of_slow_swings_stand_apart_but_in_their_place(result, points):
+    slow = [at(each, 0.01 * each.frequency_hz) for each in points]
+    own = np.array([each.frequency_hz for each in slow])
+    bars = painted(slow, result)[1].containers
+    assert bars
+    for each in bars:
+        assert np.abs(each.lines[0].get_xdata() - own).max() < 0.02 * own.max()
+
+
+def test_a_limit_is_named_on_the_side_where_the_result_is_not(result, points):
+    for upper, side in ((0.5, "top"), (0.95, "bottom")):
+        limited = replace(result, decision=replace(result.decision, upper_nm=upper))
+        for axes in painted(points, limited):
+            assert [text.get_va() for text in axes.texts] == [side]
+
+
+def test_no_curve_runs_through_a_legend(result, points):
+    """Raw peaks that hardly grow, as over 1 Hz to 3 Hz, stand at the top of their panel."""
+    flat = [at(each, each.frequency_hz, peak_nm=0 * each.point.peak_nm + 1.6) for each in points]
+    for axes in painted(flat, result):
+        axes.figure.canvas.draw()
+        low, high = axes.get_ylim()
+        box = axes.get_legend().get_window_extent().transformed(axes.transAxes.inverted())
+        assert (axes.dataLim.y1 - low) / (high - low) < box.y0
+
+
+def test_one_set_point_stands_clear_of_the_edge(result, points):
+    for axes in painted(points[-1:], result):
+        assert axes.get_xlim()[1] > 1.03 * points[-1].frequency_hz
 
 
 def shifted(each, shift_nm, name):

@@ -18,6 +18,7 @@ from helpers_report import (
     report_input,
 )
 from rigrunner.api.analysis import MotionSource
+from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.api.results import Verdict
@@ -159,6 +160,13 @@ def test_failed_checks_come_first_with_their_method(result):
         ("cycles", ""),
         ("resonance", "template_inverse"),
     ]
+
+
+def test_a_check_that_was_not_made_is_none_that_passed(result):
+    rows = check_rows(replace(result, checks=(*result.checks, skipped("load", "no load is known"))))
+    assert [row.name for row in rows if not row.was_made] == ["load"]
+    assert [row.ok for row in rows] == [False, False, True, True, True]
+    assert rows[2].name == "load", "after what failed, before what passed"
 
 
 def test_a_headline_says_over_what_it_is_the_mean(result, points):
