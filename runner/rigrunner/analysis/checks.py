@@ -17,7 +17,7 @@ from rigrunner.signal.held import longest_held
 from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator
 
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.data import Array, Recording, RunData, Samples
@@ -171,20 +171,18 @@ def zero_drift_check(run: RunData, no_load: RunData) -> Check:
 
 
 def friction_check(
-    torques_nm: Mapping[float, float], load_n: float, swing_radius_m: float
+    torques_nm: Iterable[tuple[float, float]], load_n: float, swing_radius_m: float
 ) -> Check:
-    """Check mu = T / (F r) of the compensated torque at each frequency in Hz."""
+    """Check mu = T / (F r) of the compensated torque at each set-point: frequency in Hz, torque."""
     if load_n <= 0:
         return skipped(FRICTION.name, "the run has no load")
-    friction = {f: torque / (load_n * swing_radius_m) for f, torque in torques_nm.items()}
-    return FRICTION.check((mu, f"{f:g} Hz μ = {mu:.4f}") for f, mu in friction.items())
+    friction = ((f, torque / (load_n * swing_radius_m)) for f, torque in torques_nm)
+    return FRICTION.check((mu, f"{f:g} Hz μ = {mu:.4f}") for f, mu in friction)
 
 
-def positive_check(torques_nm: Mapping[float, float]) -> Check:
-    """Check that no compensated torque is zero or negative."""
-    return POSITIVE.check(
-        (torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in torques_nm.items()
-    )
+def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:
+    """Check that no compensated torque is zero or negative: frequency in Hz, torque."""
+    return POSITIVE.check((torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in torques_nm)
 
 
 def _wrong_frequency(point: PeakPoint, run: RunData) -> tuple[float, str]:

@@ -44,7 +44,8 @@ def diagnose(
         yield unloaded_check(loaded, no_load)
     if primary is None or not primary.points:
         return
-    torques = {point.set_frequency_hz: point.torque.value for point in primary.points}
+    # no mapping: a sweep may come back to a frequency, and each of its points counts
+    torques = [(point.set_frequency_hz, point.torque.value) for point in primary.points]
     yield positive_check(torques)
     radius = found.run.rig.swing_radius
     if radius is not None:

@@ -7,6 +7,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.workflow.comparing.results import named_by_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -97,12 +98,9 @@ def checks(document: Json) -> dict[str, bool]:
 
 
 def _named(points: list[tuple[float | None, Any]]) -> Iterator[tuple[str, Any]]:
-    """Yield each with the name of its set-point; a sweep may come back to a frequency."""
-    seen: dict[float | None, int] = {}
-    for hz, each in points:
-        seen[hz] = seen.get(hz, 0) + 1
-        again = f" ({seen[hz]})" if seen[hz] > 1 else ""
-        yield f"{'' if hz is None else f' at {hz:g} Hz'}{again}", each
+    """Yield each with the name of its set-point, to follow upon that of the figure."""
+    for place, each in named_by_frequency(points):
+        yield f" {place}" if place else "", each
 
 
 def _fits(document: Json) -> Iterator[tuple[str, Figure | None]]:

@@ -17,10 +17,9 @@ def sweep_plot(result: Result) -> SweepPlot | None:
     primary = result.compensations.get(result.primary)
     if primary is None or not primary.points:
         return None
-    raw = {point.set_frequency_hz: point.peak_nm[point.peak_kept].mean() for point in result.loaded}
     return SweepPlot(
         frequency_hz=np.array([point.frequency_hz for point in primary.points]),
-        raw_nm=np.array([raw[point.set_frequency_hz] for point in primary.points]),
+        raw_nm=np.array([each.peak_nm[each.peak_kept].mean() for each in result.loaded]),
         compensated_nm=np.array([point.torque.value for point in primary.points]),
         u_nm=np.array([point.torque.u for point in primary.points]),
     )

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from helpers_analysis import acceptance, analysed, instrument, no_load_spec, rec
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.results import Verdict
+from rigrunner.workflow.plot import sweep_plot
 
 FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
@@ -68,6 +71,23 @@ def test_a_no_load_run_is_fitted_and_nothing_is_decided(no_load):
     assert result.fits[0].curve.coefficients == pytest.approx([0.9, 0.02, 0.004], rel=5e-3)
     assert (result.headline, result.decision, result.primary) == (None, None, "")
     assert result.raw_headline is not None
+
+
+def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_load):
+    made = [
+        replace(recording(rig_part(f) + extra + SCATTER, f, load_n=1000.0), name=f"{k:03}")
+        for k, (f, extra) in enumerate([(2.0, -0.7), *((f, 0.7) for f in FREQUENCIES)])
+    ]
+    result = analysed(run_of(*made), no_load)
+    positive, friction = (
+        next(each for each in result.checks if each.name == name)
+        for name in ("positive torque", "friction coefficient")
+    )
+    assert (positive.ok, friction.ok) == (False, False)
+    assert positive.value == pytest.approx(-0.7, abs=5e-3)
+    raw = [point.peak_nm.mean() for point in result.loaded]
+    assert list(sweep_plot(result).raw_nm) == raw
+    assert raw[1] - raw[0] == pytest.approx(1.4, abs=5e-3)
 
 
 def test_limits_decide_on_the_compensated_torque(loaded, no_load):

@@ -166,7 +166,7 @@ def test_samples_per_cycle(frequency_hz, ok):
 
 
 def test_a_run_without_load_has_no_friction_coefficient():
-    check = friction_check({10.0: 0.7}, 0.0, 0.0104)
+    check = friction_check([(10.0, 0.7)], 0.0, 0.0104)
     assert check.ok
     assert check.text == "not checked: the run has no load"
 
@@ -200,9 +200,9 @@ def test_zero_drift_between_the_runs(zero_nm, ok):
 )
 def test_friction_coefficient(torque_nm, ok):
     """F r = 1000 N * 10.4 mm = 10.4 N·m: 0.01 and 0.3 of it are 0.104 and 3.12 N·m."""
-    assert friction_check({10.0: torque_nm}, 1000.0, 0.0104).ok is ok
+    assert friction_check([(10.0, torque_nm)], 1000.0, 0.0104).ok is ok
 
 
 @pytest.mark.parametrize(("torque_nm", "ok"), [(0.1, True), (0.0, False), (-0.1, False)])
 def test_positive_torque(torque_nm, ok):
-    assert positive_check({10.0: torque_nm, 20.0: 0.7}).ok is ok
+    assert positive_check([(10.0, torque_nm), (20.0, 0.7)]).ok is ok

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from math import hypot, inf, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.comparing.tree import Change, changes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     Json = Mapping[str, Any]
 
+_T = TypeVar("_T")
 SECTION = "results"
 
 
@@ -30,9 +32,10 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
     yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
-    first, second = _by_frequency(before), _by_frequency(after)
-    for frequency in sorted(set(first) & set(second)):
-        yield from _apart(f"at {frequency:g} Hz", first[frequency], second[frequency])
+    first, second = _torques(before), _torques(after)
+    for place in first:
+        if place in second:
+            yield from _apart(place, first[place], second[place])
 
 
 def _presence(document: Json | None) -> str:
@@ -47,7 +50,7 @@ def _method(document: Json) -> str:
     return str(document["headline"]["method"] or "")
 
 
-def _by_frequency(document: Json) -> dict[float, Json | None]:
+def _torques(document: Json) -> dict[str, Json | None]:
     """Return the torque at each set-point: compensated by the primary method, or else the peak."""
     method = document["compensations"].get(_method(document))
     points = document["points"]
@@ -55,8 +58,17 @@ def _by_frequency(document: Json) -> dict[float, Json | None]:
         values = [point["torque"] for point in method["points"]]
     else:
         values = [_raw_peak(point["raw_peak"]) for point in points]
-    frequencies = [point["set_frequency"]["value"] for point in points]
-    return dict(zip(frequencies, values, strict=False))
+    frequencies = (point["set_frequency"]["value"] for point in points)
+    return dict(named_by_frequency(zip(frequencies, values, strict=False)))
+
+
+def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tuple[str, _T]]:
+    """Yield each with the name of its set-point; a sweep may come back to a frequency."""
+    seen = Counter[float | None]()
+    for hz, each in points:
+        seen[hz] += 1
+        again = f" ({seen[hz]})" if seen[hz] > 1 else ""
+        yield f"{'' if hz is None else f'at {hz:g} Hz'}{again}".strip(), each
 
 
 def _raw_peak(peak: Json) -> Json:

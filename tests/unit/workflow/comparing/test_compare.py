@@ -176,6 +176,21 @@ def test_results_are_compared_against_their_combined_uncertainty():
     assert list(result_changes(near, near)) == []
 
 
+def test_each_visit_of_a_frequency_is_compared_with_its_own():
+    def twice(first, second):
+        made = document(0.7)
+        made["compensations"]["m"]["points"] = [
+            {"torque": estimate(each)} for each in (first, second)
+        ]
+        return made | {"points": 2 * made["points"]}
+
+    (found,) = result_changes(twice(1.0, 1.5), twice(2.0, 1.5))
+    assert found.text.startswith("at 8 Hz: 1.0000 and 2.0000 N·m")
+    assert found.matters
+    (found,) = result_changes(twice(1.0, 1.5), twice(1.0, 2.5))
+    assert found.text.startswith("at 8 Hz (2): 1.5000 and 2.5000 N·m")
+
+
 def test_a_missing_uncertainty_does_not_pass_for_agreement():
     (headline, _) = result_changes(document(0.7), document(0.71, None))
     assert headline.matters
