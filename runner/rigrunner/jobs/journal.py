@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from contextlib import contextmanager
@@ -111,7 +112,10 @@ def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, st
 
 
 def _append(file: BinaryIO, line: Any) -> None:
-    file.write(json.dumps(line).encode() + b"\n")
+    """Write a line in one call; raise OSError where the disk had room for a part of it alone."""
+    text = json.dumps(line).encode() + b"\n"
+    if file.write(text) != len(text):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 @contextmanager

@@ -40,6 +40,24 @@ def test_a_line_is_on_disk_as_soon_as_it_is_added(tmp_path):
         assert json.loads(path.read_text().splitlines()[-1]) == ["a", 1]
 
 
+def test_a_disk_that_takes_a_part_of_a_line_is_told(tmp_path, monkeypatch):
+    class Full:
+        def __init__(self, file):
+            self._file = file
+
+        def write(self, text):
+            return self._file.write(text[:5])
+
+    path = tmp_path / "done.jsonl"
+    with journal(path, OF) as begun:
+        begun.add("a", 1)
+        monkeypatch.setattr(begun, "_file", Full(begun._file))
+        with pytest.raises(DataError, match="No space left"):
+            begun.add("b", 2)
+        assert "b" not in begun
+    assert kept(path) == {"a": 1}
+
+
 @given(cut=st.integers(0, 200), values=st.lists(st.floats(allow_nan=False), max_size=4))
 def test_a_kill_at_any_byte_loses_the_last_line_alone(cut, values, tmp_path_factory):
     path = tmp_path_factory.mktemp("kill") / "done.jsonl"

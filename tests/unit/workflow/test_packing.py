@@ -17,7 +17,7 @@ from helpers_cli import call
 from helpers_runfile import recording, write_run
 from rigrunner.api.errors import DataError, RigrunnerError, UsageError
 from rigrunner.workflow.packing.contents import LISTING, is_safe, parse_contents
-from rigrunner.workflow.packing.pack import pack
+from rigrunner.workflow.packing.pack import _listed, pack
 from rigrunner.workflow.packing.unpack import unpack
 
 
@@ -73,6 +73,20 @@ def test_a_run_that_is_there_and_a_file_that_is_there_are_kept(run, packed):
         unpack(packed, run.parent)
     with pytest.raises(UsageError, match="exists"):
         pack(run, packed)
+
+
+def test_a_file_that_changes_meanwhile_is_told_and_leaves_nothing(run, tmp_path, monkeypatch):
+    folder = shutil.copytree(run, tmp_path / "runs" / run.name)
+
+    def listed(*given):
+        found = list(_listed(*given))
+        (folder / "result.json").write_text("[]\n")  # as long as before
+        return found
+
+    monkeypatch.setattr("rigrunner.workflow.packing.pack._listed", listed)
+    with pytest.raises(DataError, match=r"result\.json was changed meanwhile"):
+        pack(folder, tmp_path / "packed.zip")
+    assert [each.name for each in tmp_path.iterdir()] == ["runs"]
 
 
 def test_hidden_files_are_left_out(run, tmp_path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
+import hashlib
 from stat import S_IFREG
 from typing import TYPE_CHECKING
 from zipfile import ZIP_STORED, ZipFile, ZipInfo
@@ -15,6 +15,7 @@ from rigrunner.workflow.packing.contents import (
     LISTING,
     Contents,
     PackedFile,
+    blocks,
     is_hidden,
     is_safe,
     sha256_of,
@@ -56,7 +57,7 @@ def pack(folder: Path, target: Path) -> Contents:
     with writing(target):
         try:
             _write(contents, folder, temporary(target))
-        except OSError:
+        except BaseException:
             temporary(target).unlink(missing_ok=True)
             raise
         publish(target, read_only=True)
@@ -84,10 +85,13 @@ def _write(contents: Contents, folder: Path, target: Path) -> None:
         packed.writestr(_entry(LISTING), contents.text())
         for each in contents.files:
             entry = _entry(f"{contents.folder}/{each.name}", each.bytes)
+            digest = hashlib.sha256()
             with (folder / each.name).open("rb") as source, packed.open(entry, "w") as inside:
-                shutil.copyfileobj(source, inside, 1 << 20)
-            if entry.file_size != each.bytes:
-                raise DataError(f"{folder / each.name} was changed meanwhile")
+                for block in blocks(source):
+                    digest.update(block)
+                    inside.write(block)
+            if digest.hexdigest() != each.sha256:  # `unpack` would refuse all of it
+                raise DataError(f"{folder / each.name} was changed meanwhile", hint="pack it anew")
 
 
 def _entry(name: str, size: int = 0) -> ZipInfo:
