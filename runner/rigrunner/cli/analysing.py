@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rigrunner.workflow.reanalysis.changes import Changes
 
 paths_argument = click.argument(
     "paths", nargs=-1, required=True, metavar="PATH...", type=click.Path(path_type=Path)
 )
-primary_option = click.option(
+_analysis_option = click.option(
+    "--analysis",
+    "file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="What this YAML file has stands in place of the procedures' own analysis.",
+)
+_primary_option = click.option(
     "--primary", default="", metavar="METHOD", help="Another primary compensation."
 )
+
+
+def changes_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that say what is changed."""
+    return _analysis_option(_primary_option(command))
 
 
 def changes_in(file: Path | None, primary: str) -> Changes:

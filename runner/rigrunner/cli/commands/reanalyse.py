@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode
-from rigrunner.cli.analysing import changes_in, paths_argument, primary_option
+from rigrunner.cli.analysing import changes_in, changes_options, paths_argument
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import message, result, result_json
@@ -30,14 +30,7 @@ SHOWN = 20
     metavar="FOLDER",
     help="Write the results here; the same folder again goes on where it was stopped.",
 )
-@click.option(
-    "--analysis",
-    "file",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="What this YAML file has stands in place of the procedures' own analysis.",
-)
-@primary_option
+@changes_options
 @lab_option
 @worker_options
 @json_option

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.analysing import changes_in
+from rigrunner.cli.analysing import changes_in, changes_options
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import message, result, result_json
@@ -30,8 +30,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
     metavar="FOLDER",
     help="Where the runs are, if not where they were.",
 )
-@click.option("--analysis", "file", type=_FILE, metavar="FILE", help="Analyse as this file says.")
-@click.option("--primary", default="", metavar="METHOD", help="Another primary compensation.")
+@changes_options
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from rigrunner.cli.analysing import changes_in, paths_argument, primary_option
+from rigrunner.cli.analysing import changes_in, changes_options, paths_argument
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result
@@ -22,14 +22,7 @@ from rigrunner.cli.output import message, result
     help="Write the references here; runs are added to those that are there.",
 )
 @click.option("--copy", is_flag=True, help="Copy the run files there too, for version control.")
-@click.option(
-    "--analysis",
-    "file",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="Analyse as this file says.",
-)
-@primary_option
+@changes_options
 @lab_option
 @worker_options
 def command(
