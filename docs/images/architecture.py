@@ -35,6 +35,9 @@ ASIDE = {
     "signal": 0.38, "ending": 0.56, "blas": 0.74, "printable": 0.917,
 }  # fmt: skip
 """How far to the right a box stands that would hide lines in the middle; others share a floor."""
+GAP, LANE = 24, 7  # between the boxes of a floor, and between lines that pass there
+Boxes = dict[str, tuple[float, float, float]]
+Line = tuple[str, str]
 INK, LINE, FILL, FLOOR, GUEST = "#1f2933", "#7b8794", "#ffffff", "#f0f4f8", "#fff7e6"
 
 
@@ -106,7 +109,8 @@ def drawing() -> str:
         f' fill="{FLOOR}"/>'
         for row in range(len(rows))
     ]
-    body += [_arrow(boxes, lines, each) for each in lines]
+    ways = _ways(boxes, lines)
+    body += [_arrow(boxes, lines, each, ways[each]) for each in lines]
     body += [_box(parts[name], place) for name, place in boxes.items()]
     body.append(_doors(boxes))
     return (
@@ -190,12 +194,12 @@ def _names(tree: ast.Module) -> set[str]:
     return names
 
 
-def _places(rows: list[list[str]]) -> dict[str, tuple[float, float, float]]:
+def _places(rows: list[list[str]]) -> Boxes:
     """Return left, top and width of each box."""
-    places: dict[str, tuple[float, float, float]] = {}
+    places: Boxes = {}
     for row, names in enumerate(rows):
         step = INSIDE / len(names)
-        width = min(step - 10, 150)
+        width = min(step - GAP, 150)
         for column, name in enumerate(names):
             middle = INSIDE * ASIDE[name] if name in ASIDE else step * (column + 0.5)
             places[name] = (LEFT + middle - width / 2, 24 + BAND * row, width)
@@ -204,30 +208,59 @@ def _places(rows: list[list[str]]) -> dict[str, tuple[float, float, float]]:
     return places
 
 
-def _arrow(
-    boxes: dict[str, tuple[float, float, float]],
-    lines: list[tuple[str, str]],
-    line: tuple[str, str],
-) -> str:
+def _ends(boxes: Boxes, lines: list[Line], line: Line) -> tuple[float, float]:
+    """Return where a line leaves its box, and where it reaches the other."""
     start, end = line
-    x1 = _port(boxes, start, [e for s, e in lines if s == start], end)
-    x2 = _port(boxes, end, [s for s, e in lines if e == end], start)
+    first = _port(boxes, start, [e for s, e in lines if s == start], end)
+    return first, _port(boxes, end, [s for s, e in lines if e == end], start)
+
+
+def _ways(boxes: Boxes, lines: list[Line]) -> dict[Line, list[tuple[float, float]]]:
+    """Return x and y where each line passes the floors on its way: beside boxes, not behind."""
+    tops = sorted({top for _, top, _ in boxes.values()})
+    taken: dict[float, list[float]] = {top: [] for top in tops}
+    ways: dict[Line, list[tuple[float, float]]] = {}
+    for line in sorted(lines, key=lambda each: (boxes[each[1]][1] - boxes[each[0]][1], each)):
+        x, x2 = _ends(boxes, lines, line)
+        between = [top for top in tops if boxes[line[0]][1] < top < boxes[line[1]][1]]
+        ways[line] = []
+        for left, top in zip(range(len(between), 0, -1), between, strict=True):
+            free = _free(boxes, top, taken[top])
+            x = min(free, key=lambda each: abs(each - x - (x2 - x) / (left + 1)))
+            taken[top].append(x)
+            ways[line].append((x, top))
+    return ways
+
+
+def _free(boxes: Boxes, top: float, taken: list[float]) -> list[float]:
+    """Return where a floor has room for one more line."""
+    here = [(left - 5, left + width + 5) for left, y, width in boxes.values() if y == top]
+    return [
+        x
+        for x in range(LEFT, GUESTS_X - 20, 2)
+        if not any(first < x < last for first, last in here)
+        and all(abs(x - other) > LANE for other in taken)
+    ]
+
+
+def _arrow(boxes: Boxes, lines: list[Line], line: Line, way: list[tuple[float, float]]) -> str:
+    start, end = line
+    x1, x2 = _ends(boxes, lines, line)
     y1, y2 = boxes[start][1] + BOX, boxes[end][1] - 1
-    bend = (y2 - y1) / 2
+    path = f"M{x1:.1f} {y1:.1f}"
     if boxes[start][1] == boxes[end][1]:  # a neighbour: below both boxes
-        y2, bend = y1 + 1, 0
-        curve = f"C{x1:.1f} {y1 + 24:.1f} {x2:.1f} {y1 + 24:.1f}"
+        path += f"C{x1:.1f} {y1 + 24:.1f} {x2:.1f} {y1 + 24:.1f} {x2:.1f} {y1 + 1:.1f}"
     else:
-        curve = f"C{x1:.1f} {y1 + bend:.1f} {x2:.1f} {y2 - bend:.1f}"
-    return (
-        f'<path d="M{x1:.1f} {y1:.1f}{curve} {x2:.1f} {y2:.1f}" fill="none" stroke="{LINE}"'
-        f' stroke-width="1.3" marker-end="url(#tip)"/>'
-    )
+        for x, y in [*way, (x2, y2)]:
+            middle = (y1 + y) / 2
+            path += f"C{x1:.1f} {middle:.1f} {x:.1f} {middle:.1f} {x:.1f} {y:.1f}"
+            x1, y1 = x, y + BOX
+            path += f"V{y1:.1f}" if y != y2 else ""
+    how = f'fill="none" stroke="{LINE}" stroke-width="1.3" marker-end="url(#tip)"'
+    return f'<path d="{path}" {how}/>'
 
 
-def _port(
-    boxes: dict[str, tuple[float, float, float]], name: str, others: list[str], other: str
-) -> float:
+def _port(boxes: Boxes, name: str, others: list[str], other: str) -> float:
     """Return where on a box's edge the line to another box ends: side by side, as those stand."""
     others = sorted(others, key=lambda each: boxes[each][0])
     left, _, width = boxes[name]
@@ -245,7 +278,7 @@ def _box(part: Package, place: tuple[float, float, float]) -> str:
     )
 
 
-def _doors(boxes: dict[str, tuple[float, float, float]]) -> str:
+def _doors(boxes: Boxes) -> str:
     """Return what is written above the guests: how they come in."""
     left, top, width = boxes[next(iter(GUESTS))]
     middle = left + width / 2

@@ -23,6 +23,19 @@ def test_the_drawing_is_that_of_the_code():
     assert drawn == made["drawing"](), AGAIN
 
 
+def test_no_line_of_the_drawing_passes_behind_a_box():
+    boxes = made["_places"](made["floors"]())
+    lines = made["arrows"](made["packages"]())
+    hidden = [
+        (line, name)
+        for line, way in made["_ways"](boxes, lines).items()
+        for x, top in way
+        for name, (left, y, width) in boxes.items()
+        if y == top and left <= x <= left + width
+    ]
+    assert hidden == []
+
+
 def test_the_table_is_that_of_the_code():
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     assert text == made["page"](text), AGAIN
