@@ -83,7 +83,6 @@ class Hand:
     recording: str = ""
     refused: str = ""
     points: int = 0
-    _wanted: dict[str, float] = field(default_factory=dict)
 
     def steps(self, session: Session) -> Iterator[PlannedStep]:
         """Yield a step for each wish; first the zeros that the procedure takes, at rest."""
@@ -99,6 +98,8 @@ class Hand:
                     return
                 case SetManually(drive=member, value=value):
                     yield from self._set(session, member, value)
+                    # a drive whose set has failed may stand anywhere: it is read back
+                    self.set_points = dict(self._standing(session))
                 case RecordManually(cycles=cycles):
                     yield from self._record(cycles)
                 case _:
@@ -108,12 +109,10 @@ class Hand:
             self._tell(session)
 
     def __call__(self, event: Event) -> None:
-        """Take note of what a step read back, or that it failed; an event sink."""
+        """Take note of a point that was recorded, or that a step failed; an event sink."""
         if isinstance(event, StepEnded):
             if not event.ok:
                 self.refused = "it failed: see the alarms"
-            elif event.action == "set":
-                self.set_points |= self._wanted
             elif event.recording:
                 self.points += 1
 
@@ -145,7 +144,6 @@ class Hand:
             limits = f"{allowed.minimum:g} to {allowed.maximum:g} {allowed.unit}"
             self.refused = f"{member} may be set to {limits}"
             return
-        self._wanted = {member: value}
         text = f"Set {member} to {value:g} {allowed.unit}"
         yield _step("set", SetDrive(role, name, value, allowed.unit), text, _GOES_ON)
 
