@@ -26,7 +26,7 @@ from rigrunner.rig.reading import (
     sample_rate_hz,
 )
 from rigrunner.rig.role import Role
-from rigrunner.rig.safe_state import after_late_call, make_safe, safe_places
+from rigrunner.rig.safe_state import after_late_call, make_safe, note_unsafe, safe_places
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
 
@@ -81,7 +81,9 @@ class Rig:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self.make_safe()
+        reports = self.make_safe()
+        if error is not None:
+            note_unsafe(error, [each for each in reports if each.role in self._connected])
         try:
             self.close()
         except Exception as second:

@@ -55,6 +55,14 @@ def unsafe_text(reports: Iterable[SafetyReport]) -> str:
     return "; ".join(f"{each.role}: {text}" for each in left for text in each.problems)
 
 
+def note_unsafe(error: BaseException, reports: Iterable[SafetyReport]) -> None:
+    """Tell of devices that are not safe beside an error, once."""
+    unsafe = unsafe_text(reports)
+    text = f"the rig is not safe: {unsafe}"
+    if unsafe and text not in getattr(error, "__notes__", ()):
+        error.add_note(text)
+
+
 def safe_places(order: Sequence[str], devices: Mapping[str, Device]) -> list[tuple[str, str]]:
     """Return each drive (role, drive) and device (role, '') in the order of making them safe.
 

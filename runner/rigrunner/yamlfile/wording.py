@@ -37,7 +37,6 @@ _ALLOWED = {
     "string_too_long": "a text of {max_length} or fewer characters",
 }
 _MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/1'"
-_MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/1'"
 ALLOWED = ", allowed is "
 """What parts what was got from what may stand there."""
 _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")

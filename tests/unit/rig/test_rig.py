@@ -98,6 +98,18 @@ def test_failed_connect_names_the_role_and_leaves_all_safe_and_closed():
     assert "connect" not in third.calls
 
 
+def test_a_device_that_does_not_become_safe_is_told_though_another_kept_the_rig_from_connecting():
+    first = FakeTester(read_back_offset=50.0)
+    unplugged = FakeTester(
+        before=raising(DeviceNotFoundError("nothing at COM3"), at="connect"), read_back_offset=50.0
+    )
+    with pytest.raises(DeviceNotFoundError) as caught:
+        rig_of(first, unplugged).connect()
+    (note,) = caught.value.__notes__
+    assert note.startswith("the rig is not safe: tester: load reads back 50 N, safe is 0 N; ")
+    assert "oven" not in note, "one that does not answer is the error itself"
+
+
 def test_error_while_closing_stands_beside_the_first_one():
     unplugged = FakeTester(before=raising(DeviceNotFoundError("nothing at COM3"), at="connect"))
     broken = FakeTester(before=raising(DeviceLostError("cable"), at="close"))
