@@ -4,12 +4,14 @@ import gc
 
 import pytest
 
-from rigrunner.cli.brief import brief_command
+from rigrunner.cli.brief import brief_command, short_command
 
 
 @pytest.fixture(autouse=True)
 def unfrozen():
+    threshold = gc.get_threshold()
     yield
+    gc.set_threshold(*threshold)
     gc.unfreeze()
     gc.enable()
 
@@ -34,3 +36,20 @@ def test_a_collector_that_was_off_stays_off():
     with brief_command():
         pass
     assert not gc.isenabled()
+
+
+def test_a_short_command_searches_seldom_and_not_at_its_end():
+    threshold, before = gc.get_threshold(), gc.get_freeze_count()
+    with short_command():
+        assert gc.isenabled()
+        assert gc.get_threshold()[0] > 100 * threshold[0]
+        kept = [[] for _ in range(1000)]
+    assert gc.get_threshold() == threshold
+    assert gc.get_freeze_count() >= before + len(kept)
+
+
+def test_the_threshold_is_back_after_an_error():
+    threshold = gc.get_threshold()
+    with pytest.raises(KeyError), short_command():
+        raise KeyError
+    assert gc.get_threshold() == threshold

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.cli.brief import short_command
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
 from rigrunner.workflow.locate import find_run
@@ -36,6 +37,11 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
 
     The same run gives the same bytes; the path of the report is printed.
     """
+    with short_command():
+        result(str(_write(run, runs, station, kind, out)))
+
+
+def _write(run: str, runs: Path, station: str | None, kind: str | None, out: Path | None) -> Path:
     from rigrunner.cli.progress import shown_progress
     from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.report import DEFAULT_FORMAT, write_report
@@ -46,8 +52,7 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
     registry = lab_registry(station)
     _require_known(wanted := kind or DEFAULT_FORMAT, registry)
     with shown_progress() as progress:
-        written = write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
-    result(str(written))
+        return write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
 
 
 def _require_known(kind: str, registry: Registry) -> None:
