@@ -10,6 +10,7 @@ from rigrunner.runfile.reading import (
     read,
     read_info,
     read_truth,
+    read_with_truth,
     read_without_samples,
     sealed_file_of,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "read_info",
     "read_summary",
     "read_truth",
+    "read_with_truth",
     "read_without_samples",
     "refuse_crashing",
     "run_lock",

@@ -258,11 +258,10 @@ def write_values(
 
 def read_values(group: h5py.Group) -> tuple[dict[str, float], dict[str, str]]:
     """Read what `write_values` wrote: values and units by name."""
-    values = {str(item.attrs["name"]): float(item[()]) for item in group.values()}
+    items = {str(item.attrs["name"]): item for item in group.values()}
+    values = {name: float(item[()]) for name, item in items.items()}
     units = {
-        str(item.attrs["name"]): str(item.attrs["units"])
-        for item in group.values()
-        if "units" in item.attrs
+        name: str(item.attrs["units"]) for name, item in items.items() if "units" in item.attrs
     }
     return values, units
 

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rigrunner.runfile.manifest import Difference
     from rigrunner.runfile.model import RunInfo, StoredRun
 
+    Truth = Mapping[str, Mapping[str, float]]
+
 ENTRY = "entry"
 FIRST_WITH_MANIFEST = 2
 """The first version of the layout in which a file has a manifest."""
@@ -39,9 +41,16 @@ def read(path: Path) -> StoredRun:
     if sealed is None:
         return read_loose(RunFolder(path))
     with _entry_of(sealed) as entry:
-        run = read_entry(entry, sealed)
-        _refuse_changed(entry, sealed)
-        return run
+        return _read(entry, sealed)
+
+
+def read_with_truth(path: Path) -> tuple[StoredRun, Truth]:
+    """Read a run and what its simulator knew, as `read` and `read_truth` do; it is opened once."""
+    sealed = sealed_file_of(path)
+    if sealed is None:
+        return read_loose(RunFolder(path)), read_truth(path)
+    with _entry_of(sealed) as entry:
+        return _read(entry, sealed), read_entry_truth(entry)
 
 
 def read_without_samples(folder: Path) -> StoredRun:
@@ -58,7 +67,7 @@ def read_info(path: Path) -> RunInfo:
         return read_entry_info(entry, sealed)
 
 
-def read_truth(path: Path) -> Mapping[str, Mapping[str, float]]:
+def read_truth(path: Path) -> Truth:
     """Read what a simulator knew, by recording: for verification, never for an analysis."""
     sealed = sealed_file_of(path)
     if sealed is None:
@@ -109,6 +118,12 @@ def _entry_of(path: Path) -> Iterator[h5py.Group]:
         for _ in objects(file):  # what a stranger's file could lead us into is refused here
             pass
         yield file[ENTRY]
+
+
+def _read(entry: h5py.Group, path: Path) -> StoredRun:
+    run = read_entry(entry, path)
+    _refuse_changed(entry, path)
+    return run
 
 
 def _refuse_changed(entry: h5py.Group, path: Path) -> None:

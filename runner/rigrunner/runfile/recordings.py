@@ -118,9 +118,12 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
 
 def read_facts(group: h5py.Group) -> RecordingFacts:
     """Read all but the samples."""
+    return _facts(group, _columns(group))
+
+
+def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingFacts:
     setpoints, setpoint_units = read_values(group["setpoints"])
     conditions, condition_units = read_values(group["conditions"])
-    columns = _columns(group)
     units = {
         name: str(item.attrs["units"]) for name, item in columns.items() if "units" in item.attrs
     }
@@ -148,7 +151,8 @@ def read_recording(group: h5py.Group, *, in_memory: bool = True) -> Recording:
 
     With `in_memory` false its samples stay in the file, and are read by slices.
     """
-    facts, columns = read_facts(group), _columns(group)
+    columns = _columns(group)
+    facts = _facts(group, columns)
     channels: dict[str, Samples] = {}
     digest = facts.digest()
     for name, column in columns.items():

@@ -9,7 +9,7 @@ from rigrunner.analysis.progress import unseen
 from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Prompt, RunEnded
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
-from rigrunner.runfile import read, read_truth
+from rigrunner.runfile import read_with_truth
 from rigrunner.runfile.durable import write_whole
 from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.log import event_text
@@ -58,12 +58,12 @@ def report_input(
     progress: Progress = unseen,
 ) -> ReportInput:
     """Return what a report format is given for a stored run."""
-    stored = read(path)
+    stored, truth = read_with_truth(path)
     found = result or analyse_stored(stored, registry, stored.no_load, progress=progress)
     return ReportInput(
         result=found,
         document=document(found),
-        truth=read_truth(path),
+        truth=truth,
         provenance=_provenance(stored, found),
         events=(*_let_pass(stored.no_load), *_told(stored)),
         later_decisions=tuple(

@@ -12,6 +12,7 @@ from rigrunner.runfile import (
     read_info,
     read_summary,
     read_truth,
+    read_with_truth,
     refuse_crashing,
 )
 from rigrunner.runfile.hdf5 import is_checksummed
@@ -41,7 +42,7 @@ def test_what_would_take_this_process_along_is_told(tmp_path, monkeypatch, child
         refuse_crashing(tmp_path / "x.h5")
 
 
-READERS = [read, read_info, read_summary, read_truth, file_differences]
+READERS = [read, read_info, read_summary, read_truth, read_with_truth, file_differences]
 
 
 def old_layout(path):

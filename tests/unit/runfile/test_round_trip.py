@@ -37,7 +37,15 @@ from rigrunner.api.events import (
     RunStarted,
     StepEnded,
 )
-from rigrunner.runfile import RunHeader, RunWriter, read, read_info, read_truth, seal
+from rigrunner.runfile import (
+    RunHeader,
+    RunWriter,
+    read,
+    read_info,
+    read_truth,
+    read_with_truth,
+    seal,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -84,7 +92,11 @@ def test_truth_is_read_apart_and_in_nothing_else(tmp_path, sealed):
     if sealed:
         writer.seal()
     run = read(tmp_path / "run")
-    assert read_truth(tmp_path / "run") == {"001_10Hz": TRUTH, "002_20Hz": TRUTH}
+    truth = {"001_10Hz": TRUTH, "002_20Hz": TRUTH}
+    assert read_truth(tmp_path / "run") == truth
+    together, with_it = read_with_truth(tmp_path / "run")
+    assert with_it == truth
+    assert together.digest == run.digest
     assert "starting_torque_nm" not in repr(run)
     assert all(not getattr(event, "truth", None) for event in run.events)
 
