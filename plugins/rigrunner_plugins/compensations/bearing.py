@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import leave_one_out_means, robust_mean
+from rigrunner.signal.response import Waveform
 from rigrunner_plugins.compensations.swing import interpolated, strokes
 
 if TYPE_CHECKING:
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner_plugins.compensations.drive_line import DriveLine
     from rigrunner_plugins.compensations.support_friction import SupportFriction
+
+
+REMEMBERED = 40
+"""Of one pair a budget asks for up to 34: fifteen lines of two runs, and four other frequencies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +38,11 @@ class MeanSwing:
     """The replicates leave out a cycle each; else what a model learned without a frequency."""
     frequency_u_hz: float = 0.0
     """Of the measured frequency; 0 for a modelled swing, which is at the frequency asked for."""
+
+    @cached_property
+    def waveform(self) -> Waveform:
+        """The mean torque, to be filtered."""
+        return Waveform(self.torque_nm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,15 +99,30 @@ def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     """Return what neither inertia nor the support's known friction explains of one run."""
     frequency = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
-    twist = _twist(line, mean)
-    at_load = line.at_load(mean.torque_nm, frequency)
-    return at_load - inertial - friction.torque(frequency, twist, line.share)
+    at_load = _at_load(replace(line, inertia_kgm2=0.0, share=0.0), mean)
+    return at_load - inertial - _friction(replace(line, harmonics=0), friction, mean)
 
 
-@lru_cache(maxsize=4)
+# A budget varies one quantity at a time. What does not depend on it is remembered, of one pair, by
+# a line that says nothing of what each of these does not depend on either.
+@lru_cache(maxsize=REMEMBERED)
+def _at_load(line: DriveLine, mean: MeanSwing) -> Array:
+    return line.at_load(mean.waveform, mean.frequency_hz)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _friction(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
+    return friction.torque(mean.frequency_hz, _twist(line, mean), line.share)
+
+
 def _twist(line: DriveLine, mean: MeanSwing) -> Array:
     """Return the twist in one run, which says where friction acts and where the load reverses."""
-    return line.twist(mean.torque_nm, mean.frequency_hz)
+    return _any_twist(replace(line, share=0.0, harmonics=0), mean)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _any_twist(line: DriveLine, mean: MeanSwing) -> Array:
+    return line.twist(mean.waveform, mean.frequency_hz)
 
 
 def reversals(
@@ -126,7 +151,7 @@ def replicates(line: DriveLine, bearing_nm: Array, run: MeanSwing, sign: int) ->
     `sign` is +1 for the loaded run, -1 for the no-load run. That the twist changes too is second
     order.
     """
-    change = run.replicates_nm - run.torque_nm
+    change = Waveform(run.replicates_nm - run.torque_nm)
     return bearing_nm + sign * line.at_load(change, run.frequency_hz)
 
 

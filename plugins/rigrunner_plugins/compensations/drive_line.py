@@ -21,6 +21,7 @@ from rigrunner.signal import response
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import LowPass
+    from rigrunner.signal.response import Waveform
 
 HARMONICS = 24
 """Of the swing, up to which it is undone: enough for presliding over a fiftieth of the swing."""
@@ -50,9 +51,10 @@ class DriveLine:
 
     def channel(self, frequency_hz: Array) -> response.Response:
         """Return the response of the torque channel: the register's low-pass filter, and delay."""
-        delay = np.exp(-2j * pi * frequency_hz * self.delay_s)
         low_pass = response.butterworth(frequency_hz, self.low_pass.corner, self.low_pass.order)
-        return np.asarray(low_pass * delay)
+        if not self.delay_s:
+            return low_pass  # most lines have none, and its exponential takes as long as the rest
+        return np.asarray(low_pass * np.exp(-2j * pi * frequency_hz * self.delay_s))
 
     def sensor(self, frequency_hz: Array) -> response.Response:
         """Return sensor over torque on the inertia, LP D H."""
@@ -64,18 +66,18 @@ class DriveLine:
         k = self.inertia_kgm2 * (2 * pi * self.natural_hz) ** 2
         return np.asarray(k * (1 + 2j * self.damping_ratio * frequency_hz / self.natural_hz))
 
-    def at_load(self, sensor_nm: Array, frequency_hz: float) -> Array:
+    def at_load(self, sensor_nm: Waveform, frequency_hz: float) -> Array:
         """Return the torque on the inertia, J alpha + F, from the sensor's, shape (..., N)."""
         share = self.harmonics / HARMONICS
-        harmonic_hz = _harmonics(sensor_nm, HARMONICS, share) * frequency_hz
+        harmonic_hz = _harmonics(sensor_nm.size, HARMONICS, share) * frequency_hz
         undone = _undone(self.sensor(harmonic_hz), HARMONICS, share)
-        return response.apply(undone, sensor_nm)
+        return sensor_nm.through(undone)
 
-    def twist(self, sensor_nm: Array, frequency_hz: float) -> Array:
+    def twist(self, sensor_nm: Waveform, frequency_hz: float) -> Array:
         """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N)."""
-        harmonic_hz = _harmonics(sensor_nm, TWIST_HARMONICS) * frequency_hz
+        harmonic_hz = _harmonics(sensor_nm.size, TWIST_HARMONICS) * frequency_hz
         undone = _undone(self.channel(harmonic_hz), TWIST_HARMONICS)
-        return response.apply(undone / self.stiffness(harmonic_hz), sensor_nm)
+        return sensor_nm.through(undone / self.stiffness(harmonic_hz))
 
 
 def _undone(through: response.Response, harmonics: int, share: float = 1.0) -> response.Response:
@@ -90,7 +92,7 @@ def _undone(through: response.Response, harmonics: int, share: float = 1.0) -> r
     return response.inverse(through, taper)
 
 
-def _harmonics(waveform: Array, harmonics: int, share: float = 1.0) -> Array:
-    """Return the harmonics 0, 1, 2, ... of a waveform, as far as `_undone` can let one through."""
+def _harmonics(size: int, harmonics: int, share: float = 1.0) -> Array:
+    """Return the harmonics 0, 1, 2, ... of `size` samples, as far as `_undone` lets one through."""
     reach = ceil(TAPER * share * harmonics)
-    return np.arange(min(reach, waveform.shape[-1] // 2) + 1, dtype=float)
+    return np.arange(min(reach, size // 2) + 1, dtype=float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +11,6 @@ import numpy as np
 from rigrunner.signal.averaging import robust_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from rigrunner.api.analysis import SwingPoint
@@ -41,7 +40,7 @@ class Observed:
     acceleration: Complex
     """Of the kinematics at 1 Hz, shape (K,)."""
 
-    @property
+    @cached_property
     def harmonic_hz(self) -> Array:
         """The frequency of each harmonic, shape (F, K)."""
         return self.frequency_hz * np.arange(1, self.harmonics.shape[1] + 1)
@@ -56,22 +55,34 @@ class Observed:
         )
 
 
-def observe(points: Sequence[SwingPoint], swing: Swing) -> Observed:
+def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
     """Return the harmonics of each point's mean swing, with their weights."""
     frequency = np.array([[p.frequency_hz.value] for p in points])
     rate = np.array([[p.sample_rate_hz] for p in points])
-    means, u = zip(*(_harmonics(p) for p in points), strict=True)
+    means, u = zip(*_harmonics_of(points), strict=True)
     used = frequency * np.arange(1, HARMONICS + 1) < rate / 4
     acceleration = spectrum_of(swing.acceleration_per_hz2)
     return Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)
 
 
-def _harmonics(point: SwingPoint) -> tuple[Complex, float]:
+# The same sweep is observed for each swing and filter that are possible: remembered as that is.
+@lru_cache(maxsize=4)
+def mean_torques(points: tuple[SwingPoint, ...]) -> tuple[Array, ...]:
+    """Return the robust mean over each point's kept cycles, shapes (N,)."""
+    return tuple(robust_mean(point.torque_nm, point.kept)[0] for point in points)
+
+
+@lru_cache(maxsize=4)
+def _harmonics_of(points: tuple[SwingPoint, ...]) -> tuple[tuple[Complex, float], ...]:
+    means = mean_torques(points)
+    return tuple(_harmonics(point, mean) for point, mean in zip(points, means, strict=True))
+
+
+def _harmonics(point: SwingPoint, mean: Array) -> tuple[Complex, float]:
     """Return the mean's harmonics and the standard uncertainty of one.
 
     From the scatter of the kept cycles, but no less than what any model errs by.
     """
-    mean, _ = robust_mean(point.torque_nm, point.kept)
     scatter = spectrum_of(point.torque_nm[point.kept])
     variance = scatter.var(axis=0, ddof=1) / len(scatter)
     return spectrum_of(mean), float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))

@@ -111,7 +111,8 @@ def _settled_twist(line: DriveLine, friction: SupportFriction, frequency_hz: flo
     """Return the coupling's twist over the swing, shape (n,), that goes with its own torque."""
     twist = friction.reference_twist_rad
     for _ in range(ROUNDS):
-        twist = line.twist(_sensor_torque(line, friction, frequency_hz, twist), frequency_hz)
+        torque = response.Waveform(_sensor_torque(line, friction, frequency_hz, twist))
+        twist = line.twist(torque, frequency_hz)
     return twist
 
 

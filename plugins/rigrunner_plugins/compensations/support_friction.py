@@ -7,16 +7,16 @@ No friction law: a dry part that depends on the way since the reversal, as presl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_plugins.compensations.swing import at_same_distance
+from rigrunner_plugins.compensations.swing import at_same_distance, strokes
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-    from rigrunner_plugins.compensations.swing import Swing
+    from rigrunner_plugins.compensations.swing import Stroke, Swing
 
 
 ROUNDS = 3
@@ -46,9 +46,8 @@ class SupportFriction:
 
         `share` is how much of a twist the friction takes part in.
         """
-        drive = self.swing.angle_rad
-        known, load = drive - share * self.reference_twist_rad, drive - share * twist_rad
-        dry = at_same_distance(self.slow_nm, known, load)
+        load = self.swing.angle_rad - share * twist_rad
+        dry = at_same_distance(self.slow_nm, _slow_strokes(self, share), load)
         velocity = self.swing.velocity_per_hz * frequency_hz
         return self._at_speed(dry, velocity - share * _rate(twist_rad, frequency_hz))
 
@@ -58,7 +57,8 @@ class SupportFriction:
     @cached_property
     def _untwisted_nm(self) -> Array:
         """The dry part where no twist takes part: needed for each change, and always the same."""
-        return at_same_distance(self.slow_nm, self.swing.angle_rad, self.swing.angle_rad)
+        drive = self.swing.angle_rad
+        return at_same_distance(self.slow_nm, strokes(drive), drive)
 
     def seen(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque of the sweep itself at a frequency, shape (n,).
@@ -104,6 +104,12 @@ def make_friction(
         growth_s=float(growth),
         viscous_nms=float(viscous),
     )
+
+
+@lru_cache(maxsize=16)
+def _slow_strokes(friction: SupportFriction, share: float) -> tuple[Stroke, Stroke]:
+    """Return the strokes of a slow swing: one sweep asks at each frequency for the same few."""
+    return strokes(friction.swing.angle_rad - share * friction.reference_twist_rad)
 
 
 def _rate(values: Array, frequency_hz: float) -> Array:

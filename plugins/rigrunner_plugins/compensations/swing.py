@@ -78,24 +78,33 @@ def strokes(angle_rad: Array) -> tuple[Stroke, Stroke]:
     """Return the forward (rising) and the backward stroke of a periodic angle, shape (n,)."""
     size = len(angle_rad)
     lowest, highest = int(np.argmin(angle_rad)), int(np.argmax(angle_rad))
-    forward = (lowest + np.arange((highest - lowest) % size)) % size
-    backward = (highest + np.arange((lowest - highest) % size)) % size
+    twice = _two_turns(size)
+    forward = twice[lowest : lowest + (highest - lowest) % size]
+    backward = twice[highest : highest + (lowest - highest) % size]
     return (
         Stroke(forward, np.maximum.accumulate(angle_rad[forward] - angle_rad[lowest])),
         Stroke(backward, np.maximum.accumulate(angle_rad[highest] - angle_rad[backward])),
     )
 
 
-def at_same_distance(values: Array, known_rad: Array, wanted_rad: Array) -> Array:
+@lru_cache(maxsize=4)
+def _two_turns(size: int) -> NDArray[np.intp]:
+    """Return the places of the samples of two turns: a stroke may go on past the last sample."""
+    places = np.concatenate([np.arange(size), np.arange(size)])
+    places.flags.writeable = False
+    return places
+
+
+def at_same_distance(values: Array, known: tuple[Stroke, Stroke], wanted_rad: Array) -> Array:
     """Return values that belong to one angle at another, by the way since the reversal.
 
-    `values` and `known_rad` have shape (n,), and `wanted_rad` too: a similar swing on the same
-    phases. Beyond the end of a stroke its last value is kept.
+    `values`, shape (n,), belong to the angle whose strokes are known; `wanted_rad`, of the same
+    shape, is a similar swing on the same phases. Beyond the end of a stroke its last value is kept.
     """
     result = np.empty_like(values)
-    for known, wanted in zip(strokes(known_rad), strokes(wanted_rad), strict=True):
-        result[wanted.index] = np.interp(
-            wanted.distance_rad, known.distance_rad, values[known.index]
+    for before, after in zip(known, strokes(wanted_rad), strict=True):
+        result[after.index] = np.interp(
+            after.distance_rad, before.distance_rad, values[before.index]
         )
     return result
 

@@ -16,7 +16,7 @@ from scipy.ndimage import map_coordinates
 from rigrunner.api.errors import DataError
 from rigrunner.signal.blocks import BLOCK, cycle_groups, groups
 from rigrunner.signal.crossings import beyond, rises
-from rigrunner.signal.kinematics import angular_velocity, max_angle, swing_angle
+from rigrunner.signal.kinematics import angle_and_velocity, max_angle
 from rigrunner.signal.order import percentiles
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ class _HalfTurns:
         index = np.clip(index, 0, len(angle) - 1)
         first = int(index[0, 0])
         measured = angle[first : int(index[-1, -1]) + 1][index - first]
-        model, velocity = swing_angle(phase, ratio), angular_velocity(phase, 1.0, ratio)
+        model, velocity = angle_and_velocity(phase, 1.0, ratio)
         return cls(measured, model, velocity, inside, period[:, None])
 
     def against(self, offset: float) -> tuple[float, float]:

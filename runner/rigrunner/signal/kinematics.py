@@ -27,13 +27,18 @@ if TYPE_CHECKING:
 
 def swing_angle(phase_rad: Array, ratio: float) -> Array:
     """Return the swing angle theta in rad at crank phases of any shape."""
-    return np.arctan2(ratio * np.sin(phase_rad), 1 + ratio * np.cos(phase_rad))
+    return _angle(phase_rad, np.cos(phase_rad), ratio)
 
 
 def angular_velocity(phase_rad: Array, frequency_hz: float, ratio: float) -> Array:
     """Return dtheta/dt in rad/s at crank phases of any shape, for a steady crank."""
+    return _velocity(np.cos(phase_rad), frequency_hz, ratio)
+
+
+def angle_and_velocity(phase_rad: Array, frequency_hz: float, ratio: float) -> tuple[Array, Array]:
+    """Return `swing_angle` and `angular_velocity` of the same phases, for one cosine."""
     cosine = np.cos(phase_rad)
-    return 2 * math.pi * frequency_hz * ratio * (ratio + cosine) / _distance_squared(cosine, ratio)
+    return _angle(phase_rad, cosine, ratio), _velocity(cosine, frequency_hz, ratio)
 
 
 def angular_acceleration(phase_rad: Array, frequency_hz: float, ratio: float) -> Array:
@@ -72,6 +77,14 @@ def max_acceleration(frequency_hz: float, ratio: float) -> float:
     cosine = -8 * ratio / (linear + math.sqrt(linear**2 + 32 * ratio**2))
     phase = -math.acos(cosine)
     return float(angular_acceleration(np.array(phase), frequency_hz, ratio))
+
+
+def _angle(phase_rad: Array, cosine: Array, ratio: float) -> Array:
+    return np.arctan2(ratio * np.sin(phase_rad), 1 + ratio * cosine)
+
+
+def _velocity(cosine: Array, frequency_hz: float, ratio: float) -> Array:
+    return 2 * math.pi * frequency_hz * ratio * (ratio + cosine) / _distance_squared(cosine, ratio)
 
 
 def _distance_squared(cosine: Array, ratio: float) -> Array:

@@ -5,6 +5,8 @@ Frequencies in Hz, of any shape; responses complex, dimensionless, of the same s
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from math import pi, sin
 from typing import TYPE_CHECKING
 
@@ -16,6 +18,31 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
     Response = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Waveform:
+    """Periodic waveforms, shape (..., n), whose harmonics are found once for many responses.
+
+    The values are not to be changed.
+    """
+
+    values: Array
+
+    @property
+    def size(self) -> int:
+        """The number of samples in a period, n."""
+        return int(self.values.shape[-1])
+
+    @cached_property
+    def spectrum(self) -> Response:
+        """The harmonics 0 ... n // 2, as np.fft.rfft scales them, shape (..., n // 2 + 1)."""
+        return np.fft.rfft(self.values, axis=-1)
+
+    def through(self, response: Response) -> Array:
+        """Return them filtered, as `apply` does."""
+        spectrum = self.spectrum[..., : len(response)]
+        return np.fft.irfft(spectrum * response, self.size, axis=-1)
 
 
 def butterworth(frequency_hz: Array, corner_hz: float, order: int) -> Response:
@@ -30,7 +57,9 @@ def butterworth(frequency_hz: Array, corner_hz: float, order: int) -> Response:
     return np.asarray(1 / denominator)
 
 
-def torsional_resonance(frequency_hz: Array, natural_hz: float, damping_ratio: float) -> Response:
+def torsional_resonance(
+    frequency_hz: Array, natural_hz: float, damping_ratio: float | Array
+) -> Response:
     """Return the torque in a damped torsional spring over the torque that acts on its inertia.
 
     (1 + 2 z q)/(1 + 2 z q + q^2) with q = j f / fn: the transmissibility of a mass on a spring and
@@ -58,6 +87,4 @@ def apply(response: Response, waveform: Array) -> Array:
 
     What a response shorter than n // 2 + 1 does not reach is taken out.
     """
-    n = waveform.shape[-1]
-    spectrum = np.fft.rfft(waveform, axis=-1)[..., : len(response)]
-    return np.fft.irfft(spectrum * response, n, axis=-1)
+    return Waveform(waveform).through(response)

@@ -17,6 +17,12 @@ def test_angle_is_that_of_the_triangle_of_crank_and_bar():
     assert np.allclose(kinematics.swing_angle(PHASE, RATIO), np.angle(pin), atol=1e-15)
 
 
+def test_both_together_have_the_bits_of_each():
+    angle, velocity = kinematics.angle_and_velocity(PHASE, 7.0, RATIO)
+    np.testing.assert_array_equal(angle, kinematics.swing_angle(PHASE, RATIO))
+    np.testing.assert_array_equal(velocity, kinematics.angular_velocity(PHASE, 7.0, RATIO))
+
+
 @settings(deadline=None, max_examples=30)
 @given(ratio=ratios, phase=st.floats(0, 2 * math.pi))
 def test_velocity_and_acceleration_are_the_derivatives(ratio, phase):

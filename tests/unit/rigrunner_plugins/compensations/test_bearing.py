@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,9 +10,18 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import LowPass
-from rigrunner_plugins.compensations.bearing import MeanSwing, Reversals, replicates, reversals
+from rigrunner.signal.response import Waveform
+from rigrunner_plugins.compensations.bearing import (
+    MeanSwing,
+    Pair,
+    Reversals,
+    bearing_torque,
+    replicates,
+    reversals,
+)
 from rigrunner_plugins.compensations.drive_line import DriveLine
 from rigrunner_plugins.compensations.noise_bias import noise_bias
+from rigrunner_plugins.compensations.support_friction import make_friction
 from rigrunner_plugins.compensations.swing import make_swing
 
 SIZE, CYCLES, HERTZ = 256, 20, 1.0
@@ -33,7 +43,7 @@ def studied(noise_nm, rounds=300):
     errors = []
     for _ in range(rounds):
         loaded = run(rng, noise_nm)
-        bearing = STIFF.at_load(loaded.torque_nm, HERTZ)
+        bearing = STIFF.at_load(loaded.waveform, HERTZ)
         greatest = float(WHERE.torque(bearing))
         bias = noise_bias(bearing, [replicates(STIFF, bearing, loaded, +1)], WHERE)
         errors.append((greatest - 0.7, greatest - bias - 0.7))
@@ -56,3 +66,46 @@ def test_a_load_without_samples_behind_a_reversal_is_refused():
     assert len(reversals(STIFF, friction, loaded, 0.01).forward)
     with pytest.raises(DataError, match="at 1 Hz the load has no reversal to look behind"):
         reversals(STIFF, friction, loaded, 1e-12)
+
+
+LINE = DriveLine(300.0, 0.05, 2e-3, 0.6, 2e-5, LowPass(corner="900 Hz"))
+VARIED = [
+    {},
+    {"natural_hz": 310.0},
+    {"damping_ratio": 0.06},
+    {"inertia_kgm2": 3e-3},
+    {"share": 0.0},
+    {"share": 1.0},
+    {"delay_s": 0.0},
+    {"low_pass": LowPass(corner="990 Hz")},
+    {"harmonics": 19},
+]
+
+
+def plain(line, friction, mean):
+    hertz = mean.frequency_hz
+    inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * hertz**2
+    twist = line.twist(Waveform(mean.torque_nm), hertz)
+    at_load = line.at_load(Waveform(mean.torque_nm), hertz)
+    return at_load - inertial - friction.torque(hertz, twist, line.share)
+
+
+def test_what_is_remembered_of_a_pair_has_the_bits_of_what_is_worked_out():
+    """A quantity that something depends on, and that is left out of what it goes by, shows here."""
+    swing, rng = make_swing(2 / 45, SIZE), np.random.default_rng(5)
+    steps = np.tanh(20 * swing.velocity_per_hz)
+    frictions = [
+        make_friction(swing, 1e-4 * rng.random() * steps, level * steps, 0.01 * steps, 12.0)
+        for level in (0.7, 0.8)
+    ]
+    runs = [replace(run(rng, 0.01), frequency_hz=hertz) for hertz in (10.0, 10.0, 10.01)]
+    for _ in range(2):
+        for friction in frictions:
+            for pair in (Pair(runs[0], runs[1]), Pair(runs[2], runs[1])):
+                for change in VARIED:
+                    line = replace(LINE, **change)
+                    found = bearing_torque(line, friction, pair)
+                    wanted = plain(line, friction, pair.loaded) - plain(
+                        line, friction, pair.no_load
+                    )
+                    np.testing.assert_array_equal(found, wanted)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigrunner.api.instruments import LowPass
-from rigrunner.signal.response import raised_cosine
+from rigrunner.signal.response import Waveform, raised_cosine
 from rigrunner_plugins.compensations.drive_line import (
     HARMONICS,
     MAX_GAIN,
@@ -49,12 +49,12 @@ def driven_with_friction_pulse():
 def test_undoes_what_an_oscillator_in_the_time_domain_does():
     sensor, twist, friction = driven_with_friction_pulse()
     line = replace(LINE, harmonics=60)
-    found = line.at_load(sensor, FREQUENCY)
+    found = line.at_load(Waveform(sensor), FREQUENCY)
     inertial = line.inertia_kgm2 * SWING.acceleration_per_hz2 * FREQUENCY**2
     low = np.abs(np.fft.rfft(found - inertial - friction))[:20] * 2 / SWING.size
     assert np.abs(sensor - inertial - friction).max() > 0.2, "there is something to undo"
     assert low.max() < 1e-3
-    np.testing.assert_allclose(line.twist(sensor, FREQUENCY), twist, atol=2e-6)
+    np.testing.assert_allclose(line.twist(Waveform(sensor), FREQUENCY), twist, atol=2e-6)
 
 
 def test_undoes_filter_and_delay():
@@ -62,7 +62,7 @@ def test_undoes_filter_and_delay():
     phase = 2 * np.pi * np.arange(512) / 512
     at_load = np.cos(phase + 0.3) + 0.2 * np.sin(7 * phase)
     sensor = np.fft.irfft(np.fft.rfft(at_load) * line.sensor(np.arange(257) * 20.0), 512)
-    np.testing.assert_allclose(line.at_load(sensor, 20.0), at_load, atol=1e-12)
+    np.testing.assert_allclose(line.at_load(Waveform(sensor), 20.0), at_load, atol=1e-12)
 
 
 def test_a_delay_is_later():
@@ -74,14 +74,16 @@ def test_stops_where_it_would_amplify_noise():
     line = replace(LINE, natural_hz=150.0, low_pass=LowPass(corner="100 Hz"))
     impulse = np.zeros(1024)
     impulse[0] = 1.0
-    assert np.abs(np.fft.rfft(line.at_load(impulse, 35.0))).max() < 8
-    assert np.abs(np.fft.rfft(line.at_load(impulse, 35.0)))[30:].max() == pytest.approx(0, abs=1e-9)
+    assert np.abs(np.fft.rfft(line.at_load(Waveform(impulse), 35.0))).max() < 8
+    assert np.abs(np.fft.rfft(line.at_load(Waveform(impulse), 35.0)))[30:].max() == pytest.approx(
+        0, abs=1e-9
+    )
 
 
 def test_leading_dimensions_are_waveforms():
     waveforms = np.random.default_rng(1).standard_normal((3, 256))
-    together = LINE.at_load(waveforms, 10.0)
-    np.testing.assert_allclose(together[1], LINE.at_load(waveforms[1], 10.0), atol=1e-12)
+    together = LINE.at_load(Waveform(waveforms), 10.0)
+    np.testing.assert_allclose(together[1], LINE.at_load(Waveform(waveforms[1]), 10.0), atol=1e-12)
 
 
 @pytest.mark.parametrize("harmonics", [19, 24, 60])
@@ -99,6 +101,10 @@ def test_what_is_tapered_away_need_not_be_computed(harmonics, size):
 
     spectrum = np.fft.rfft(waveform)
     undone = plain(line.sensor(every_hz), HARMONICS, harmonics / HARMONICS)
-    assert np.array_equal(line.at_load(waveform, FREQUENCY), np.fft.irfft(spectrum * undone, size))
+    assert np.array_equal(
+        line.at_load(Waveform(waveform), FREQUENCY), np.fft.irfft(spectrum * undone, size)
+    )
     undone = plain(line.channel(every_hz), TWIST_HARMONICS, 1.0) / line.stiffness(every_hz)
-    assert np.array_equal(line.twist(waveform, FREQUENCY), np.fft.irfft(spectrum * undone, size))
+    assert np.array_equal(
+        line.twist(Waveform(waveform), FREQUENCY), np.fft.irfft(spectrum * undone, size)
+    )

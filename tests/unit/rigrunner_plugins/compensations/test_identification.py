@@ -8,6 +8,8 @@ from helpers_sweeps import prepared
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.compensations import identification
 from rigrunner_plugins.compensations.bearing import mean_swing
+from rigrunner_plugins.compensations.drive_line import DriveLine
+from rigrunner_plugins.compensations.harmonics import observe
 from rigrunner_plugins.compensations.identification import identify, vector, with_vector
 from rigrunner_plugins.compensations.model_template import no_load_model
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio
@@ -67,6 +69,25 @@ def test_a_line_is_known_best_at_the_weighted_mean_of_its_places():
     basis = np.stack([one, 3 * one]).astype(complex)
     expected = np.average(hertz, weights=weight**2)
     assert identification._best_known_hz(basis) == pytest.approx(expected)
+
+
+def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
+    points = prepared(RigParameters(), 0.0)
+    observed = observe(points, make_swing(measured_ratio(points)))
+    weight = observed.weight.copy()
+    weight[:, 60:] = 0.0  # harmonics that no frequency has, one has, and two have
+    weight[:-1, 59] = weight[2:, 58] = 0.0
+    observed = replace(observed, weight=weight)
+    lines = [
+        DriveLine(hertz, damping, 2e-3, 0.0, 0.0, INSTRUMENT.low_pass)
+        for hertz in (60.0, 400.0, 2500.0)
+        for damping in (0.02, 0.15)
+    ]
+    hertz, known = observed.harmonic_hz, identification._inertial(observed, lines[0])
+    found = identification._misfit(observed, np.array([x.sensor(hertz) for x in lines]), known)
+    nothing = np.zeros_like(observed.harmonics)
+    wanted = [np.sum(identification._residual(observed, x, nothing)[:-1] ** 2) for x in lines]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
 
 
 def test_tells_the_torque_at_a_frequency_that_was_not_recorded():

@@ -46,7 +46,7 @@ def test_what_depends_on_distance_alone_is_found_again(offset, late):
         return result
 
     other = np.roll(SWING.angle_rad, late) + offset
-    moved = at_same_distance(friction(SWING.angle_rad), SWING.angle_rad, other)
+    moved = at_same_distance(friction(SWING.angle_rad), strokes(SWING.angle_rad), other)
     np.testing.assert_allclose(moved, friction(other), atol=1e-5)
 
 
