@@ -7,7 +7,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.comparing.results import named_by_frequency
+from rigrunner.workflow.set_points import named_by_frequency, told_apart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -80,8 +80,8 @@ def verdicts(document: Json) -> dict[str, str]:
     if decision is None:
         return {}
     parts = decision["parts"] if len(decision["parts"]) > 1 else []
-    named = {str(each["of"]): str(each["verdict"]) for each in parts}
-    return {"run": str(decision["verdict"])} | named
+    named = told_apart((str(each["of"]), str(each["verdict"])) for each in parts)
+    return {"run": str(decision["verdict"]), **dict(named)}
 
 
 def checks(document: Json) -> dict[str, bool]:

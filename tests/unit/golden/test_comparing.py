@@ -7,7 +7,7 @@ from math import inf
 import pytest
 
 from rigrunner.golden.comparing import Move, Standing, by_gravity, compare, not_compared
-from rigrunner.golden.figures import AtFrequency, Figure
+from rigrunner.golden.figures import AtFrequency, Figure, verdicts
 from rigrunner.golden.overall import Overall
 from rigrunner.golden.reference import Found
 from rigrunner.golden.words import details
@@ -90,6 +90,16 @@ def test_a_method_that_takes_part_on_one_side_alone_is_no_move():
     gone = {**found().figures}
     del gone["energy: torque at 5 Hz"], gone["result at 5 Hz"]
     assert compare("run", found(), found(figures=gone)).standing is Standing.BEYOND
+
+
+def test_each_visit_of_a_frequency_has_its_verdict():
+    def decided(*parts):
+        told = [{"of": "5 Hz", "verdict": each} for each in parts]
+        return verdicts({"decision": {"verdict": "fail", "parts": told}})
+
+    assert decided("pass", "fail") == {"run": "fail", "5 Hz": "pass", "5 Hz (2)": "fail"}
+    before, after = (found(verdicts=decided(first, "fail")) for first in ("pass", "fail"))
+    assert compare("run", before, after).standing is Standing.VERDICT
 
 
 def test_the_gravest_come_first():

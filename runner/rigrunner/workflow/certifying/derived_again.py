@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError
+from rigrunner.workflow.set_points import named_by_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -37,8 +38,8 @@ def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, A
     headline = content.get("headline") or {}
     yield "the mean", headline.get("compensated") or {}
     method = (content.get("compensations") or {}).get(headline.get("method")) or {}
-    for point in method.get("points") or ():
-        yield f"{point['set_frequency']['value']:g} Hz", point["torque"]
+    points = method.get("points") or ()
+    yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
 
 
 def _compare(

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from math import hypot, inf, sqrt
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.comparing.tree import Change, changes
+from rigrunner.workflow.set_points import named_by_frequency
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     Json = Mapping[str, Any]
 
-_T = TypeVar("_T")
 SECTION = "results"
 
 
@@ -60,15 +59,6 @@ def _torques(document: Json) -> dict[str, Json | None]:
         values = [_raw_peak(point["raw_peak"]) for point in points]
     frequencies = (point["set_frequency"]["value"] for point in points)
     return dict(named_by_frequency(zip(frequencies, values, strict=False)))
-
-
-def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tuple[str, _T]]:
-    """Yield each with the name of its set-point; a sweep may come back to a frequency."""
-    seen = Counter[float | None]()
-    for hz, each in points:
-        seen[hz] += 1
-        again = f" ({seen[hz]})" if seen[hz] > 1 else ""
-        yield f"{'' if hz is None else f'at {hz:g} Hz'}{again}".strip(), each
 
 
 def _raw_peak(peak: Json) -> Json:

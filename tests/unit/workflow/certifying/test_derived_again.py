@@ -60,6 +60,25 @@ def test_another_set_point_is_refused(known):
         refuse_other_numbers(sealed_with(stored, changed), result)
 
 
+def test_each_visit_of_a_frequency_is_compared(known, monkeypatch):
+    stored, result = known
+
+    def at_one_frequency(content):
+        for point in content["compensations"]["template_inverse"]["points"]:
+            point["set_frequency"]["value"] = 5.0
+
+    def changed(content):
+        at_one_frequency(content)
+        content["compensations"]["template_inverse"]["points"][0]["torque"]["value"] += 0.001
+
+    today = sealed_with(stored, at_one_frequency)
+    where = "rigrunner.workflow.certifying.derived_again.document"
+    monkeypatch.setattr(where, lambda _: today.result_document)
+    refuse_other_numbers(today, result)
+    with pytest.raises(DataError, match="at 5 Hz was"):
+        refuse_other_numbers(sealed_with(stored, changed), result)
+
+
 def test_an_uncertainty_that_was_not_known_is_another_number(known):
     def changed(content):
         content["headline"]["compensated"]["standard_uncertainty"] = None

@@ -1,0 +1,24 @@
+"""What the set-points of a result document are called: a sweep may come back to a frequency."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+_T = TypeVar("_T")
+
+
+def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
+    """Yield the same, the second of a name as 'name (2)'."""
+    seen = Counter[str]()
+    for name, each in named:
+        seen[name] += 1
+        yield f"{name} ({seen[name]})".strip() if seen[name] > 1 else name, each
+
+
+def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tuple[str, _T]]:
+    """Yield each with the name of its set-point, such as 'at 5 Hz'; '' for one without."""
+    return told_apart(("" if hz is None else f"at {hz:g} Hz", each) for hz, each in points)
