@@ -8,6 +8,8 @@ from pathlib import Path
 from rigrunner.api.errors import UsageError
 
 RUN_FILE = "run.h5"
+MOST_NAMED = 12
+"""In a message; of more runs the newest are named."""
 
 
 def shipped_folder() -> Path:
@@ -50,7 +52,7 @@ def find_run(name_or_path: str, runs: Path) -> Path:
     if len(begun) == 1:
         return runs / begun[0]
     if begun:
-        raise UsageError(f"'{name_or_path}' could be any of: {', '.join(begun)}")
+        raise UsageError(f"'{name_or_path}' could be any of: {_listed(begun)}")
     raise UsageError(f"there is no run '{name_or_path}' in {runs}", hint=_near(name_or_path, names))
 
 
@@ -97,4 +99,10 @@ def _near_file(path: Path) -> str:
 
 def _near(name: str, names: list[str]) -> str:
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
+    return f"did you mean '{near[0]}'?" if near else f"there are: {_listed(names)}"
+
+
+def _listed(names: list[str]) -> str:
+    if len(names) > MOST_NAMED:
+        return f"{', '.join(names[-MOST_NAMED:])}, the last {MOST_NAMED} of {len(names)}"
+    return ", ".join(names) or "none"

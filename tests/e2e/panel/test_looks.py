@@ -101,6 +101,25 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     assert grave == []
 
 
+def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
+    screen = new_screen(viewport={"width": 820, "height": 1180}, locale="de-DE")
+    screen.open()
+    page = screen.page
+    page.wait_for_selector(".item")
+    assert_on_one_screen(page)
+    covered = page.evaluate(
+        """() => [...document.querySelectorAll('.chip, .bar .button:not([hidden]), .stop')]
+            .filter((each) => {
+                const box = each.getBoundingClientRect();
+                const middle = (box.top + box.bottom) / 2;
+                return ![box.left + 8, box.right - 8].every(
+                    (x) => each.contains(document.elementFromPoint(x, middle)));
+            })
+            .map((each) => each.textContent)"""
+    )
+    assert covered == []
+
+
 def test_the_theme_is_the_machine_s_or_the_one_that_was_chosen(new_screen):
     screen = new_screen(color_scheme="dark")
     screen.open()

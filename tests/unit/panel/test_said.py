@@ -160,6 +160,16 @@ def translated(tmp_path_factory):
                 " 0.0120 N·m (E_n = 0.09)"
             ),
         ),
+        (
+            (
+                "there is no no-load run in runs; looked at and refused: R1: its mandrel is 'a', "
+                "but 'b' is needed; R2: other"
+            ),
+            (
+                "in runs ist keine Leerlaufprüfung; angesehen und verworfen: R1: ihr mandrel "
+                "ist „a“, gebraucht wird „b“; R2: other"
+            ),
+        ),
         ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
         ("the drive has no power", "the drive has no power"),
         ("", ""),

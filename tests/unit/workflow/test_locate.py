@@ -47,6 +47,18 @@ def runs(tmp_path):
     return tmp_path
 
 
+def test_of_very_many_runs_the_newest_are_named(tmp_path):
+    names = [f"2026{month:02}{day:02}T000000Z_A" for month in (1, 2) for day in range(1, 29)]
+    for name in names:
+        (tmp_path / name).mkdir()
+    with pytest.raises(UsageError) as caught:
+        find_run("qqq", tmp_path)
+    assert str(caught.value.hint).endswith(f"{names[-1]}, the last 12 of 56")
+    assert names[-13] not in str(caught.value.hint)
+    with pytest.raises(UsageError, match=r"could be any of: 20260117T.*, the last 12 of 28$"):
+        find_run("202601", tmp_path)
+
+
 def test_runs_are_listed_oldest_first_without_hidden_folders(runs):
     assert [name[:8] for name in run_names(runs)] == ["20260101", "20260101", "20260102"]
     assert run_names(runs / "nowhere") == []

@@ -8,6 +8,12 @@ export function fixed(value, decimals) {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "\u2212");
 }
 
+// A set value as a person wrote it: 16.5, not 17; 35, not 35.0.
+export function plain(value) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
+  return String(Number(value.toPrecision(6))).replace("-", "\u2212");
+}
+
 // The decimals that show an uncertainty with two significant digits (GUM 7.2.6).
 export function decimalsFor(uncertainty, otherwise = 3) {
   if (!Number.isFinite(uncertainty) || uncertainty <= 0) return otherwise;

@@ -3,7 +3,7 @@
 import { personName } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
-import { fixed, withUncertainty } from "../format.js";
+import { fixed, plain, withUncertainty } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
 import { preflightCard } from "../parts/preflight.js";
 import { readouts } from "../parts/readouts.js";
@@ -115,14 +115,14 @@ function openCard() {
 
 function driveRow(drive) {
   const id = `drive-${drive.name}`;
-  const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": `${id}-limits`, value: fixed(drive.set ?? 0, 1).replace("−", "-") });
+  const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": `${id}-limits`, value: plain(drive.set ?? 0).replace("−", "-") });
   const send = (text) => steer("manual/set", { drive: drive.name, value: /[a-z%°]/i.test(text) ? text : `${text} ${drive.unit}` });
   const form = h("form", { class: "drive", onsubmit: (event) => {
     event.preventDefault();
     send(input.value.trim().replace(",", "."));
   } },
   h("div", { class: "field" }, h("label", { for: id }, `${drive.long_name} (${drive.unit})`), input,
-    h("p", { class: "field-note", id: `${id}-limits` }, t("manual.limits", { low: fixed(drive.minimum, 0), high: fixed(drive.maximum, 0), unit: drive.unit }))),
+    h("p", { class: "field-note", id: `${id}-limits` }, t("manual.limits", { low: plain(drive.minimum), high: plain(drive.maximum), unit: drive.unit }))),
   h("button", { type: "submit", class: "button primary" }, t("manual.set")),
   button(t("manual.zero"), () => {
     input.value = "0";

@@ -4,7 +4,7 @@ import { go } from "../address.js";
 import { get } from "../client.js";
 import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
-import { bytes, fixed, localTime, withUncertainty } from "../format.js";
+import { bytes, localTime, plain, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { tried } from "../steer.js";
@@ -77,7 +77,7 @@ function points(found) {
   if (!rows.length) return null;
   return h("section", { class: "card" }, h("h2", {}, t("result.points")),
     h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("plot.compensated")))),
-      h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${fixed(row.frequency_hz, 0)} Hz`), h("td", {}, withUncertainty(row.value, row.expanded_uncertainty_95, "N·m")))))));
+      h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${plain(row.frequency_hz)} Hz`), h("td", {}, withUncertainty(row.value, row.expanded_uncertainty_95, "N·m")))))));
 }
 
 function checks(found) {

@@ -62,7 +62,7 @@ export function runPage() {
     show(override, Boolean(state.pause?.choices.includes("override")));
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
     show(paused, Boolean(state.pause));
-    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...state.pause.moving].filter(Boolean).map(said).join(" · ")));
+    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...(state.pause.moving.length ? state.pause.moving : [t("run.standing")])].filter(Boolean).map(said).join(" · ")));
     if (changed.has("live") || changed.has("plan")) frequency.show(state.live?.points ?? [], frequencies(state.plan));
     steps.update(changed);
     numbers.update();

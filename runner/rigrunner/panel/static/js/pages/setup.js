@@ -4,7 +4,7 @@ import { go } from "../address.js";
 import { get, personName, post } from "../client.js";
 import { button, fill, h, setText } from "../dom.js";
 import { draft, keepDraft } from "../draft.js";
-import { bytes, duration, fixed } from "../format.js";
+import { bytes, duration, fixed, plain } from "../format.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList, tell } from "../parts/notices.js";
 import { preflightCard } from "../parts/preflight.js";
@@ -83,7 +83,7 @@ function planCard(plan) {
   const torques = plan.torques.map((torque) => {
     const sign = torque.share > 1 ? "✗" : torque.share > NEARLY_FULL ? "!" : "";
     return h("tr", {},
-      h("td", {}, `${fixed(torque.frequency_hz, 0)} Hz`),
+      h("td", {}, `${plain(torque.frequency_hz)} Hz`),
       h("td", {}, `${fixed(torque.peak_nm, 2)} N·m`),
       h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(torque.share), "aria-label": t("setup.share") }), ` ${fixed(100 * torque.share, 0)} % `, h("strong", {}, sign)));
   });
