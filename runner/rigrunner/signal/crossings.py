@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ulp
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -17,7 +17,7 @@ from rigrunner.signal.blocks import blocks
 from rigrunner.signal.extremes import extremes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -31,6 +31,8 @@ LOOKS = 32
 """In a cycle, at least; with fewer a half may be missed."""
 PIECE = 4096
 """In which the first and the last sample outside are looked for."""
+LONG = 25_000
+"""Samples of a cycle, of which to look at each but once is worth two calls of numpy."""
 HALF = 2
 SHARES = (4, HALF)
 """Of the time from low to high: what noise may take of it at each end, first as is usual."""
@@ -126,6 +128,11 @@ def _turns(is_low: Mask, is_high: Mask) -> tuple[IntArray, IntArray]:
     return outside[rising], outside[rising + 1]
 
 
+def _spans(begins: Sequence[IntArray], ends: Sequence[IntArray]) -> list[list[int]]:
+    both = np.stack([np.concatenate(begins), np.concatenate(ends)], axis=1)
+    return cast("list[list[int]]", both.tolist())
+
+
 @dataclass(frozen=True, eq=False)
 class _Look:
     """The crossings that every so manyth sample shows: indices of both sides of each."""
@@ -186,6 +193,8 @@ class _Near:
 
     def holds(self) -> bool:
         """Return whether all samples between the crossings are on the side that the look says."""
+        if len(self.look.values) >= LONG * len(self.up[0]):
+            return self._holds_by_halves()
         look, (begin, end) = self.look, self.up
         ends = [begin, self.down[0]] if self.one_cut else [begin, end, *self.down]
         cuts = np.sort(np.concatenate(ends))
@@ -197,6 +206,28 @@ class _Near:
         stretch = (np.arange(len(least)) + low_first) % turn
         no_high, no_low = greatest < look.high, least > look.low
         return bool((no_high | (stretch == turn // 2)).all() and (no_low | (stretch == 0)).all())
+
+    def _holds_by_halves(self) -> bool:
+        """Return the same, by the one extreme of each half of a cycle that could say otherwise."""
+        look, (no_high, no_low) = self.look, self._halves()
+        return all(
+            np.maximum.reduce(look.values[begin:end]) < look.high for begin, end in no_high
+        ) and all(np.minimum.reduce(look.values[begin:end]) > look.low for begin, end in no_low)
+
+    def _halves(self) -> tuple[list[list[int]], list[list[int]]]:
+        """Return from where to where no sample may be high, and where none may be low.
+
+        From a fall's begin to the end of the next rise, and the other way: while it changes, both.
+        """
+        start, stop = np.array([self.look.first]), np.array([self.look.last + 1])
+        (rise, risen), (fall, fallen) = self.up, self.down
+        rises_first = not len(fall) or rise[0] < fall[0]
+        falls_last = len(fall) + rises_first > len(rise)
+        low = [start, fall] if rises_first else [fall]
+        high = [rise] if rises_first else [start, rise]
+        low_end = [risen, stop] if falls_last else [risen]
+        high_end = [fallen] if falls_last else [fallen, stop]
+        return _spans(low, low_end), _spans(high, high_end)
 
     def rises(self) -> tuple[IntArray, IntArray]:
         """Return the last low sample before each rise, and the first high one after it."""

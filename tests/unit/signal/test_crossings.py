@@ -53,7 +53,7 @@ def test_a_noisy_swing_is_told_as_one_by_one(period, noise, phase, seed):
 
 
 @given(
-    period=st.floats(1500, 10_000),
+    period=st.floats(1500, 40_000),
     spikes=st.lists(st.tuples(st.integers(0, 59_999), st.sampled_from([-1.0, 0.0, 1.0]))),
     rest=st.integers(0, 20_000),
 )
