@@ -20,7 +20,6 @@ from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
-from rigrunner.rig.role import MovingCall
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.prepare import plan_run
@@ -236,7 +235,7 @@ def run_with_fault(
     with (
         stop_on_signals() as stop,
         patch.object(calling, "_Pending", pending_of(faults.hanging)),
-        patch.object(MovingCall, "wait", lambda *_: None),  # it never comes back
+        patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never comes back
     ):
         listeners = [stop, arm]
         if runs is None:

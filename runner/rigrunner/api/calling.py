@@ -173,6 +173,57 @@ class ThreadCaller:
         return pending.is_over()
 
 
+class MovingCall:
+    """A call that moves a drive: it may still do so when nobody waits for it any more."""
+
+    def __init__(self, what: str, function: Callable[[], Any], timeout_s: float) -> None:
+        self.what = what
+        self._function = function
+        self._until_s = time.monotonic() + timeout_s
+        self._returned = threading.Event()
+        self.has_begun = False
+        """Not where it was refused, as an earlier call hangs."""
+
+    def __call__(self) -> Any:
+        """Do it."""
+        self.has_begun = True
+        try:
+            return self._function()
+        finally:
+            self._returned.set()
+
+    @property
+    def has_returned(self) -> bool:
+        """Whether it is over, however it ended."""
+        return self._returned.is_set()
+
+    def wait(self, grace_s: float) -> None:
+        """Wait for it for the rest of the time that it had, and a grace."""
+        self._returned.wait(max(self._until_s - time.monotonic(), 0.0) + grace_s)
+
+
+class MovingCalls:
+    """The calls of a device that move its drives, of which one may be given up and come late."""
+
+    def __init__(self) -> None:
+        self._calls: list[MovingCall] = []
+
+    @property
+    def late(self) -> MovingCall | None:
+        """The call that was begun and given up, if it has not come back.
+
+        What is asked of the device after that one is refused, and moves nothing.
+        """
+        begun = (each for each in self._calls if each.has_begun and not each.has_returned)
+        return next(begun, None)
+
+    def next(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
+        """Return what does the same, to be called next."""
+        moving = MovingCall(what, function, timeout_s)
+        self._calls = [*(each for each in self._calls if not each.has_returned), moving]
+        return moving
+
+
 class _Pending:
     """What the thread is to do, and what came of it.
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigrunner.api.calling import InlineCaller, ThreadCaller
+from rigrunner.api.calling import InlineCaller, MovingCalls, ThreadCaller
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
@@ -19,39 +17,10 @@ from rigrunner.api.errors import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from rigrunner.api.calling import Caller
+    from rigrunner.api.calling import Caller, MovingCall
     from rigrunner.api.devices import Device, DriveInfo
 
 _T = TypeVar("_T")
-
-
-class MovingCall:
-    """A call that moves a drive: it may still do so when nobody waits for it any more."""
-
-    def __init__(self, what: str, function: Callable[[], Any], timeout_s: float) -> None:
-        self.what = what
-        self._function = function
-        self._until_s = time.monotonic() + timeout_s
-        self._returned = threading.Event()
-        self.has_begun = False
-        """Not where it was refused, as an earlier call hangs."""
-
-    def __call__(self) -> Any:
-        """Do it."""
-        self.has_begun = True
-        try:
-            return self._function()
-        finally:
-            self._returned.set()
-
-    @property
-    def has_returned(self) -> bool:
-        """Whether it is over, however it ended."""
-        return self._returned.is_set()
-
-    def wait(self, grace_s: float) -> None:
-        """Wait for it for the rest of the time that it had, and a grace."""
-        self._returned.wait(max(self._until_s - time.monotonic(), 0.0) + grace_s)
 
 
 class Role:
@@ -68,24 +37,16 @@ class Role:
         self.caller: Caller = InlineCaller() if self._inline else ThreadCaller(name)
         self._abilities: dict[type[Any], object] = {}
         self._drives: dict[str, DriveInfo] = {}
-        self._moving: list[MovingCall] = []
+        self._moving = MovingCalls()
 
     @property
     def late(self) -> MovingCall | None:
-        """The call that moves a drive and was given up, if it has not come back.
-
-        What is asked of the device after that one is refused, and moves nothing.
-        """
-        begun = (each for each in self._moving if each.has_begun and not each.has_returned)
-        return next(begun, None)
+        """The call that moves a drive and was given up, if it has not come back."""
+        return self._moving.late
 
     def moving(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
         """Return what does the same, to be called next: that it has returned is kept track of."""
-        if self._inline:
-            return function
-        moving = MovingCall(what, function, timeout_s)
-        self._moving = [*(each for each in self._moving if not each.has_returned), moving]
-        return moving
+        return function if self._inline else self._moving.next(what, function, timeout_s)
 
     def look_anew(self) -> None:
         """Forget what the device could do before it was connected."""

@@ -16,9 +16,8 @@ from rigrunner.yamlfile.names import split_member
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.calling import Caller
+    from rigrunner.api.calling import Caller, MovingCall
     from rigrunner.api.devices import Device, DriveInfo
-    from rigrunner.rig.role import MovingCall
 
 _ATTEMPTS = 3
 """How often making one device safe is begun anew after an interrupt."""

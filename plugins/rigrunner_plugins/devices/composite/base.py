@@ -12,6 +12,7 @@ from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedErr
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from rigrunner.api.calling import MovingCall
     from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
     from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute
@@ -79,9 +80,11 @@ class Composite:
     def make_safe(self) -> Mapping[str, float]:
         """Make all parts safe, whatever fails, and return where the drives stand.
 
-        Parts come in the order in which the drives name them. If one fails, the error tells which,
-        why, and where the other drives stand.
+        Parts come in the order in which the drives name them. A set of a part that was given up is
+        waited for then, and the part made safe behind it. If one fails, the error tells which, why,
+        and where the other drives stand.
         """
+        given_up = {part: late for part in self._safe_order() if (late := part.late)}
         self.set_points.clear()
         self.held = {}
         told: dict[str, Mapping[str, float]] = {}
@@ -100,7 +103,11 @@ class Composite:
             else:
                 standing[drive] = self._resting(route)
 
+        def make_safe_behind(part: Part, late: MovingCall) -> None:
+            told[part.name] = part.make_safe_behind(late)
+
         failed = _all_tried([partial(make_safe, part) for part in self._safe_order()])
+        failed += _all_tried([partial(make_safe_behind, *each) for each in given_up.items()])
         failed += _all_tried([partial(look, route) for route in self.drive_routes.values()])
         if failed:
             raise _summed_up(failed, standing, self.drives)

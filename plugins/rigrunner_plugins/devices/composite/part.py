@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigrunner.api.calling import InlineCaller, ThreadCaller, blocks_of
+from rigrunner.api.calling import InlineCaller, MovingCalls, ThreadCaller, blocks_of
 from rigrunner.api.devices import Approaching, KnowsStream, Readable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
     from concurrent.futures import Future
 
-    from rigrunner.api.calling import Caller
+    from rigrunner.api.calling import Caller, MovingCall
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Device, DriveInfo, Identity, Patience, StopToken
 
@@ -40,6 +41,7 @@ class Part:
         self.device: Any = device
         self._patience = patience
         self._streams = 0
+        self._moving = MovingCalls()
         self._drives: dict[str, DriveInfo] = {info.name: info for info in device.drives}
         self._caller: Caller = (
             InlineCaller() if device.non_blocking else ThreadCaller(f"{role}/{name}")
@@ -97,11 +99,12 @@ class Part:
         urgent = value == info.safe_value
         call = self._caller.call_urgently if urgent else self._caller.call
         with _named(self.name):
+            what, limit_s = f"set {drive}", self._patience.answer_s
             if isinstance(device, Approaching):
-                call(f"set {drive}", lambda: device.begin(drive, value), self._patience.answer_s)
+                move = partial(device.begin, drive, value)
             else:
-                limit_s = self._patience.answer_s + info.longest_s
-                call(f"set {drive}", lambda: device.set(drive, value), limit_s)
+                move, limit_s = partial(device.set, drive, value), limit_s + info.longest_s
+            call(what, move if self.is_inline else self._moving.next(what, move, limit_s), limit_s)
 
     def arrived(self, drive: str) -> bool:
         """Say whether the drive is at its set-point, as the device itself sees it."""
@@ -112,6 +115,23 @@ class Part:
     def read_back(self, drive: str) -> float:
         """Return where a drive stands, as the device itself sees it."""
         return self.call(f"read back {drive}", lambda: float(self.device.read_back(drive)))
+
+    @property
+    def late(self) -> MovingCall | None:
+        """The call that moves a drive and was given up, if it has not come back."""
+        return self._moving.late
+
+    def make_safe_behind(self, late: MovingCall) -> Mapping[str, float]:
+        """Make safe once more behind a set that was given up, which may have undone it.
+
+        Raises DeviceRejectedError where that one does not come back: what was read back need not
+        stay so.
+        """
+        late.wait(ThreadCaller.grace_s)
+        if not late.has_returned:
+            told = f"'{late.what}' was given up and has not come back: it may still move the drive"
+            raise DeviceRejectedError(f"{self.name}: {told}")
+        return self.make_safe()
 
     def make_safe(self) -> Mapping[str, float]:
         """Bring all its drives to their safe values, even while an earlier call hangs.

@@ -345,9 +345,33 @@ def test_a_part_that_hung_is_made_safe_from_a_fresh_thread(monkeypatch):
         device.begin("frequency", 5.0)
     device.begin("frequency", 0.0)  # to the safe value all the same
     assert inverter.at == 0.0
+    with pytest.raises(DeviceRejectedError, match=r"inverter: 'set frequency' .* may still move"):
+        device.make_safe()
+    assert bench.press.calls[-1] == "make_safe"
+    release.set()
     assert device.make_safe()["frequency"] == 0.0
     device.close()
-    release.set()
+
+
+def test_behind_a_set_that_comes_late_the_part_is_made_safe_once_more(monkeypatch):
+    monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
+    release = threading.Event()
+
+    def let_go_once_the_others_are_safe(told):
+        if told == "make_safe":
+            release.set()
+
+    inverter = Inverter(hanging("set frequency 10", release))
+    inverter.non_blocking = False
+    bench = Bench(inverter=inverter, press=Press(let_go_once_the_others_are_safe))
+    device = bench.connected()
+    with pytest.raises(DeviceTimeoutError):
+        device.begin("frequency", 10.0)
+    monkeypatch.setattr(ThreadCaller, "grace_s", 5.0)
+    assert device.make_safe()["frequency"] == 0.0
+    assert inverter.at == 0.0
+    assert inverter.calls.count("make_safe") == 2
+    device.close()
 
 
 def test_what_reads_goes_on_while_another_part_hangs(monkeypatch):
