@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import os
+import signal
 import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -32,8 +33,10 @@ def pytest_configure() -> None:
     """Give each worker of pytest-xdist a folder for temporary files, and so locks of rigs, alone.
 
     A rig is locked for all programs of a machine by its station's id, and several tests at once
-    have stations of one id.
+    have stations of one id. Tests interrupt themselves and what they start: a shell that starts
+    pytest in the background has it ignore interrupts.
     """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker:
         folder = Path(tempfile.gettempdir()) / f"rigrunner-tests-{os.getppid()}-{worker}"

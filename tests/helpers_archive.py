@@ -11,8 +11,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import pytest
-
+from helpers_lacking import lacking
 from helpers_runfile import header_of, recording, write_run
 from rigrunner.runfile import seal
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 NOBODY = 65534
-REQUIRED = "RIGRUNNER_REQUIRE_POSTGRES"
 _NUMBERS = count(1)
 
 
@@ -118,9 +116,7 @@ def postgresql_server() -> Iterator[str]:
     """Run a PostgreSQL of our own, reached by a socket in a folder; give what follows its name."""
     programs = _programs()
     if programs is None:
-        if os.environ.get(REQUIRED):
-            pytest.fail(f"{REQUIRED} is set, but there is no PostgreSQL here")
-        pytest.skip("there is no PostgreSQL here")
+        lacking("POSTGRES", "there is no PostgreSQL here")
     folder = Path(tempfile.mkdtemp(prefix="pg", dir="/tmp"))
     somebody = _somebody(folder)
     data = folder / "data"

@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 
 import httpx
 import numpy as np
+import psutil
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -152,8 +153,10 @@ def process_is_gone(pid, patience_s=PATIENCE_S):
     """Wait until a process that is not ours has ended."""
     until_s = time.monotonic() + patience_s
     while time.monotonic() < until_s:
-        found = ps("stat=", "-p", pid)
-        if not found.strip() or found.startswith("Z"):
+        try:
+            if psutil.Process(pid).status() == psutil.STATUS_ZOMBIE:
+                return True
+        except psutil.NoSuchProcess:
             return True
         time.sleep(0.05)
     return False
@@ -161,14 +164,17 @@ def process_is_gone(pid, patience_s=PATIENCE_S):
 
 def rig_process(server):
     """Return the number of the process that has the rig."""
-    lines = ps("pid=,args=", "--ppid", server.process.pid).splitlines()
-    return next(int(each.split()[0]) for each in lines if "panel.jobs.main" in each)
+    started = started_by(server.process.pid).items()
+    return next(pid for pid, command in started if "panel.jobs.main" in command)
 
 
-def ps(fields, *which):
-    """Return what `ps` says of some processes; nothing of those that are gone."""
-    words = ["ps", "-ww", "-o", fields, *map(str, which)]
-    return subprocess.run(words, capture_output=True, text=True, check=False).stdout
+def started_by(pid):
+    """Return the command lines of the processes that one has started and that are still there."""
+    found = {}
+    for each in psutil.Process(pid).children():
+        with suppress(psutil.NoSuchProcess):
+            found[each.pid] = " ".join(each.cmdline())
+    return found
 
 
 def parse_frame(content):

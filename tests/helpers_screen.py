@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
 
-import pytest
 from playwright.sync_api import expect
 
 from helpers_cli import call
 from helpers_docs import ROOT
+from helpers_lacking import lacking
 
 STARTS_WITHIN_S = 30.0
 NO_LOAD = "Quick no-load sweep"
@@ -137,10 +137,8 @@ def _asks(text: str) -> str:
 def browser_path() -> str:
     """Return Chromium, or skip: CI requires it."""
     found = shutil.which("chromium") or shutil.which("chromium-browser")
-    if found is None and os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
-        pytest.fail("there is no Chromium")
     if found is None:
-        pytest.skip("there is no Chromium")
+        lacking("BROWSER", "there is no Chromium")
     return found
 
 
@@ -149,18 +147,15 @@ def require_driver() -> None:
     words = [sys.executable, "-m", "playwright", "--version"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        refuse = pytest.fail if os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1" else pytest.skip
-        refuse(f"Playwright does not start: {done.stderr.strip()}")
+        lacking("BROWSER", f"Playwright does not start: {done.stderr.strip()}")
 
 
 def axe_script() -> Path:
     """Return axe-core, or skip: CI requires it."""
     given = os.environ.get("RIGRUNNER_AXE", "")
-    if given:
-        return Path(given)
-    if os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
-        pytest.fail("RIGRUNNER_AXE does not name axe.min.js")
-    pytest.skip("RIGRUNNER_AXE does not name axe.min.js of axe-core")
+    if not given:
+        lacking("BROWSER", "RIGRUNNER_AXE does not name axe.min.js of axe-core")
+    return Path(given)
 
 
 class Screen:

@@ -16,7 +16,7 @@ import h5py
 
 from benchmarks import fast_tester
 from benchmarks.frame import Figure, Spread, at_most
-from helpers_panel import INPUTS, Screen, ps, ready, served
+from helpers_panel import INPUTS, Screen, ready, served, started_by
 from helpers_workflow import ALL_FREQUENCIES, edited, run
 from rigrunner.clock import WallClock
 from rigrunner.workflow.locate import find_procedure, shipped_folder
@@ -108,10 +108,8 @@ def watch(screen: Screen, panel: int) -> Iterator[Seen]:
 
 
 def processes(panel: int) -> dict[str, int]:
-    lines = ps("pid=,args=", "--ppid", panel).splitlines()
-    found = {
-        name: int(each.split()[0]) for each in lines for name, of in PARTS.items() if of in each
-    }
+    started = started_by(panel).items()
+    found = {name: pid for pid, command in started for name, of in PARTS.items() if of in command}
     return {"panel": panel, **found}
 
 

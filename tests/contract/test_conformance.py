@@ -13,6 +13,7 @@ from helpers_conformance import (
     assert_it_conforms,
     assert_not_applicable,
 )
+from helpers_lacking import require_pdf
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry
 from rigrunner.testing import checks, subject
@@ -46,6 +47,8 @@ def tried(kind, name, folder):
     ("kind", "name", "check"), CASES, ids=[f"{kind}-{name}-{check}" for kind, name, check in CASES]
 )
 def test_it_conforms(kind, name, check, tmp_path):
+    if name == "pdf":
+        require_pdf()
     assert_it_conforms(tried(kind, name, tmp_path if kind == "device" else None), check)
 
 

@@ -12,6 +12,7 @@ from pypdf import PdfReader
 from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
 from helpers_html import read_html
+from helpers_lacking import require_pdf
 from rigrunner.api.certificate import certificate_json, parse_certificate
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.content import certifiable
@@ -34,6 +35,7 @@ def lab(tmp_path_factory):
 @pytest.fixture(scope="module")
 def issued(demo, lab, registry, tmp_path_factory):
     """Return a specimen in each language, as (certificate, HTML page, path of the PDF)."""
+    require_pdf()
     out = tmp_path_factory.mktemp("out")
     found = {}
     for language in LANGUAGES:

@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from helpers_docs import ROOT, code_blocks, links, matches, pages
+from helpers_lacking import require_pdf
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
 from rigrunner.cli.lazy import LazyGroup
@@ -58,6 +59,8 @@ def named(path):
 def test_every_block_of_the_page_works(page, request, tmp_path):
     """In one shell, as a reader has it: each block begins in the folder in which the last ended."""
     blocks = code_blocks(page)
+    if any(".pdf\n" in each.code for each in blocks if each.language == "text"):
+        require_pdf()
     install_entry_points(blocks, tmp_path)
     folder, output = tmp_path, ""
     for block in blocks:

@@ -5,7 +5,6 @@ RIGRUNNER_REQUIRE_YAML_SERVER=1 turns the skip where there is no server into a f
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 from itertools import count
@@ -13,6 +12,7 @@ from itertools import count
 import pytest
 
 from helpers_docs import ROOT, code_blocks, pages
+from helpers_lacking import lacking
 from helpers_lsp import YamlServer
 from rigrunner.station import parse_station
 
@@ -106,10 +106,8 @@ SHIPPED = sorted(PROCEDURES.rglob("*.yaml"))
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
     program = shutil.which(SERVER)
-    if program is None and os.environ.get("RIGRUNNER_REQUIRE_YAML_SERVER") == "1":
-        pytest.fail(f"{SERVER} is required here, and was not found")
     if program is None:
-        pytest.skip(f"{SERVER} is not installed: npm install --global {SERVER}")
+        lacking("YAML_SERVER", f"{SERVER} is not installed: npm install --global {SERVER}")
     folder = tmp_path_factory.mktemp("lab")
     (folder / "stations").mkdir()
     for schema in PROCEDURES.glob("*.schema.json"):

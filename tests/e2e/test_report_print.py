@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
 
 import pytest
 
+from helpers_lacking import lacking
 from helpers_report import loaded_result, no_load_result, report_input
 from rigrunner_reports.render import html
 
@@ -24,10 +24,8 @@ A4_POINTS = (595, 842)
 def needed(programs, what):
     """Return the first of the programs that is there; skip, or fail where that is demanded."""
     found = next((path for name in programs if (path := shutil.which(name))), None)
-    if found is None and os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
-        pytest.fail(f"{what} is required here, and none of {', '.join(programs)} was found")
     if found is None:
-        pytest.skip(f"{what} is not installed: none of {', '.join(programs)} was found")
+        lacking("BROWSER", f"{what} is not installed: none of {', '.join(programs)} was found")
     return found
 
 

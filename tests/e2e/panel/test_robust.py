@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
 from contextlib import suppress
 from urllib.parse import urlsplit
 
+import psutil
 from playwright.sync_api import Error, expect
 
 from helpers_screen import NAME, NO_LOAD, OVERDUE, Screen, browser_path, running_panel
@@ -55,7 +55,10 @@ def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
     screen = Screen(context.pages[0], panel)
     screen.begin(specimen="KILLED-1")
     panel.wait_for("running")
-    subprocess.run(["pkill", "-KILL", "-f", str(tmp_path / "profile")], check=True)
+    for each in psutil.process_iter(["cmdline"]):
+        if str(tmp_path / "profile") in " ".join(each.info["cmdline"] or ()):
+            with suppress(psutil.NoSuchProcess):
+                each.kill()
     panel.wait_for("finished")
     newest = panel.get("runs")["items"][0]
     assert (newest["specimen"], newest["outcome"]) == ("KILLED-1", "completed")

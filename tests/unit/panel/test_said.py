@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -12,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import rigrunner
+from helpers_lacking import lacking
 from helpers_said import sentences
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.panel.jobs.preflight_paper import calibrations
@@ -89,9 +89,7 @@ def test_what_is_left_out_is_still_said_somewhere():
 def translated(tmp_path_factory):
     """What the screen's own code makes of English sentences on the German screen."""
     if shutil.which("node") is None:
-        if os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
-            pytest.fail("there is no Node.js")
-        pytest.skip("there is no Node.js")
+        lacking("BROWSER", "there is no Node.js")
     folder = tmp_path_factory.mktemp("said")
     shutil.copy(STATIC / "js/said.js", folder / "said.mjs")
     for language in ("en", "de"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import struct
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 
 import rigrunner.panel
+from helpers_lacking import lacking
 from rigrunner.panel.live.frames import frame
 
 STATIC = Path(rigrunner.panel.__file__).parent / "static"
@@ -70,9 +70,7 @@ def test_the_page_has_nothing_inline_and_asks_nobody_else():
 def scripts(tmp_path_factory):
     """The modules where Node takes them for modules."""
     if shutil.which("node") is None:
-        if os.environ.get("RIGRUNNER_REQUIRE_BROWSER") == "1":
-            pytest.fail("there is no Node.js")
-        pytest.skip("there is no Node.js")
+        lacking("BROWSER", "there is no Node.js")
     folder = tmp_path_factory.mktemp("static")
     shutil.copytree(STATIC / "js", folder / "js")
     (folder / "package.json").write_text('{"type": "module"}', encoding="utf-8")
