@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -132,8 +133,8 @@ def _torque(
     position = phase * (GRID / (2 * np.pi))
 
     def at(hz: float) -> Array:
-        cycle = _amplify(rig.steady_state(load_n, hz).torque_nm, hz, rig.sensors)
-        values: Array = np.interp(position, np.arange(GRID + 1), np.append(cycle, cycle[0]))
+        cycle = _amplified(rig.steady_state(load_n, hz), hz, rig.sensors)
+        values: Array = np.interp(position, np.arange(GRID + 1), cycle)
         return values
 
     torque = at(frequency_hz)
@@ -144,12 +145,18 @@ def _torque(
     return torque + change * (deviation / jitter)
 
 
-def _amplify(torque_nm: Array, frequency_hz: float, sensors: SensorParameters) -> Array:
-    """Pass a cycle through a second-order Butterworth low-pass and the delay, onto GRID points."""
-    spectrum = np.fft.rfft(torque_nm)[: GRID // 2 + 1]
+@lru_cache(maxsize=4)  # single readings follow each other at one set-point
+def _amplified(steady: SteadyState, frequency_hz: float, sensors: SensorParameters) -> Array:
+    """Pass a cycle through a second-order Butterworth low-pass and the delay.
+
+    Return it at GRID points and at the first of the next cycle, not to be written to.
+    """
+    spectrum = np.fft.rfft(steady.torque_nm)[: GRID // 2 + 1]
     hertz = frequency_hz * np.arange(len(spectrum))
     q = 1j * hertz / sensors.low_pass_hz
     delay = np.exp(-2j * np.pi * hertz * sensors.torque_delay_s)
     response = delay / (1 + math.sqrt(2) * q + q**2)
-    cycle: Array = np.fft.irfft(spectrum * response, GRID) * (GRID / len(torque_nm))
-    return cycle
+    cycle = np.fft.irfft(spectrum * response, GRID) * (GRID / len(steady.torque_nm))
+    closed = np.append(cycle, cycle[0])
+    closed.setflags(write=False)
+    return closed

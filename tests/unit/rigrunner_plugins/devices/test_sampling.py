@@ -58,6 +58,18 @@ def test_the_low_pass_is_a_second_order_butterworth():
     assert abs(_component(far, 200.0)) == pytest.approx(10 / np.sqrt(1 + 4**4), rel=1e-3)
 
 
+def test_what_is_remembered_of_one_frequency_or_filter_is_no_other_s():
+    cycle = SteadyState(np.cos(HARMONIC * PHASE))
+
+    def size(frequency_hz, low_pass_hz):
+        rig = replace(_rig(low_pass_hz=low_pass_hz), steady_state=lambda *_: cycle)
+        return abs(_component(_sample(rig, frequency_hz)[1], HARMONIC * frequency_hz))
+
+    asked = [(10.0, 200.0), (10.0, 50.0), (5.0, 50.0)]
+    expected = [1 / np.sqrt(1 + (HARMONIC * hz / corner) ** 4) for hz, corner in asked]
+    assert [size(*each) for each in 2 * asked] == pytest.approx(2 * expected, rel=1e-3)
+
+
 def test_a_delay_shifts_the_torque_against_the_angle():
     prompt_angle, prompt = _sample(_rig())
     late_angle, late = _sample(_rig(torque_delay_s=1e-3))
