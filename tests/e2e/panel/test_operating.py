@@ -45,6 +45,27 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
     )
 
 
+def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel):
+    page = screen.page
+    run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
+    result = panel.get(f"runs/{run['run']}")["result"]
+    methods = result["compensations"].items()
+    own = [(f"{each['name']} ({name})", each) for name, one in methods for each in one["checks"]]
+    every = [*((each["name"], each) for each in result["checks"]), *own]
+    skipped = [name for name, each in every if each["text"].startswith("not checked")]
+    failed = [name for name, each in every if not each["ok"]]
+    assert skipped == ["coupling (template_inverse)"], "the lab's station says nothing of it"
+    screen.open(f"#/runs/{run['run']}")
+    page.get_by_text(f"Could not be made: {skipped[0]}.").wait_for()
+    assert page.locator("ul.lights .light.warn:visible strong").all_inner_texts() == failed
+    made = page.get_by_text(f"All {len(every) - 1} checks are in order.")
+    assert made.is_visible() == (not failed)
+    page.get_by_text("Points").click()
+    rows = page.locator("details[open] tbody tr").all_inner_texts()
+    assert [row.split("\t")[0] for row in rows] == ["10 Hz", "20 Hz", "30 Hz", "35 Hz"]
+    assert all("±" in row for row in rows)
+
+
 def test_the_next_specimen_is_two_clicks_away(screen, panel):
     page = screen.page
     run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")

@@ -77,7 +77,8 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
         return
     difference = after["value"] - before["value"]
     unit = after["unit"]
-    values = f"{before['value']:.4f} and {after['value']:.4f} {unit}: {difference:+.4f} {unit}"
+    shown = round(difference, 4) + 0.0  # no negative zero
+    values = f"{before['value']:.4f} and {after['value']:.4f} {unit}: {shown:+.4f} {unit}"
     if difference == 0:
         return
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]

@@ -163,6 +163,11 @@ def document(value, expanded=0.03, verdict="pass"):
     }
 
 
+def test_a_difference_too_small_to_show_has_no_sign_of_its_own():
+    shown = next(result_changes(document(0.70001), document(0.7)))
+    assert ": +0.0000 N·m, within" in shown.text
+
+
 def test_results_are_compared_against_their_combined_uncertainty():
     # E_n = 0.05 / sqrt(0.03² + 0.04²) = 1: the limit, which still agrees (ISO 13528, 9.7)
     near, far = document(0.75, 0.04), document(0.7505, 0.04)

@@ -11,6 +11,8 @@ import { tried } from "../steer.js";
 import { store } from "../store.js";
 import { said, t } from "../texts.js";
 
+const NOT_CHECKED = "not checked: "; // what the text of a check begins with that could not be made
+
 export function resultPage(run) {
   const body = h("div", { class: "result-body" }, h("p", { class: "soft" }, t("loading")));
   const element = h("div", { class: "page result" }, body);
@@ -72,23 +74,36 @@ function facts(found) {
 }
 
 function points(found) {
-  const primary = found.result?.compensations?.find?.((each) => each.primary) ?? null;
-  const rows = primary?.points ?? [];
+  const { analysis, compensations } = found.result ?? {};
+  const rows = compensations?.[analysis?.primary]?.points ?? [];
   if (!rows.length) return null;
-  return h("section", { class: "card" }, h("h2", {}, t("result.points")),
-    h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("plot.compensated")))),
-      h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${plain(row.frequency_hz)} Hz`), h("td", {}, withUncertainty(row.value, row.expanded_uncertainty_95, "N·m")))))));
+  return h("section", { class: "card" },
+    h("details", {}, h("summary", {}, h("h2", {}, t("result.points"))),
+      h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, t("setup.frequency")), h("th", {}, t("plot.compensated")))),
+        h("tbody", {}, rows.map((row) => h("tr", {}, h("td", {}, `${plain(row.set_frequency.value)} Hz`), h("td", {}, withUncertainty(row.torque.value, row.torque.expanded_uncertainty_95, row.torque.unit))))))));
+}
+
+// Those of the run and those of each method, as the report has them.
+function allChecks(result) {
+  const methods = Object.entries(result?.compensations ?? {});
+  return [...(result?.checks ?? []), ...methods.flatMap(([method, { checks: own }]) => own.map((check) => ({ ...check, name: `${check.name} (${method})` })))];
 }
 
 function checks(found) {
-  const all = found.result?.checks ?? [];
+  const all = allChecks(found.result);
   if (!all.length) return null;
   const failed = all.filter((check) => !check.ok);
-  const item = (check) => h("li", { class: `light ${check.ok ? "ok" : "warn"}` },
-    h("span", { class: "sign", role: "img", "aria-label": check.ok ? t("preflight.ok") : t("preflight.warn") }, check.ok ? "✓" : "!"),
-    h("div", { class: "light-text" }, h("strong", {}, check.name), h("span", {}, check.text ?? ""), check.advice ? h("span", { class: "mend" }, check.advice) : null));
+  const skipped = all.filter((check) => check.ok && check.text.startsWith(NOT_CHECKED));
+  const made = all.length - skipped.length;
+  const item = (check) => {
+    const [kind, sign] = !check.ok ? ["warn", "!"] : skipped.includes(check) ? ["skipped", "\u2013"] : ["ok", "✓"];
+    return h("li", { class: `light ${kind}` },
+      h("span", { class: "sign", role: "img", "aria-label": t(`check.${kind}`) }, sign),
+      h("div", { class: "light-text" }, h("strong", {}, check.name), h("span", {}, check.text ?? ""), check.advice ? h("span", { class: "mend" }, check.advice) : null));
+  };
   return h("section", { class: "card" }, h("h2", {}, t("result.checks")),
-    failed.length ? h("ul", { class: "lights" }, failed.map(item)) : h("p", { class: "good-text" }, t("result.all_good", { count: all.length })),
+    failed.length ? h("ul", { class: "lights" }, failed.map(item)) : made ? h("p", { class: "good-text" }, t("result.all_good", { count: made })) : null,
+    skipped.length ? h("p", { class: "soft" }, t("result.not_made", { names: skipped.map((check) => check.name).join(", ") })) : null,
     h("details", {}, h("summary", {}, t("result.all_checks", { count: all.length })), h("ul", { class: "lights" }, all.map(item))));
 }
 
