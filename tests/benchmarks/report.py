@@ -109,7 +109,7 @@ def command(times: int, python: Python) -> Figure:
         words = ("-m", "rigrunner", "report", run, "--out", f"{folder}/again.html")
         python(*words)
         spread = repeated(partial(python, *words), times)
-    note = "the analysis, done again (half of it), then imports and plots"
+    note = "the analysis, done again (two fifths), then imports and plots (a quarter each)"
     return Figure("rigrunner report, cold", spread, "s", target=COLD_S, note=note)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.signal.averaging import leave_one_out_means, robust_mean
+from rigrunner.signal.averaging import mean_and_without_each
 from rigrunner.signal.response import Waveform
 from rigrunner_plugins.compensations.swing import interpolated, strokes
 
@@ -67,8 +67,7 @@ class Reversals:
 
 def mean_swing(point: SwingPoint, size: int) -> MeanSwing:
     """Return the robust mean over the kept cycles, on `size` phases."""
-    mean, _ = robust_mean(point.torque_nm, point.kept)
-    replicates = leave_one_out_means(point.torque_nm, point.kept)
+    mean, replicates = mean_and_without_each(point.torque_nm, point.kept)
     return MeanSwing(
         point.frequency_hz.value,
         interpolated(mean, size),

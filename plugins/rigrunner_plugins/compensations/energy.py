@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Compensation, Trace
 from rigrunner.api.uncertainty import Effect
-from rigrunner.signal.averaging import leave_one_out_means, robust_mean
+from rigrunner.signal.averaging import mean_and_without_each
 from rigrunner.signal.inputs import limited, model_of, scattered
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences, jackknife_error
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensatedPoint, Sweep, SwingPoint
     from rigrunner.api.data import Array
     from rigrunner_plugins.compensations.settings import EnergySettings
-    from rigrunner_plugins.compensations.swing import Swing
 
 MEASURAND = "load-induced running torque, mean over the swing"
 NOTES = ("The mean torque under way, not the starting torque: it has no peak in it.",)
@@ -48,9 +47,9 @@ class Energy:
         sweep = with_swings(sweep)
         matched = pairs(sweep, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
-        points = tuple(self._point(sweep, ratio, *pair) for pair in matched)
-        swing = make_swing(ratio, sweep.loaded[0].torque_nm.shape[-1])
-        scattered_nm = [[influences(_without_each(swing, run)) for run in pair] for pair in matched]
+        done = [self._point(sweep, ratio, *pair) for pair in matched]
+        points = tuple(point for point, _ in done)
+        scattered_nm = [[influences(run) for run in without_each] for _, without_each in done]
         found = (
             checks.independent(points, scattered_nm),
             checks.positive(points, [point.torque.value for point in points]),
@@ -59,17 +58,20 @@ class Energy:
 
     def _point(
         self, sweep: Sweep, ratio: float, loaded: SwingPoint, no_load: SwingPoint
-    ) -> CompensatedPoint:
+    ) -> tuple[CompensatedPoint, list[Array]]:
+        """Return the point, and the torques of both runs without each of their cycles."""
         swing = make_swing(ratio, loaded.torque_nm.shape[-1])
-        means = [robust_mean(point.torque_nm, point.kept)[0] for point in (loaded, no_load)]
+        runs = [mean_and_without_each(run.torque_nm, run.kept) for run in (loaded, no_load)]
+        means = [mean for mean, _ in runs]
+        without_each = [running_torque(swing, replicates) for _, replicates in runs]
         raw, rig = (float(running_torque(swing, mean)) for mean in means)
         effects = (
-            _repeatability("repeatability, loaded", swing, loaded),
-            _repeatability("repeatability, no load", swing, no_load),
+            scattered("repeatability, loaded", *jackknife_error(without_each[0])),
+            scattered("repeatability, no load", *jackknife_error(without_each[1])),
             *self._limits(sweep, raw - rig, rig),
         )
         scales = (gain(sweep.instrument), load(sweep.rig))
-        return compensated_point(
+        point = compensated_point(
             model_of(raw - rig, effects, scales=scales),
             set_frequency_hz=loaded.set_frequency_hz,
             frequency_hz=loaded.frequency_hz.value,
@@ -77,6 +79,7 @@ class Energy:
             trace=Trace(loaded.angle_rad, means[0], means[1], means[0] - means[1]),
             cycles_used=int(kept_cycles(loaded).sum()),
         )
+        return point, without_each
 
     def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Effect, ...]:
         """Return what is known by limits of error only; an offset does no work over a swing."""
@@ -89,12 +92,3 @@ class Energy:
             *one_figure(sweep.instrument),
             Effect(limited("support friction under load", limit, "1"), -rig),
         )
-
-
-def _repeatability(name: str, swing: Swing, point: SwingPoint) -> Effect:
-    return scattered(name, *jackknife_error(_without_each(swing, point)))
-
-
-def _without_each(swing: Swing, point: SwingPoint) -> Array:
-    """Return the running torque without each of the kept cycles, shape (cycles,)."""
-    return running_torque(swing, leave_one_out_means(point.torque_nm, point.kept))

@@ -106,11 +106,12 @@ def _search(
     unknowns: Sequence[str],
 ) -> Identified:
     twist_change = np.zeros_like(observed.harmonics)
-    for _ in range(ROUNDS):
+    for still in reversed(range(ROUNDS)):
         line, jacobian, residual = _solve(observed, line, twist_change, unknowns)
         twists = _twists(observed, line, waveforms)
         friction = _friction(observed, line, twist_change, swing, twists)
-        twist_change = _twist_change(observed, friction, twists)
+        if still:
+            twist_change = _twist_change(observed, friction, twists)
     return _identified(observed, line, friction, jacobian, residual)
 
 

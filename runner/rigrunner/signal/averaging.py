@@ -51,8 +51,7 @@ def robust_mean(
     `cycles` has shape (cycles, n), `kept` (cycles,); samples that are not `trusted` are left out.
     Raises ValueError for fewer than two kept cycles.
     """
-    if kept.sum() < 2:  # noqa: PLR2004  (one cycle has no scatter)
-        raise ValueError("a mean with its standard error needs two cycles")
+    _need_two(kept)
     mask = trusted(cycles, kept, threshold)
     count = mask.sum(axis=0)
     mean = np.where(mask, cycles, 0.0).sum(axis=0) / count
@@ -62,12 +61,28 @@ def robust_mean(
 
 def leave_one_out_means(cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD) -> Array:
     """Return the robust mean without each of the kept cycles in turn, shape (kept, n)."""
+    return mean_and_without_each(cycles, kept, threshold)[1]
+
+
+def mean_and_without_each(
+    cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD
+) -> tuple[Array, Array]:
+    """Return the mean of `robust_mean`, shape (n,), and `leave_one_out_means`, shape (kept, n).
+
+    Which samples are trusted takes longer than either, and is found once. Raises ValueError for
+    fewer than two kept cycles.
+    """
+    _need_two(kept)
     mask = trusted(cycles, kept, threshold)
-    total = np.where(mask, cycles, 0.0).sum(axis=0)
+    total, count = np.where(mask, cycles, 0.0).sum(axis=0), mask.sum(axis=0)
     without = np.where(mask, total - cycles, total)[kept]
-    count = (mask.sum(axis=0) - mask)[kept]
-    means: Array = without / np.maximum(count, 1)
-    return means
+    means: Array = without / np.maximum((count - mask)[kept], 1)
+    return total / count, means
+
+
+def _need_two(kept: Mask) -> None:
+    if kept.sum() < 2:  # noqa: PLR2004  (one cycle has no scatter)
+        raise ValueError("a mean with its standard error needs two cycles")
 
 
 def mean_turn(values: Array, starts: Array, parts: int) -> Array:

@@ -8,6 +8,7 @@ Satterthwaite (G.4.1), extended to inputs of one estimation (Willink, Metrologia
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import combinations
 from math import inf, isnan, nan
 from typing import TYPE_CHECKING, Any
@@ -39,8 +40,9 @@ class Propagated:
     components: tuple[Component, ...]
 
 
+@lru_cache(maxsize=256)
 def propagate(model: MeasurementModel) -> Propagated:
-    """Return estimate and budget.
+    """Return estimate and budget; remembered, as what a method gives is held against its model.
 
     An input of unknown uncertainty (nan) makes that of the result unknown: nan, and so its degrees
     of freedom. Raises ValueError for correlated inputs that are neither of one ensemble nor both of

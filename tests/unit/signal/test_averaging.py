@@ -9,6 +9,7 @@ from hypothesis.extra.numpy import arrays
 from rigrunner.signal import averaging
 from rigrunner.signal.averaging import (
     leave_one_out_means,
+    mean_and_without_each,
     mean_turn,
     median_over_cycles,
     robust_mean,
@@ -69,6 +70,20 @@ def test_leaving_out_equals_the_mean_of_the_rest():
     np.testing.assert_allclose(without[4], np.delete(cycles, 4, axis=0).mean(axis=0))
 
 
+def test_both_means_at_once_have_the_bits_of_each():
+    cycles = np.random.default_rng(5).standard_normal((30, 16))
+    cycles[7, 3] = 1e3
+    kept = ALL.copy()
+    kept[[2, 9]] = False
+    mean, without = mean_and_without_each(cycles, kept)
+    np.testing.assert_array_equal(mean, robust_mean(cycles, kept)[0])
+    assert without.shape == (28, 16)
+    trust = trusted(cycles, kept)
+    for row, left_out in zip(without, np.flatnonzero(kept), strict=True):
+        others = trust & (np.arange(30) != left_out)[:, None]
+        np.testing.assert_allclose(row, np.mean(cycles, axis=0, where=others), rtol=1e-12)
+
+
 def test_identical_cycles_have_no_scatter():
     mean, error = robust_mean(np.ones((10, 8)), np.ones(10, bool))
     assert np.all(mean == 1)
@@ -78,6 +93,8 @@ def test_identical_cycles_have_no_scatter():
 def test_one_cycle_has_no_standard_error():
     with pytest.raises(ValueError, match="two cycles"):
         robust_mean(np.ones((3, 8)), np.array([True, False, False]))
+    with pytest.raises(ValueError, match="two cycles"):
+        mean_and_without_each(np.ones((3, 8)), np.array([True, False, False]))
 
 
 def plain_mean_turn(values, starts, parts):

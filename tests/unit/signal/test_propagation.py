@@ -28,6 +28,13 @@ def test_independent_inputs_add_in_squares():
     assert found.estimate.dof == pytest.approx(1 / (0.6**4 / 9 + 0.8**4 / 4))
 
 
+def test_a_model_is_propagated_once():
+    """A method does it, and what it gives is held against its model."""
+    model = linear((2.0, Input("a", 1.0, 0.3, 9)))
+    assert propagate(model) is propagate(model)
+    assert propagate(linear((2.0, Input("a", 1.0, 0.6, 9)))).estimate.u == pytest.approx(1.2)
+
+
 def test_a_line_tells_estimate_sensitivity_and_contribution():
     gain = Input("gain", 0.5, 0.01, inf, Distribution.RECTANGULAR, "V", common=True)
     part = by_name(propagate(linear((-3.0, gain))).components)["gain"]
