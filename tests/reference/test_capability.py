@@ -59,6 +59,21 @@ def test_the_interval_of_a_one_sided_index(count, within, confidence, factor):
     assert 3.0 * low == pytest.approx(stats.norm.ppf(within), abs=6e-4)
 
 
+@pytest.mark.parametrize("index", [1e3, 1e5, 1e8, -1e5])
+@pytest.mark.parametrize("count", [10, 1000])
+def test_a_limit_far_from_all_values_has_the_interval_of_their_deviation(index, count):
+    """So far out the mean is known as if exactly: what scatters is s, by chi-square."""
+    found = one_sided("Cpu", index, count, 0.95)
+    factors = np.sqrt(stats.chi2.ppf([0.025, 0.975], count - 1) / (count - 1))
+    assert [found.low, found.high] == pytest.approx(sorted(index * factors), rel=1e-6)
+
+
+def test_the_interval_far_out_goes_on_where_the_exact_one_ends():
+    near, far = (one_sided("Cpu", 1000.0 * each, 10, 0.95) for each in (0.3162, 0.3163))
+    assert far.low / near.low == pytest.approx(0.3163 / 0.3162, rel=1e-5)
+    assert far.high / near.high == pytest.approx(0.3163 / 0.3162, rel=1e-5)
+
+
 def test_an_interval_holds_the_true_index_as_often_as_it_says():
     rng = np.random.default_rng(6)
     true, held = 1.2, 0
@@ -87,6 +102,7 @@ def test_which_indices_there_are():
         (range(20), {}),
         (range(20), {"lower": 5.0, "upper": 5.0}),
         ([1.0] * 20, {"upper": 5.0}),
+        ([0.72] * 30, {"upper": 5.0}),  # their deviation is 1e-16, for the mean is rounded
     ],
 )
 def test_what_bears_no_capability_is_refused(values, limits):

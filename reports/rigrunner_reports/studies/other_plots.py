@@ -41,14 +41,15 @@ def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Plot:
         curve = np.exp(-0.5 * ((x - mean) / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
         axes.plot(x, curve, color=BLUE, label="normal, of their mean and deviation")
         for value in limits:
+            is_lower = value == study.lower  # named inwards: outside is no room
             axes.axvline(value, color=VERMILION, linestyle=_DASHED)
             axes.annotate(
                 f"limit {value:g} {study.unit}",
                 (value, 0.97),
                 xycoords=("data", "axes fraction"),
-                xytext=(-4, 0),
+                xytext=(4 if is_lower else -4, 0),
                 textcoords="offset points",
-                ha="right",
+                ha="left" if is_lower else "right",
                 fontsize=7.5,
             )
         axes.set(xlabel=f"value / {study.unit}", ylabel="density")

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _BRACKET = 6.0
 """Standard deviations of t within which its non-centrality is looked for."""
+_FAR = 3000.0
+"""From here on t scatters as the standard deviation alone does, and SciPy's cdf ends in NaN."""
 
 
 def capability(
@@ -37,7 +39,7 @@ def capability(
     x = np.asarray(values, dtype=np.float64)
     _check(x.size, lower, upper)
     mean, deviation = float(x.mean()), float(x.std(ddof=1))
-    if not deviation > 0.0:
+    if np.ptp(x) == 0.0:  # the deviation of equal values may be a rounding error
         raise DataError("the values are all the same: no capability can be stated")
     sides = []
     if upper is not None:
@@ -74,6 +76,9 @@ def one_sided(name: str, value: float, count: int, confidence: float) -> Index:
     """
     tail = (1.0 - confidence) / 2.0
     t = 3.0 * sqrt(count) * value
+    if abs(t) > _FAR:
+        far = two_sided(value, count, confidence)
+        return Index(name, value, min(far.low, far.high), max(far.low, far.high))
     low, high = (_non_centrality(t, count - 1, p) for p in (1.0 - tail, tail))
     return Index(name, value, low / (3.0 * sqrt(count)), high / (3.0 * sqrt(count)))
 
