@@ -14,15 +14,22 @@ sys.path.insert(0, str(FUZZ))
 
 from targets import TARGETS  # noqa: E402
 
-from fuzz import GOOD, READ, fuzz, seeds_of, verdict  # noqa: E402  (the folder is on the path only now)
+from fuzz import GOOD, READ, Reader, fuzz, seeds_of, verdict  # noqa: E402  (the folder is on the path only now)
 
 CORPUS = sorted((FUZZ / "corpus").glob("*/*"))
 INPUTS = 60
 
 
+@pytest.fixture(scope="module")
+def reader():
+    made = Reader()
+    yield made
+    made.end()
+
+
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.name)
-def test_nearly_good_files_are_read_or_refused(target):
-    tally = fuzz(target, INPUTS, seed=2)
+def test_nearly_good_files_are_read_or_refused(reader, target):
+    tally = fuzz(reader, target, INPUTS, seed=2)
 
     assert not tally.crashes
     assert sum(tally.counts.values()) == INPUTS

@@ -71,23 +71,25 @@ def seeds_of(target: Target) -> list[bytes]:
         return target.seeds(Path(folder))
 
 
-def _serve(name: str, pipe: Connection) -> None:
-    target = next(each for each in TARGETS if each.name == name)
+def _serve(pipe: Connection) -> None:
+    targets = {each.name: each for each in TARGETS}
     pipe.send(READY)  # its own start does not count as reading, however slow the machine is
     with tempfile.TemporaryDirectory() as folder:
-        while (data := pipe.recv()) is not None:
-            pipe.send(verdict(target, data, Path(folder)))
+        while True:
+            name, data = pipe.recv()
+            own = Path(folder) / name  # what a target lays beside its files is not another's
+            own.mkdir(exist_ok=True)
+            pipe.send(verdict(targets[name], data, own))
 
 
-class _Reader:
+class Reader:
     """The process that reads; begun anew whenever a file was too much for it."""
 
-    def __init__(self, target: Target) -> None:
-        self._target = target
+    def __init__(self) -> None:
         self._begin()
 
-    def __call__(self, data: bytes) -> tuple[str, str]:
-        self._pipe.send(data)
+    def __call__(self, target: Target, data: bytes) -> tuple[str, str]:
+        self._pipe.send((target.name, data))
         try:
             if self._pipe.poll(PATIENCE_S):
                 return self._pipe.recv()
@@ -105,25 +107,23 @@ class _Reader:
     def _begin(self) -> None:
         context = get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(self._target.name, theirs))
+        self._process = context.Process(target=_serve, args=(theirs,))
         self._process.start()
         theirs.close()
         if self._pipe.recv() != READY:
             raise RuntimeError("the process that reads did not begin")
 
 
-def fuzz(target: Target, inputs: int, seed: int) -> Tally:
+def fuzz(reader: Reader, target: Target, inputs: int, seed: int) -> Tally:
     """Read so many files and return what became of them."""
     tally, seeds = Tally(), seeds_of(target)
-    reader = _Reader(target)
     for number in range(inputs):
         rng = np.random.default_rng([seed, zlib.crc32(target.name.encode()), number])
         data = mutated(seeds, rng)
-        outcome, where = reader(data)
+        outcome, where = reader(target, data)
         tally.counts[outcome] += 1
         if outcome not in GOOD:
             tally.crashes.setdefault(where, data)
-    reader.end()
     return tally
 
 
@@ -144,10 +144,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     header = ("reader", "files", READ, REFUSED, CRASHED, DIED, HUNG)
     sys.stdout.write(f"| {' | '.join(header)} |\n|{' --- |' * len(header)}\n")
-    bad = 0
+    bad, reader = 0, Reader()
     for target in TARGETS:
         if given.only in (None, target.name):
-            tally = fuzz(target, given.inputs, given.seed)
+            tally = fuzz(reader, target, given.inputs, given.seed)
             _keep(target, tally, given.out)
             counts = [tally.counts[name] for name in header[2:]]
             bad += sum(counts[2:])
@@ -156,6 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for where in tally.crashes:
                 sys.stderr.write(f"  {target.name}: {where}\n")
             sys.stdout.flush()
+    reader.end()
     return int(bad > 0)
 
 
