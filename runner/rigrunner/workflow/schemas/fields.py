@@ -6,6 +6,7 @@ import ast
 import inspect
 import textwrap
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
@@ -19,7 +20,7 @@ from rigrunner.api.quantity import readable, units_of
 from rigrunner.yamlfile.models import unannotated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
 DIMENSION = "x-dimension"
 """The key in the JSON Schema of a quantity that names its dimension, or None for any."""
@@ -203,7 +204,8 @@ def _docstrings(model: type[BaseModel]) -> dict[str, str]:
     return said
 
 
-def _own_docstrings(model: type[BaseModel]) -> dict[str, str]:
+@lru_cache(maxsize=512)  # a schema comes to most models many times, and their source is parsed
+def _own_docstrings(model: type[BaseModel]) -> Mapping[str, str]:
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(model)))
     except (OSError, TypeError, SyntaxError):
