@@ -8,8 +8,17 @@ from urllib.parse import urlsplit
 import psutil
 from playwright.sync_api import Error, expect
 
-from helpers_screen import NAME, NO_LOAD, OVERDUE, Screen, browser_path, running_panel
+from helpers_screen import (
+    NAME,
+    NO_LOAD,
+    OVERDUE,
+    STATION,
+    Screen,
+    browser_path,
+    running_panel,
+)
 
+LOST = "Bench whose connection breaks"
 HOSTILE = "<img src=x onerror=window.hacked=1>\u202e\u05d0 \U0001f525" + "x" * 60
 
 
@@ -133,6 +142,32 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
     start.click()
     panel.wait_for("asking")
     assert "new one ordered" in str(panel.get("state")["log"])
+
+
+def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
+    station = (lab / "station.yaml").read_text(encoding="utf-8")
+    faults = (
+        "{plugin: swing_tester_sim, faults: [{kind: lost, on: stream, at: {frequency: 20 Hz}}]}"
+    )
+    lost = station.replace("plugin: swing_tester_sim ", "plugin: fault ")
+    lost = lost.replace("settings: {seed: 1}", f"settings: {faults}").replace(STATION, LOST)
+    (lab / "lost.yaml").write_text(lost, encoding="utf-8")
+    with running_panel(lab) as panel:
+        screen = new_screen(panel)
+        page = screen.page
+        screen.open()
+        screen.choose(NO_LOAD, LOST)
+        page.get_by_label("Your name").fill(NAME)
+        screen.hurry()
+        screen.check_rig()
+        screen.start()
+        screen.wait_for_result()
+        told = page.get_by_role("alert").filter(has_text="THE RIG IS NOT SAFE.")
+        expect(told).to_contain_text("make safe failed")
+        why = page.locator(".banner.warn")
+        expect(why).to_contain_text("the connection broke")
+        expect(why).not_to_contain_text("safe")
+    (lab / "lost.yaml").unlink()
 
 
 def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):

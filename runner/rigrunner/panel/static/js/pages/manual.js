@@ -5,6 +5,7 @@ import { button, fill, h, setText, show } from "../dom.js";
 import { draft } from "../draft.js";
 import { fixed, plain, withUncertainty } from "../format.js";
 import { alarmStrip } from "../parts/alarms.js";
+import { endedBanners } from "../parts/ended.js";
 import { preflightCard } from "../parts/preflight.js";
 import { readouts } from "../parts/readouts.js";
 import { swingChart } from "../plots/swing.js";
@@ -90,7 +91,7 @@ function openCard() {
   const text = h("p", {}, procedure && station ? t("manual.with", { procedure, station }) : t("manual.choose"));
   const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
   const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
-  const ended = h("p", { class: "banner info", hidden: true });
+  const ended = h("div", { class: "stack", hidden: true });
   const card = h("section", { class: "card" }, ended, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose));
   const preflight = procedure && station ? preflightCard({ procedure, station }) : null;
 
@@ -106,7 +107,7 @@ function openCard() {
       const { phase, job, finished } = store.state ?? {};
       const stored = phase === "finished" && job?.kind === "manual" && finished?.run;
       show(ended, Boolean(stored));
-      if (stored) fill(ended, h("span", {}, finished.error || t("manual.ended")), h("a", { class: "button", href: `#/runs/${encodeURIComponent(finished.run)}` }, t("manual.see")));
+      if (stored) fill(ended, endedBanners(finished.error, { isNow: true }), h("p", { class: "banner info" }, h("span", {}, t("manual.ended")), h("a", { class: "button", href: `#/runs/${encodeURIComponent(finished.run)}` }, t("manual.see"))));
       preflight?.update();
       judge();
     },

@@ -6,10 +6,11 @@ import { button, fill, h } from "../dom.js";
 import { newDraft } from "../draft.js";
 import { bytes, localTime, plain, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
+import { endedBanners } from "../parts/ended.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { tried } from "../steer.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { t } from "../texts.js";
 
 const NOT_CHECKED = "not checked: "; // what the text of a check begins with that could not be made
 
@@ -61,7 +62,7 @@ function head({ item, reason }, again) {
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
       h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value_nm, item.headline.U_nm, "N·m") : "")),
     button(t("result.again"), again, { kind: "primary big" }),
-    why && item.outcome !== "completed" ? h("p", { class: "banner warn wide" }, said(why)) : null);
+    item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine) }) : null);
 }
 
 function facts(found) {

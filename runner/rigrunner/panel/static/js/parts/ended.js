@@ -1,0 +1,16 @@
+// Why a run ended. That the rig is not safe stands by itself, in red, and says what to do.
+
+import { h } from "../dom.js";
+import { said, t } from "../texts.js";
+
+const UNSAFE = /^(.*?)(?:; |^)the rig is not safe: (.+)$/s; // as the engine words it
+
+// `isNow` is of the run that this panel did last: of an older one the rig may be safe since.
+export function endedBanners(why, { isNow }) {
+  if (!why) return [];
+  const [, first, unsafe] = UNSAFE.exec(why) ?? [null, why, ""];
+  return [
+    unsafe ? h("p", { class: "banner bad wide", role: "alert" }, h("strong", {}, t(isNow ? "ended.unsafe" : "ended.was_unsafe")), h("span", {}, said(unsafe))) : null,
+    first ? h("p", { class: "banner warn wide" }, said(first)) : null,
+  ];
+}
