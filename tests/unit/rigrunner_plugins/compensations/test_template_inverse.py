@@ -10,6 +10,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.compensations.drive_line import DriveLine
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
 RIG = RigParameters()
@@ -51,6 +52,15 @@ def test_sensor_gain_enters_by_the_difference(outcome):
     """0.3 % of about 0.726 N·m, rectangular."""
     gain = next(p for p in outcome.points[-1].components if p.name == "sensor gain")
     assert gain.u == pytest.approx(0.003 * 0.726 / np.sqrt(3), rel=0.03)
+
+
+def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
+    """Counted in work, not in time: ten lines of two runs, four frequencies, and both scatters."""
+    undone = []
+    plain = DriveLine.at_load
+    monkeypatch.setattr(DriveLine, "at_load", lambda *asked: undone.append(1) or plain(*asked))
+    found = compensate(sweep(RIG, FEW, seed=4))
+    assert len(undone) == 26 * len(found.points)
 
 
 def test_settings_carry_into_the_budget():
