@@ -19,13 +19,13 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import complete
 from rigrunner.clock import utc_text
-from rigrunner.runfile import read, read_truth
+from rigrunner.runfile import read_with_truth
 from rigrunner.workflow.certifying.derived_again import refuse_other_numbers
 from rigrunner.workflow.certifying.office import Issued, Office
 from rigrunner.workflow.decision_records import record_of
 from rigrunner.workflow.decisions import later_decisions
 from rigrunner.workflow.provenance import is_simulated, software
-from rigrunner.workflow.stored import analyse_run
+from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -98,14 +98,19 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
 
 def read_source(run: Path, registry: Registry) -> Source:
     """Read and analyse a stored run, by the decision in force; raise DataError."""
-    stored = read(run)
+    stored, truth = read_with_truth(run)
     file = run / RUN_FILE if run.is_dir() else run
     later = later_decisions(stored, file.parent)
     return Source(
         stored=stored,
-        result=analyse_run(run, registry, acceptance=later[-1].acceptance if later else None),
+        result=analyse_stored(
+            stored,
+            registry,
+            stored.no_load,
+            acceptance=later[-1].acceptance if later else None,
+        ),
         file_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "",
-        simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
+        simulated=bool(truth) or is_simulated(stored.header.provenance),
         decided_again=tuple(map(record_of, later)),
     )
 
