@@ -48,6 +48,16 @@ def test_a_short_command_searches_seldom_and_not_at_its_end():
     assert gc.get_freeze_count() >= before + len(kept)
 
 
+def test_a_command_is_short_each_time_that_it_is_called():
+    @short_command()
+    def threshold():
+        return gc.get_threshold()[0]
+
+    before = gc.get_threshold()[0]
+    assert [threshold() > before, threshold() > before] == [True, True]
+    assert gc.get_threshold()[0] == before
+
+
 def test_the_threshold_is_back_after_an_error():
     threshold = gc.get_threshold()
     with pytest.raises(KeyError), short_command():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.cli.brief import short_command
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     help="Write the result here, as JSON; the file must be new.",
 )
 @json_option
+@short_command()
 def command(
     run: str,
     runs: Path,

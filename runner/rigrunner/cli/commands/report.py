@@ -32,16 +32,12 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, dir_okay=False),
     help="Where to write it; left out, into the run folder.",
 )
+@short_command()
 def command(run: str, runs: Path, station: str | None, kind: str | None, out: Path | None) -> None:
     """Write the report of a stored run again.
 
     The same run gives the same bytes; the path of the report is printed.
     """
-    with short_command():
-        result(str(_write(run, runs, station, kind, out)))
-
-
-def _write(run: str, runs: Path, station: str | None, kind: str | None, out: Path | None) -> Path:
     from rigrunner.cli.progress import shown_progress
     from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.report import DEFAULT_FORMAT, write_report
@@ -52,7 +48,8 @@ def _write(run: str, runs: Path, station: str | None, kind: str | None, out: Pat
     registry = lab_registry(station)
     _require_known(wanted := kind or DEFAULT_FORMAT, registry)
     with shown_progress() as progress:
-        return write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
+        written = write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
+    result(str(written))
 
 
 def _require_known(kind: str, registry: Registry) -> None:

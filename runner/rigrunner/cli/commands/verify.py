@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode, UsageError
+from rigrunner.cli.brief import short_command
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
@@ -47,6 +48,7 @@ SHOWN = 12
     help="The laboratory's folder: its record of numbers, and HTML and PDF byte by byte.",
 )
 @json_option
+@short_command()
 def command(
     *,
     what: str,
