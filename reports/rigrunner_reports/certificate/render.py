@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -44,7 +45,7 @@ def html(given: CertificateInput) -> bytes:
     style = files(PACKAGE).joinpath(TEMPLATES, "certificate.css").read_text(encoding="utf-8")
     try:
         text = (
-            _environment(letterhead)
+            _environment(tuple(sorted(letterhead.templates.items())))
             .get_template(TEMPLATE)
             .render(
                 c=certificate,
@@ -73,10 +74,11 @@ def page_counter(wording: Wording) -> Markup:
     return Markup(" ").join(counters.get(part) or css_string(part) for part in parts if part)
 
 
-def _environment(letterhead: Letterhead) -> SandboxedEnvironment:
-    """Return what renders; a laboratory's templates are found first, and can do no harm."""
+@lru_cache(maxsize=2)  # a certificate is made in two forms, twice each: compiling takes longest
+def _environment(own: tuple[tuple[str, str], ...]) -> SandboxedEnvironment:
+    """Return what renders; a laboratory's own templates are found first, and can do no harm."""
     return SandboxedEnvironment(
-        loader=ChoiceLoader([DictLoader(letterhead.templates), PackageLoader(PACKAGE, TEMPLATES)]),
+        loader=ChoiceLoader([DictLoader(dict(own)), PackageLoader(PACKAGE, TEMPLATES)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
