@@ -236,10 +236,10 @@ def test_german_is_german(issued):
     assert "✓ bestanden" in page.words
 
 
-def test_the_same_run_gives_the_same_bytes(demo, registry, tmp_path):
+def test_the_same_run_gives_the_same_bytes(quick, registry, tmp_path):
     first, second = (
         issue(
-            demo.loaded,
+            quick.loaded,
             make_letterhead(tmp_path / name),
             tmp_path / "out" / name,
             registry=registry,
@@ -251,34 +251,38 @@ def test_the_same_run_gives_the_same_bytes(demo, registry, tmp_path):
         assert one.read_bytes() == other.read_bytes()
 
 
-def test_without_asking_for_it_no_specimen_is_made(demo, lab, tmp_path):
+def test_without_asking_for_it_no_specimen_is_made(quick, lab, tmp_path):
     with pytest.raises(UsageError, match=r"not approved and its data are simulated") as caught:
-        issue(demo.loaded, lab, tmp_path, not_for_certification=False)
+        issue(quick.loaded, lab, tmp_path, not_for_certification=False)
     assert "--not-for-certification" in caught.value.hint
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.fixture(scope="module")
+def source(quick, registry):
+    return read_source(quick.loaded, registry)
+
+
 @pytest.mark.parametrize("outcome", ["aborted", "error"])
-def test_a_run_that_was_not_completed_gets_none(demo, registry, outcome):
-    source = read_source(demo.loaded, registry)
+def test_a_run_that_was_not_completed_gets_none(source, outcome):
     info = replace(source.stored.info, outcome=outcome, reason="guard opened")
     broken = replace(source, stored=replace(source.stored, info=info))
     with pytest.raises(DataError, match=f"ended as '{outcome}': guard opened"):
         certifiable(broken)
 
 
-def test_a_run_without_a_result_gets_none(demo, lab, tmp_path, registry):
+def test_a_run_without_a_result_gets_none(quick, lab, tmp_path, registry):
     with pytest.raises(DataError, match="has no result to certify"):
-        issue(demo.no_load, lab, tmp_path, registry=registry)
+        issue(quick.no_load, lab, tmp_path, registry=registry)
 
 
-def test_the_command_issues_amends_and_refuses_a_second_amendment(demo, tmp_path):
+def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_path):
     lab = make_letterhead(tmp_path / "letterhead")
     order = ("--customer", "Mustre", "--customer-contact", "x", "--item", "bearing")
-    order += ("--item-condition", "new", "--received", "2026-11-01")
+    order += ("--item-condition", "new", "--received", "2026-02-27")
     where = ("--letterhead", lab, "--out", tmp_path / "out")
     called = call(
-        "certify", demo.loaded, "--authorised-by", "A", *order, *where, "--not-for-certification"
+        "certify", quick.loaded, "--authorised-by", "A", *order, *where, "--not-for-certification"
     )
     assert called.code == 0, called.err
     first = called.out.splitlines()[0]
