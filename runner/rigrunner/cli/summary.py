@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.events import Outcome
 from rigrunner.api.results import probability_text
 from rigrunner.cli.numbers import with_uncertainty
 from rigrunner.cli.table import pairs, table
@@ -65,12 +66,22 @@ def _headline(document: Document) -> Iterator[tuple[str, str]]:
             f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
         )
     if document["decision"]:
-        yield from _decision(document["decision"])
+        yield from _decision(
+            document["decision"], document["run"].get("outcome", Outcome.COMPLETED)
+        )
 
 
-def _decision(decision: Document) -> Iterator[tuple[str, str]]:
+def _decision(decision: Document, outcome: str) -> Iterator[tuple[str, str]]:
     """Say verdict, reason, probability and risk; by .get what files of older programs lack."""
-    yield "verdict", f"{decision['verdict'].upper()}: {decision['reason']}"
+    found = f"{decision['verdict'].upper()}: {decision['reason']}"
+    if outcome == Outcome.COMPLETED:
+        yield "verdict", found
+    else:
+        yield (
+            "verdict",
+            f"none: the run was not completed ({outcome}), and neither passes nor fails",
+        )
+        yield "by the rule", f"what was recorded would be {found}"
     if decision.get("marginal"):
         yield "marginal", "a difference within the marginal band would change the verdict"
     probability = decision.get("probability_of_conformity")

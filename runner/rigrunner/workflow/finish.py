@@ -66,7 +66,12 @@ class FinishedRun:
 
 
 def verdict_code(result: Result | None) -> ExitCode:
-    """Return the exit code of a completed run: its verdict, where there is one to give."""
+    """Return the exit code of an analysed run: its verdict, where there is one to give.
+
+    A run that was not completed neither passes nor fails, whatever its recordings say.
+    """
+    if result is not None and result.run.outcome != Outcome.COMPLETED:
+        return ExitCode.UNDECIDED
     if result is None or result.decision is None:
         return ExitCode.PASS
     codes = {Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}

@@ -61,6 +61,17 @@ def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
     ]
 
 
+def test_a_run_that_was_not_completed_has_no_verdict():
+    document = copy.deepcopy(LOADED)
+    document["run"]["outcome"] = "aborted"
+    lines = summary(document).splitlines()
+    assert (
+        "verdict          none: the run was not completed (aborted), and neither passes nor fails"
+        in (lines)
+    )
+    assert "by the rule      what was recorded would be PASS: 0.73 is below 0.95" in lines
+
+
 def test_a_run_without_compensation_shows_its_peaks_and_their_fits():
     document = copy.deepcopy(LOADED) | {"compensations": {}, "decision": None}
     document["headline"] = {"method": None, "compensated": None, "raw_peak": estimate(4.5, 0.1)}

@@ -1,0 +1,36 @@
+"""How a command ends that analysed a stored run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from helpers_report import loaded_result
+from rigrunner.api.errors import ExitCode
+from rigrunner.api.results import Verdict
+from rigrunner.workflow.finish import verdict_code
+
+
+@pytest.mark.parametrize(
+    ("verdict", "code"),
+    [
+        (Verdict.PASS, ExitCode.PASS),
+        (Verdict.FAIL, ExitCode.FAIL),
+        (Verdict.CONDITIONAL_PASS, ExitCode.UNDECIDED),
+        (Verdict.INCONCLUSIVE, ExitCode.UNDECIDED),
+    ],
+)
+def test_a_completed_run_ends_as_its_verdict(verdict, code):
+    result = loaded_result()
+    assert verdict_code(replace(result, decision=replace(result.decision, verdict=verdict))) is code
+
+
+@pytest.mark.parametrize("outcome", ["aborted", "error", ""])
+@pytest.mark.parametrize("is_decided", [True, False])
+def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
+    result = loaded_result()
+    result = replace(result, run=replace(result.run, outcome=outcome))
+    if not is_decided:
+        result = replace(result, decision=None)
+    assert verdict_code(result) is ExitCode.UNDECIDED
