@@ -66,10 +66,14 @@ def bearing_torque(rig: RigParameters, motion: Swing) -> Array:
 
 
 def starting_torque_nm(torque_nm: Array, motion: Swing) -> float:
-    """Return the greatest torque within 1 deg after a reversal, as the mean of both directions."""
+    """Return the greatest torque against the motion within 1 deg after a reversal.
+
+    The mean of both directions. At a reversal friction still has the sign of the stroke before:
+    that is not what is sought.
+    """
     forward = motion.starting & (motion.sense > 0)
     backward = motion.starting & (motion.sense < 0)
-    return float((np.abs(torque_nm[forward]).max() + np.abs(torque_nm[backward]).max()) / 2)
+    return float((torque_nm[forward].max() - torque_nm[backward].min()) / 2)
 
 
 def peak_level_nm(rig: RigParameters) -> float:
