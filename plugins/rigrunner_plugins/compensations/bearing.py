@@ -91,10 +91,10 @@ def bearing_torque(line: DriveLine, friction: SupportFriction, pair: Pair) -> Ar
     by, because the coupling twists otherwise under load, and what the inertia does if the runs were
     not quite at the same frequency, is taken out.
     """
-    return _rest(line, friction, pair.loaded) - _rest(line, friction, pair.no_load)
+    return rest(line, friction, pair.loaded) - rest(line, friction, pair.no_load)
 
 
-def _rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
+def rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     """Return what neither inertia nor the support's known friction explains of one run."""
     frequency = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2

@@ -87,7 +87,34 @@ INERTIA = Limit(
     unit="1",
     upper=1.0,
 )
-LIMITS = (INDEPENDENT, SYMMETRY, POSITIVE, DRIVE_LINE, DELAY, COUPLING, SAMPLING, INERTIA)
+UNDER_LOAD = Limit(
+    name="drive line under load",
+    good="the loaded run shows the same inertia, resonance and delay as the no-load run",
+    advice="filters, sampling, cables, coupling and clamps the same in both runs? The torque is "
+    "wrong by about as much as this, and its uncertainty does not say so",
+    unit="1",
+    upper=1.0,
+)
+SPRING = Limit(
+    name="torque that follows the angle",
+    good="what is elastic in it comes to at most 5 % of the torque",
+    advice="is the load off the swing's axis, or does a cable or hose pull? friction does not "
+    "follow the angle, and what does is in the starting torque",
+    unit="%",
+    upper=5.0,
+)
+LIMITS = (
+    INDEPENDENT,
+    SYMMETRY,
+    POSITIVE,
+    DRIVE_LINE,
+    DELAY,
+    COUPLING,
+    SAMPLING,
+    INERTIA,
+    UNDER_LOAD,
+    SPRING,
+)
 
 
 def independent(
@@ -177,6 +204,34 @@ def same_inertia(points: Sequence[CompensatedPoint], u_nm: Array) -> Check:
     allowed = max(chance, SLOPE_EFFECT * abs(float(torques.mean())))
     words = f"{effect:+.3f} N·m of it at the highest frequency, {allowed:.3f} N·m may be chance"
     return INERTIA.check([(abs(effect) / allowed, words)])
+
+
+def same_drive_line(
+    points: Sequence[CompensatedPoint], effects: Sequence[tuple[float, float]]
+) -> Check:
+    """Check that the drive line which the loaded sweep shows gives the same torque.
+
+    `effects` has for each point what it makes of the torque, and the uncertainty of that, in N·m;
+    it is empty where too few frequencies were measured.
+    """
+    if not effects:
+        return skipped(UNDER_LOAD.name, "too few frequencies to tell")
+    sure = coverage_factor(inf, SLOPE_SIGNIFICANCE)
+    allowed = [max(sure * u, p.torque.u) for p, (_, u) in zip(points, effects, strict=True)]
+    return UNDER_LOAD.check(
+        (
+            abs(effect) / allow,
+            f"{point.frequency_hz:.4g} Hz: {effect:+.3f} N·m, {allow:.3f} N·m may be chance",
+        )
+        for point, (effect, _), allow in zip(points, effects, allowed, strict=True)
+    )
+
+
+def no_spring(points: Sequence[CompensatedPoint], spring_nm: Sequence[float]) -> Check:
+    """Check that the torque does not follow the angle: its median over the points, of the mean."""
+    torque, found = float(np.mean([p.torque.value for p in points])), float(np.median(spring_nm))
+    percent = 100 * abs(found / torque) if torque else inf
+    return SPRING.check([(percent, f"{found:+.3f} N·m of it at the swing's ends")])
 
 
 def _slope(x: Array, y: Array, u: Array) -> tuple[float, float]:

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 
 LEAST_FREQUENCIES = 4
 ROUNDS = 6
+TWISTED_ROUNDS = 2
+"""Of a drive line that is known: the friction's twist alone is renewed."""
 
 SHARE_PRIOR = (0.5, 1 / sqrt(12))
 """Nothing known: as likely anywhere from 0 to 1 (mean and standard deviation)."""
@@ -126,7 +128,7 @@ def _start(observed: Observed, low_pass: LowPass) -> DriveLine:
     misfit = []
     for natural_hz in START_HZ:  # with all dampings at once: calls would take longer than numbers
         resonance = torsional_resonance(observed.harmonic_hz, natural_hz, damping)
-        misfit.append(_misfit(observed, filtered * resonance, _inertial(observed, line)))
+        misfit.append(_misfit(observed, filtered * resonance, inertial_torque(observed, line)))
     best, which = np.unravel_index(np.argmin(misfit), (len(START_HZ), len(START_DAMPING)))
     return replace(line, natural_hz=float(START_HZ[best]), damping_ratio=START_DAMPING[which])
 
@@ -137,7 +139,7 @@ def _misfit(observed: Observed, sensor: Complex, known: Complex) -> Array:
     That of `_residual` without its prior, by the equations of a weighted straight line, for A_k +
     B_k f is one: good enough to choose a start, and a tenth of the work of an orthogonal basis.
     """
-    response, wanted = _weighted(observed, sensor, known)
+    response, wanted = weighted(observed, sensor, known)
     weight, product = np.abs(response) ** 2, response.conj() * wanted
     total = np.maximum(weight.sum(axis=1, keepdims=True), UNUSED)
     frequency = observed.frequency_hz
@@ -150,12 +152,12 @@ def _misfit(observed: Observed, sensor: Complex, known: Complex) -> Array:
     return np.asarray((np.abs(wanted) ** 2).sum(axis=(1, 2)) - explained)
 
 
-def _inertial(observed: Observed, line: DriveLine) -> Complex:
+def inertial_torque(observed: Observed, line: DriveLine) -> Complex:
     """Return the harmonics of the inertia's torque, shape (F, K)."""
     return line.inertia_kgm2 * observed.acceleration * observed.frequency_hz**2
 
 
-def _weighted(observed: Observed, sensor: Complex, known: Complex) -> tuple[Complex, Complex]:
+def weighted(observed: Observed, sensor: Complex, known: Complex) -> tuple[Complex, Complex]:
     """Return the weighted response (..., F, K), and what it shall explain besides a known load."""
     response = sensor * observed.weight
     return response, observed.weight * observed.harmonics - response * known
@@ -163,8 +165,8 @@ def _weighted(observed: Observed, sensor: Complex, known: Complex) -> tuple[Comp
 
 def _linear(observed: Observed, line: DriveLine, change: Complex) -> tuple[Complex, Complex]:
     """Return the weighted basis of A_k and B_k, shape (K, F, 2), and what it shall fit, (K, F)."""
-    known = _inertial(observed, line) + line.share * change
-    response, wanted = _weighted(observed, line.sensor(observed.harmonic_hz), known)
+    known = inertial_torque(observed, line) + line.share * change
+    response, wanted = weighted(observed, line.sensor(observed.harmonic_hz), known)
     basis = np.stack([response, response * observed.frequency_hz], axis=-1)
     return basis.transpose(1, 0, 2), wanted.T
 
@@ -242,6 +244,21 @@ def frictions_without_each(
         )
         for left_out in range(len(points))
     )
+
+
+def twisted(points: tuple[SwingPoint, ...], rig: Identified) -> tuple[Observed, Complex]:
+    """Return the harmonics of other points on the rig, and what the twist changes there, (F, K).
+
+    The friction that twists is what these points have by a straight line over the frequency.
+    """
+    swing = rig.friction.swing
+    observed = observe(points, swing)
+    twists = _twists(observed, rig.line, _waveforms(points, swing))
+    change = np.zeros_like(observed.harmonics)
+    for _ in range(TWISTED_ROUNDS):
+        friction = _friction(observed, rig.line, change, swing, twists)
+        change = _twist_change(observed, friction, twists)
+    return observed, change
 
 
 def _waveforms(points: tuple[SwingPoint, ...], swing: Swing) -> tuple[Waveform, ...]:

@@ -29,7 +29,13 @@ from rigrunner_plugins.compensations.evaluation import evaluate
 from rigrunner_plugins.compensations.identification import identify, vector
 from rigrunner_plugins.compensations.limits import known
 from rigrunner_plugins.compensations.rig_errors import RigErrors
-from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
+from rigrunner_plugins.compensations.swing import (
+    make_swing,
+    measured_ratio,
+    running_torque,
+    spring_torque,
+)
+from rigrunner_plugins.compensations.under_load import effect, line_under_load
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -41,6 +47,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.identification import Identified
     from rigrunner_plugins.compensations.settings import InverseSettings
+    from rigrunner_plugins.compensations.under_load import LineUnderLoad
 
 MEASURAND = "load-induced starting torque at the reversals of the swing"
 NOTES = (
@@ -58,6 +65,10 @@ class _Diagnosis:
     """The mean torque under way."""
     scattered_nm: tuple[Array, ...]
     """What each cycle of a run moves the torque by, shapes (cycles,); of runs, not of models."""
+    spring_nm: float
+    """What of it follows the angle, at the swing's end."""
+    under_load_nm: tuple[float, float] | None
+    """What the drive line by the loaded sweep makes of the torque, and the uncertainty of that."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +99,9 @@ class Inverse(ABC):
         refiltered = identify(sweep.no_load, swing, low_pass.model_copy(update={"corner": wider}))
         settings = known(self.settings, sweep.rig)
         budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
-        templates = self.templates(sweep, rig)
+        templates, loaded_line = self.templates(sweep, rig), line_under_load(sweep.loaded, rig)
         done = [
-            self._point(budget, loaded, template)
+            self._point(budget, loaded, template, loaded_line)
             for loaded, template in zip(sweep.loaded, templates, strict=True)
         ]
         points = tuple(point for point, _ in done)
@@ -124,7 +135,11 @@ class Inverse(ABC):
         return identify(sweep.no_load, swing, _low_pass(sweep.instrument))
 
     def _point(
-        self, budget: Budget, loaded: SwingPoint, template: MeanSwing
+        self,
+        budget: Budget,
+        loaded: SwingPoint,
+        template: MeanSwing,
+        loaded_line: LineUnderLoad | None,
     ) -> tuple[CompensatedPoint, _Diagnosis]:
         swing = budget.rig.friction.swing
         pair = Pair(mean_swing(loaded, swing.size), template)
@@ -140,7 +155,9 @@ class Inverse(ABC):
         )
         asymmetry = float((forward - backward) / (forward + backward))
         running = float(running_torque(swing, found.bearing_nm))
-        return point, _Diagnosis(asymmetry, running, tuple(_scattered(found)))
+        other = None if loaded_line is None else effect(found, budget.rig, loaded_line)
+        spring = spring_torque(swing, found.bearing_nm)
+        return point, _Diagnosis(asymmetry, running, tuple(_scattered(found)), spring, other)
 
 
 def _low_pass(instrument: TorqueInstrument) -> LowPass:
@@ -195,6 +212,10 @@ def _checks(
         checks.understood(rig.misfit),
         checks.symmetry(points, [each.asymmetry for each in diagnosed]),
         checks.same_inertia(points, np.array(own)),
+        checks.same_drive_line(
+            points, [each.under_load_nm for each in diagnosed if each.under_load_nm]
+        ),
+        checks.no_spring(points, [each.spring_nm for each in diagnosed]),
         checks.simultaneous(rig.line.delay_s),
         checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
         checks.follows_resonance(recordings, rig.line.natural_hz),

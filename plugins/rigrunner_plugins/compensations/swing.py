@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 GRID = 4096
+MIDDLE = 0.25
+"""Of the amplitude: so far from the reversals no friction of them is left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,3 +125,15 @@ def running_torque(swing: Swing, torque_nm: Array) -> Array:
     """
     work = (torque_nm * swing.velocity_per_hz).mean(axis=-1)
     return np.asarray(work / np.abs(swing.velocity_per_hz).mean())
+
+
+def spring_torque(swing: Swing, torque_nm: Array) -> float:
+    """Return the torque at the swing's end of a spring that would explain the middle of it, N·m.
+
+    There friction is even, and opposite in both strokes; what follows the angle is neither.
+    """
+    amplitude = np.abs(swing.angle_rad).max()
+    middle = np.abs(swing.angle_rad) <= MIDDLE * amplitude
+    forward = swing.velocity_per_hz[middle] > 0
+    basis = np.stack([forward, ~forward, swing.angle_rad[middle] / amplitude], axis=1)
+    return float(np.linalg.lstsq(basis.astype(float), torque_nm[middle], rcond=None)[0][-1])

@@ -81,6 +81,8 @@ class Bench:
     """By which the zero moves between the two runs."""
     one_sided_nm: float = 0.0
     """A constant torque that comes with the load."""
+    spring_nm: float = 0.0
+    """A torque that comes with the load and follows the angle: what it is at the swing's end."""
 
 
 def drawn(ranges: Iterable[Range], rng: Generator) -> dict[str, Value]:

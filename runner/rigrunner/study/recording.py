@@ -178,14 +178,20 @@ def _streamed(setup: _Setup, duration_s: float) -> dict[str, Array]:
 
 
 def _shifted(run: RunData, bench: Bench) -> RunData:
-    """Return the loaded run with its zero moved, and with the constant torque of its load."""
-    shift = bench.zero_shift_nm + bench.one_sided_nm
+    """Return the loaded run with its zero moved, and with what else comes with its load."""
     recordings = tuple(
-        replace(each, channels={**each.channels, TORQUE: np.asarray(each.channels[TORQUE]) + shift})
+        replace(each, channels={**each.channels, TORQUE: _with_load(each, bench)})
         for each in run.recordings
     )
     zeros = {TORQUE: run.zeros[TORQUE] + bench.zero_shift_nm}
     return replace(run, recordings=recordings, zeros=zeros)
+
+
+def _with_load(recording: Recording, bench: Bench) -> Array:
+    angle = np.asarray(recording.channels[ANGLE])
+    spring = bench.spring_nm * angle / np.abs(angle).max()
+    shift = bench.zero_shift_nm + bench.one_sided_nm
+    return np.asarray(np.asarray(recording.channels[TORQUE]) + shift + spring)
 
 
 def _rig(setup: _Setup) -> RigDescription:

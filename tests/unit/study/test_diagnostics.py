@@ -138,7 +138,7 @@ def test_a_study_can_be_stopped():
             stop.set()
 
     going = Going(InProcess(), stop, progress)
-    with pytest.raises(AbortedError, match="stopped after 1 of 44 rigs"):
+    with pytest.raises(AbortedError, match="stopped after 1 of 48 rigs"):
         run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, going=going)
     of = 2 + 2 * len(BREAKS)
     assert done == [(0, of), (1, of)]

@@ -83,7 +83,7 @@ def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
         for hertz in (60.0, 400.0, 2500.0)
         for damping in (0.02, 0.15)
     ]
-    hertz, known = observed.harmonic_hz, identification._inertial(observed, lines[0])
+    hertz, known = observed.harmonic_hz, identification.inertial_torque(observed, lines[0])
     found = identification._misfit(observed, np.array([x.sensor(hertz) for x in lines]), known)
     nothing = np.zeros_like(observed.harmonics)
     wanted = [np.sum(identification._residual(observed, x, nothing)[:-1] ** 2) for x in lines]
