@@ -115,3 +115,18 @@ def quick(made_once) -> Runs:
 
     folder = made_once("quick", fill)
     return Runs(folder / "runs", *sorted((folder / "runs").iterdir()))
+
+
+@pytest.fixture(scope="module")
+def blank_figures():
+    """Leave out what takes longest of a run: that matplotlib lays out and writes its figures.
+
+    For tests that make runs and ask nothing of how they look. All is painted as ever. Not beside
+    `quick` and `demo`, which are made for others too.
+    """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415  (few tests draw)
+
+    blank = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FigureCanvasSVG, "print_svg", lambda _, file, **_more: file.write(blank))
+        yield

@@ -17,6 +17,8 @@ from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.overrides import overrides_for
 from rigrunner.workflow.record import execute
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 # what is changed in the register, what is lacking, what is said, the field
 CASES = {
     "overdue": (

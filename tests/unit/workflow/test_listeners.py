@@ -18,6 +18,8 @@ from rigrunner.runfile import read
 from rigrunner.workflow.listening import Detached
 from rigrunner.workflow.prepare import plan_run
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 PLUGIN = '''
 from pathlib import Path
 
