@@ -212,10 +212,12 @@ def same_drive_line(
     """Check that the drive line which the loaded sweep shows gives the same torque.
 
     `effects` has for each point what it makes of the torque, and the uncertainty of that, in N·m;
-    it is empty where too few frequencies were measured.
+    it is empty where the loaded sweep shows too little.
     """
     if not effects:
-        return skipped(UNDER_LOAD.name, "too few frequencies to tell")
+        return skipped(
+            UNDER_LOAD.name, "too few frequencies to tell, or too little known of the phase"
+        )
     sure = coverage_factor(inf, SLOPE_SIGNIFICANCE)
     allowed = [max(sure * u, p.torque.u) for p, (_, u) in zip(points, effects, strict=True)]
     return UNDER_LOAD.check(

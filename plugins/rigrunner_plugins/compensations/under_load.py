@@ -61,13 +61,13 @@ class LineUnderLoad:
 def line_under_load(points: tuple[SwingPoint, ...], rig: Identified) -> LineUnderLoad | None:
     """Return the drive line by a loaded sweep on a known rig; None where too little shows it.
 
-    That is where it has too few frequencies, or a torque that never changes. Remembered, as
-    several methods ask it of one sweep.
+    That is where it has too few frequencies, a torque that never changes, or a phase of which each
+    recording has a doubt of its own. Remembered, as several methods ask it of one sweep.
     """
     top_hz = max(point.frequency_hz.value for point in points)
     fast = tuple(point for point in points if point.frequency_hz.value >= SLOWEST * top_hz)
     enough = len({point.set_frequency_hz for point in fast}) > len(POWERS)
-    if not enough or not all(np.ptp(point.torque_nm) for point in fast):
+    if not enough or not all(map(_shows_phase, fast)):
         return None
     observed, change = twisted(fast, rig)
 
@@ -83,6 +83,11 @@ def line_under_load(points: tuple[SwingPoint, ...], rig: Identified) -> LineUnde
     jacobian = np.asarray(found.jac)
     covariance = np.linalg.inv(jacobian.T @ jacobian) * variance
     return LineUnderLoad(with_vector(rig.line, found.x, LEARNED), covariance)
+
+
+def _shows_phase(point: SwingPoint) -> bool:
+    doubt_s = max(point.phase_u_rad / (2 * np.pi * point.frequency_hz.value), point.alignment_u_s)
+    return bool(np.ptp(point.torque_nm) > 0 and doubt_s < DELAY_SCALE_S)
 
 
 def _residual(observed: Observed, line: DriveLine, change: Complex) -> Array:
