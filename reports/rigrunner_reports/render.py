@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from rigrunner.api.results import ReportInput
 
 PACKAGE = "rigrunner_reports"
+_BESIDE_A_NUMBER = re.compile(
+    r"(?<=\d) (?=m?N·m|Hz|%|k?N\b)|(?<=[=≤≥±]) (?=[\d+\N{MINUS SIGN}])|(?<=&[gl]t;) (?=\d)"
+)
 
 
 def html(report: ReportInput) -> bytes:
@@ -42,9 +46,14 @@ def css_string(text: str) -> Markup:
     return Markup(f'"{safe}"')  # noqa: S704  (everything but letters and digits is escaped)
 
 
+def unbroken(markup: str) -> Markup:
+    """Return a part of a page whose numbers keep unit and sign beside them (SI Brochure, 5.4.3)."""
+    return Markup(_BESIDE_A_NUMBER.sub("\N{NO-BREAK SPACE}", markup))  # noqa: S704  (it was escaped)
+
+
 @cache  # the templates are compiled once: that takes longer than filling them
 def _environment() -> Environment:
-    return Environment(
+    environment = Environment(
         loader=PackageLoader(PACKAGE),
         autoescape=True,
         undefined=StrictUndefined,
@@ -53,3 +62,5 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         optimized=False,  # it folds constants, of which there are next to none
     )
+    environment.filters["unbroken"] = unbroken
+    return environment

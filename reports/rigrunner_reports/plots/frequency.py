@@ -69,7 +69,7 @@ def _raw_and_compensated(axes: Axes, result: Result, points: Sequence[SetPoint])
     )
     if any(result.primary in each.by_method for each in points):
         _bars(axes, points, result.primary, f"compensated ({result.primary})", line=PRIMARY)
-    _limits(axes, result)
+    _limits(axes, result, on_the_right=True)
     axes.set(title="Raw and compensated")
     if axes.dataLim.y0 >= 0:
         axes.set_ylim(bottom=0)
@@ -126,8 +126,11 @@ def _finite(value: float) -> float:
     return value if isfinite(value) else 0.0
 
 
-def _limits(axes: Axes, result: Result) -> None:
-    """Draw the limits, each named on its side away from the result, which it would hide."""
+def _limits(axes: Axes, result: Result, *, on_the_right: bool = False) -> None:
+    """Draw the limits, each named on its side away from the result, which it would hide.
+
+    Raw peaks stand nearest to the result on the left, where the rig's part is small.
+    """
     decision, mean = result.decision, result.headline
     if decision is None:
         return
@@ -137,10 +140,11 @@ def _limits(axes: Axes, result: Result) -> None:
             axes.axhline(value, color=INK, linewidth=1.1, linestyle=(0, (6, 3)), zorder=1)
             axes.annotate(
                 f"limit {decision.limit_text}",
-                (0, value),
+                (float(on_the_right), value),
                 xycoords=("axes fraction", "data"),
-                xytext=(4, 3 if is_above else -3),
+                xytext=(-4 if on_the_right else 4, 3 if is_above else -3),
                 textcoords="offset points",
+                ha="right" if on_the_right else "left",
                 va="bottom" if is_above else "top",
                 fontsize=7.5,
             )

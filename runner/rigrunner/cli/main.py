@@ -69,7 +69,7 @@ SUMMARIES = {
     package="rigrunner.cli.commands",
     summaries=SUMMARIES,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="'rigrunner demo' needs no rig and takes about a minute.",
+    epilog="'rigrunner demo' needs no rig, and takes less than a minute.",
 )
 @click.version_option(__version__, prog_name="rigrunner", message="%(prog)s %(version)s")
 @click.pass_context

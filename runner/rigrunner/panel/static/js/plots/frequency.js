@@ -5,7 +5,7 @@ import { t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
 
 const EMPTY = [[0, 35], [null, null], [null, null], [null, null], [null, null]];
-const CAP_PX = 5;
+const CAP_PX = 4; // no wider than the point: of a bar that is shorter than it nothing stands out
 
 export function frequencyChart() {
   let highest = 1; // of the plan, so that the axis stands still while the points fill in
@@ -57,7 +57,7 @@ function drawBars(plot) {
   ctx.beginPath();
   for (let i = 0; i < x.length; i += 1) {
     if (low[i] === null || high[i] === null) continue;
-    const at = plot.valToPos(x[i], "x", true);
+    const at = Math.round(plot.valToPos(x[i], "x", true)); // as the points are
     const from = plot.valToPos(low[i], "y", true);
     const to = plot.valToPos(high[i], "y", true);
     ctx.moveTo(at, from);
