@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 PACKAGE = "rigrunner_reports"
 _BESIDE_A_NUMBER = re.compile(
-    r"(?<=\d) (?=m?N·m|Hz|%|k?N\b)|(?<=[=≤≥±]) (?=[\d+\N{MINUS SIGN}])|(?<=&[gl]t;) (?=\d)"
+    r"(?<=\d) (?=m?N·m|Hz|%|k?N\b)"  # 0.7 N·m
+    r"|(?<=[=≤≥±]) (?=[\d+\N{MINUS SIGN}])|(?<=&[gl]t;) (?=\d)"  # ≤ 0.95, and < 0.01 in HTML
+    r"|(?<=\b[A-Za-z]) (?==)"  # k = 2
 )
 
 

@@ -226,7 +226,7 @@ def test_a_run_of_one_point_without_fits_is_reported():
 def test_no_line_ends_between_a_number_and_its_unit_or_sign(loaded_bytes):
     result = loaded_bytes.decode().split('<section id="result">')[1].split("</section>")[0]
     assert re.search(r"\d\u00a0N·m", result)
-    assert re.findall(r"\d (?:N·m|mN·m|Hz|%|N)\b|(?:[=≤±]|&gt;) \d", result) == []
+    assert re.findall(r"\d (?:N·m|mN·m|Hz|%|N)\b|(?:[=≤±]|&gt;) \d|\b[kUw] =", result) == []
 
 
 def test_a_text_for_css_cannot_end_its_string():
