@@ -57,9 +57,9 @@ def test_a_run_without_a_result_says_so_and_has_its_samples(small):
     assert len(run.plot("001_10Hz").figure.axes) == 2
 
 
-def test_the_points_of_a_run_are_those_of_its_result(demo):
-    run = rigrunner.open_run(demo.loaded)
-    document = json.loads((demo.loaded / "result.json").read_text())
+def test_the_points_of_a_run_are_those_of_its_result(quick):
+    run = rigrunner.open_run(quick.loaded)
+    document = json.loads((quick.loaded / "result.json").read_text())
     wanted = document["compensations"]["template_inverse"]["points"]
     assert run.points.column("torque_nm") == [each["torque"]["value"] for each in wanted]
     inertia = document["compensations"]["template_inverse"]["parameters"]["inertia"]["value"]
@@ -70,11 +70,11 @@ def test_the_points_of_a_run_are_those_of_its_result(demo):
     assert list(raw.get_ydata()) == run.points.column("raw_peak_nm")
 
 
-def test_a_run_analysed_again_gives_the_same_numbers(demo):
-    again = rigrunner.analyse(demo.loaded)
-    assert again.document["headline"] == rigrunner.open_run(demo.loaded).result["headline"]
-    assert again.points == rigrunner.open_run(demo.loaded).points
-    other = rigrunner.analyse(demo.loaded, demo.no_load)
+def test_a_run_analysed_again_gives_the_same_numbers(quick):
+    again = rigrunner.analyse(quick.loaded)
+    assert again.document["headline"] == rigrunner.open_run(quick.loaded).result["headline"]
+    assert again.points == rigrunner.open_run(quick.loaded).points
+    other = rigrunner.analyse(quick.loaded, quick.no_load)
     assert other.points == again.points
     assert other.plot().figure.axes
 

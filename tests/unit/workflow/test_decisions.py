@@ -41,6 +41,15 @@ def again(folder, acceptance=TIGHT, who=WHO):
     return decide_again(folder, load_registry(), who, lambda _: acceptance)
 
 
+@pytest.fixture(scope="module")
+def decided(made, tmp_path_factory):
+    """Return the folder of the run with a second decision, to be copied."""
+    copy = tmp_path_factory.mktemp("decided") / made.name
+    shutil.copytree(made, copy)
+    again(copy)
+    return copy
+
+
 def test_it_is_decided_anew_without_touching_what_is_there(folder):
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     written, result = again(folder)
@@ -148,8 +157,9 @@ def spoil(change):
         (lambda path: path.rename(path.with_name("decision-3.json")), "does not follow run.h5"),
     ],
 )
-def test_a_spoiled_record_is_told_not_passed_over(folder, spoiled, words):
-    again(folder)
+def test_a_spoiled_record_is_told_not_passed_over(decided, tmp_path, spoiled, words):
+    folder = tmp_path / decided.name
+    shutil.copytree(decided, folder)
     spoiled(folder / "decision-2.json")
     with pytest.raises(DataError, match=words):
         later_decisions(read(folder), folder)
