@@ -1,9 +1,9 @@
 """The archive: 10,000 run files indexed and searched, on SQLite and on PostgreSQL.
 
 The run files are copies of one sealed run with the result of the demonstration and short
-recordings, each with its own id, specimen, lot, rig, time and torque, and a manifest that fits; 60
-of them in the short form. They are in ten folders, one of which is indexed in each turn, by one
-process, just after they were written.
+recordings, each with its own id, specimen, lot, rig, time and torque, and a manifest that fits; in
+the short form there are 60, with a result of two points. They are in ten folders, one of which is
+indexed in each turn, by one process, just after they were written.
 
 The floor of indexing opens each file with h5py and reads its attributes and the text of its result,
 without understanding it. That of an index of unchanged files walks the folders and asks for the
@@ -62,7 +62,8 @@ ROWS = "SQLAlchemy makes the statement, and each row has every column"
 def measure(scale: Scale) -> list[Figure]:
     count = scale.of(10_000, 60)
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        roots = made(Path(folder), count)
+        document = result_document() if scale.short else demonstrated(Path(folder))
+        roots = made(Path(folder), count, document)
         found = on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)
         if not has_postgresql():
             return [*found, Figure("PostgreSQL", None, "s", note="there is none here")]
@@ -175,11 +176,17 @@ def raw_postgresql(archive: Database) -> Iterator[Callable[[str], object]]:
         yield lambda statement: connection.execute(statement).fetchall()
 
 
-def made(folder: Path, count: int) -> list[Path]:
-    """Make the run files; return the folders that hold them."""
+def demonstrated(folder: Path) -> dict[str, object]:
+    """Run the demonstration; return its result."""
     call("demo", "--dir", str(folder / "demo"))
     (result,) = (folder / "demo").glob("*STT-1000*/result.json")
-    source = template(folder / "template", json.loads(result.read_text(encoding="utf-8")))
+    found: dict[str, object] = json.loads(result.read_text(encoding="utf-8"))
+    return found
+
+
+def made(folder: Path, count: int, document: object) -> list[Path]:
+    """Make the run files, with this result; return the folders that hold them."""
+    source = template(folder / "template", document)
     every = make_many(folder / "all", count, source)
     roots = [folder / f"part-{number}" for number in range(FOLDERS)]
     for number, run in enumerate(every):
