@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, settings
 # numpy reads it once it is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from helpers_cli import Called, call
+from helpers_cli import Called, call, shell
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.clock import SimulatedClock
 
@@ -101,6 +101,32 @@ def demo(made_once) -> Demo:
     folder = made_once("demo", fill)
     called = Called(**json.loads((folder / "called.json").read_text(encoding="utf-8")))
     return Demo(folder / "runs", *sorted((folder / "runs").iterdir()), called)
+
+
+@dataclass(frozen=True)
+class Lab:
+    """A lab folder, the commands that `init` printed for it, and what they printed, done as told.
+
+    To be copied, not written to.
+    """
+
+    folder: Path
+    commands: str
+    printed: str
+
+
+@pytest.fixture(scope="session")
+def lab_begun(made_once) -> Lab:
+    """Make a lab folder by `rigrunner init`, and run what that prints, in a shell."""
+
+    def fill(folder) -> None:
+        commands = shell(folder, "rigrunner init 'bench 1'").stdout
+        (folder / "commands").write_text(commands, encoding="utf-8")
+        (folder / "printed").write_text(shell(folder, commands).stdout, encoding="utf-8")
+
+    folder = made_once("lab", fill)
+    texts = ((folder / name).read_text(encoding="utf-8") for name in ("commands", "printed"))
+    return Lab(folder / "bench 1", *texts)
 
 
 @pytest.fixture(scope="session")

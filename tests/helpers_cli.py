@@ -1,10 +1,14 @@
-"""Calls the command line in this process and keeps what it prints."""
+"""Calls the command line, in this process or a shell, and keeps what it prints."""
 
 from __future__ import annotations
 
 import io
+import os
+import subprocess
+import sys
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from pathlib import Path
 
 from rigrunner.cli.main import main
 
@@ -23,3 +27,19 @@ def call(*arguments: str) -> Called:
     with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
         code = main([str(argument) for argument in arguments])
     return Called(code, out.getvalue(), err.getvalue())
+
+
+def shell(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
+    """Run these lines in bash, with `rigrunner` on the path; each must succeed."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", code],
+        cwd=folder,
+        env=os.environ | {"PATH": path},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+    return done

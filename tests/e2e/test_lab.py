@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-from helpers_cli import call
+from helpers_cli import call, shell
 from helpers_docs import code_blocks
 from rigrunner.api.errors import ExitCode
 from rigrunner.runfile import read
@@ -18,32 +14,16 @@ from rigrunner.runfile import read
 pytestmark = pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
 
 
-def shell(folder, code):
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", code],
-        cwd=folder,
-        env=os.environ | {"PATH": path},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
-    return done
-
-
 @pytest.fixture(scope="module")
-def printed(tmp_path_factory):
+def printed(lab_begun, tmp_path_factory):
     folder = tmp_path_factory.mktemp("somewhere")
-    return folder, shell(folder, "rigrunner init 'bench 1'").stdout
+    shutil.copytree(lab_begun.folder, folder / "bench 1")
+    return folder, lab_begun.commands
 
 
-def test_the_printed_commands_work_as_they_stand(printed):
-    folder, commands = printed
-    done = shell(folder, commands)
-    assert "N·m (95 %, template_inverse)" in done.stdout
-    runs = sorted((folder / "bench 1" / "runs").iterdir())
+def test_the_printed_commands_work_as_they_stand(lab_begun):
+    assert "N·m (95 %, template_inverse)" in lab_begun.printed
+    runs = sorted((lab_begun.folder / "runs").iterdir())
     assert [(run / "report.html").is_file() for run in runs] == [True, True, False]
     measured = read(runs[-1]).measurements[0].values["room.temperature"]
     assert 294 < measured < 296.3
