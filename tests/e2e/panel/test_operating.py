@@ -202,6 +202,12 @@ def test_by_hand(screen, panel):
     screen.wait_for_compensation()
     page.get_by_role("button", name="Record a point").click()
     page.locator(".manual-points", has_text="001").wait_for(timeout=20_000)
+    frequency.fill("12.5")
+    frequency.press("Enter")
+    why = page.locator(".readout.compensated .readout-small")
+    expect(why).to_contain_text("no no-load recording within", timeout=20_000)  # and all there are
+    boxes = [each.bounding_box() for each in page.locator(".readout").all()]
+    assert all(box["width"] > 150 and box["x"] + box["width"] <= 1280 for box in boxes)
     page.get_by_role("button", name="Make safe and end").click()
     panel.wait_for("finished")
     page.get_by_role("link", name="See its points").click()
