@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import time
 import venv
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -172,13 +171,13 @@ def test_every_check_of_the_kit_is_met(author):
 
 
 TUTORIAL = ROOT / "docs/tutorial/first-device-plugin.md"
-LONGEST_S = 180
-"""For all commands of the tutorial, on a slow machine; the rest of its ten minutes is reading."""
+LONGEST_S = 120
+"""Of a processor, for all commands of the tutorial; the rest of its ten minutes is reading."""
 
 
 def test_the_tutorial_works_as_it_stands_in_its_time(author, tmp_path):
     """Each block in the folder in which the last one ended, as a reader's shell has it."""
-    folder, output, began = tmp_path, "", time.monotonic()
+    folder, output, began_s = tmp_path, "", processor_s_of_programs()
     for block in code_blocks(TUTORIAL):
         where = f"{TUTORIAL.name}:{block.line}"
         if block.file:
@@ -191,7 +190,13 @@ def test_the_tutorial_works_as_it_stands_in_its_time(author, tmp_path):
             done = author.run("/bin/bash", "-euo", "pipefail", "-c", code, cwd=folder)
             output = succeeded(done)
             folder = Path((tmp_path / "pwd").read_text().strip())
-    assert time.monotonic() - began < LONGEST_S
+    assert 1 < processor_s_of_programs() - began_s < LONGEST_S
+
+
+def processor_s_of_programs():
+    """Return what programs took that were started and have ended, without their waiting."""
+    used = os.times()
+    return used.children_user + used.children_system
 
 
 def test_the_tutorial_counts_its_lines_right():

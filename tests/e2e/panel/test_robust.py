@@ -27,7 +27,8 @@ def test_a_reload_shows_the_true_state_at_once(screen, panel):
     screen.begin()
     panel.wait_for("running")
     page.reload()
-    page.wait_for_selector(".chip.running", timeout=2000)
+    first = page.wait_for_selector("header .chip:not(.disconnected)")
+    assert "running" in first.get_attribute("class").split()
     assert page.locator(".step.done").count() > 0
     assert "you" in page.locator(".holder").inner_text()  # the tab keeps its control
     page.get_by_role("button", name="STOP").click()

@@ -168,8 +168,8 @@ def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends):
         began_s = time.monotonic()
         threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
         with pytest.raises(StopNow) as stopped:
-            time.sleep(5)
-        assert time.monotonic() - began_s < 1
+            time.sleep(60)
+        assert time.monotonic() - began_s < 30
         assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
         ends.panel.send(Stop(BY, "again"))
         time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
