@@ -54,11 +54,11 @@ def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel)
     every = [*((each["name"], each) for each in result["checks"]), *own]
     skipped = [name for name, each in every if each["text"].startswith("not checked")]
     failed = [name for name, each in every if not each["ok"]]
-    assert skipped == ["coupling (template_inverse)"], "the lab's station says nothing of it"
+    assert "coupling (template_inverse)" in skipped, "the lab's station says nothing of it"
     screen.open(f"#/runs/{run['run']}")
-    page.get_by_text(f"Could not be made: {skipped[0]}.").wait_for()
+    page.get_by_text(f"Could not be made: {', '.join(skipped)}.").wait_for()
     assert page.locator("ul.lights .light.warn:visible strong").all_inner_texts() == failed
-    made = page.get_by_text(f"All {len(every) - 1} checks are in order.")
+    made = page.get_by_text(f"All {len(every) - len(skipped)} checks are in order.")
     assert made.is_visible() == (not failed)
     page.get_by_text("Points").click()
     rows = page.locator("details[open] tbody tr").all_inner_texts()
