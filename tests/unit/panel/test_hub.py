@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from rigrunner.panel.web.hub import MOST_WAITING, Screen
+from rigrunner.panel.web.hub import MOST_WAITING, Hub, Screen
 from rigrunner.panel.web.panel import Panel, Settings
 
 
@@ -80,3 +80,21 @@ def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
     got = asyncio.run(check())
     assert json.loads(got[0])["type"] == "state"
     assert got[1:] == [f"delta {n}" for n in range(MOST_WAITING)]
+
+
+@pytest.mark.parametrize("turns", range(6))
+def test_it_ends_though_something_changes_in_the_moment_in_which_it_is_to_end(panel, turns):
+    """A cancellation that was lost left the server waiting for it for ever when it was closed."""
+
+    async def check():
+        work = asyncio.create_task(Hub(panel).run())
+        await asyncio.sleep(0.1)
+        panel.board.wake()
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        work.cancel()
+        ended, _ = await asyncio.wait({work}, timeout=5)
+        work.cancel()
+        assert ended
+
+    asyncio.run(check())

@@ -95,7 +95,9 @@ class Hub:
         self._panel.board.wake = lambda: _call(loop, self._wake.set)
         while True:
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._wake.wait(), IDLE_S)
+                # `wait_for` loses a cancellation that comes with the news, until Python 3.12
+                async with asyncio.timeout(IDLE_S):
+                    await self._wake.wait()
             self._wake.clear()
             self._flush(loop.time())
             await asyncio.sleep(FRAME_S)
