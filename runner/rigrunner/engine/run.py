@@ -25,7 +25,7 @@ from rigrunner.engine.points import point_at, point_name, settles_before, teardo
 from rigrunner.engine.session import Session
 from rigrunner.engine.tries import do_step
 from rigrunner.plan.actions import Phase
-from rigrunner.rig import unsafe_text
+from rigrunner.rig import problems_text, unsafe_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -180,6 +180,8 @@ class Run:
         unsafe = unsafe_text(reports)
         if unsafe:
             self.notes.left_unsafe(DeviceError(f"the rig is not safe: {unsafe}"))
+        elif out_of_step := problems_text(reports):
+            self.notes.keep(DeviceError(out_of_step))
         read_back = {name: value for each in reports for name, value in _read_back(each).items()}
         outcome, reason = self.notes.outcome()
         resumable = self.notes.is_unkept(self.notes.first)

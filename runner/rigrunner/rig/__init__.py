@@ -3,6 +3,14 @@
 from rigrunner.api.devices import Patience
 from rigrunner.rig.drives import agrees
 from rigrunner.rig.rig import Rig
-from rigrunner.rig.safe_state import SafetyReport, unsafe_text
+from rigrunner.rig.safe_state import NoRigError, SafetyReport, problems_text, unsafe_text
 
-__all__ = ["Patience", "Rig", "SafetyReport", "agrees", "unsafe_text"]
+__all__ = [
+    "NoRigError",
+    "Patience",
+    "Rig",
+    "SafetyReport",
+    "agrees",
+    "problems_text",
+    "unsafe_text",
+]

@@ -23,6 +23,10 @@ _ATTEMPTS = 3
 """How often making one device safe is begun anew after an interrupt."""
 
 
+class NoRigError(DeviceRejectedError):
+    """A replay that is out of step with its tape has no answer: there is no rig."""
+
+
 @dataclass(frozen=True)
 class SafetyReport:
     """Whether a device, or one drive of it, is safe: what was read back, and what speaks against.
@@ -36,6 +40,8 @@ class SafetyReport:
     problems: tuple[str, ...] = ()
     drive: str = ""
     """The one drive that was made safe; empty for the whole device."""
+    there: bool = True
+    """False in a replay that is out of step: nothing is there that could be left unsafe."""
 
     @property
     def safe(self) -> bool:
@@ -50,6 +56,11 @@ class SafetyReport:
 
 def unsafe_text(reports: Iterable[SafetyReport]) -> str:
     """Return what speaks against each device being safe; '' for a rig that was left safe."""
+    return problems_text(each for each in reports if each.there)
+
+
+def problems_text(reports: Iterable[SafetyReport]) -> str:
+    """Return the problems of each device, of replays as well; '' without any."""
     left = [each for each in reports if not each.drive]
     return "; ".join(f"{each.role}: {text}" for each in left for text in each.problems)
 
@@ -91,7 +102,8 @@ def make_safe(
         except KeyboardInterrupt:
             continue  # impatience must not leave a rig half safe
         except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
-            return SafetyReport(role, {}, (f"make safe failed: {_words(error)}",), drive)
+            there = not isinstance(error, NoRigError)
+            return SafetyReport(role, {}, (f"make safe failed: {_words(error)}",), drive, there)
     return SafetyReport(role, {}, ("make safe was interrupted from the keyboard",), drive)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.rig import NoRigError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,12 +35,12 @@ class Replay:
         if not self.difference:
             self._place, self.difference = str(place), text
 
-    def error(self) -> DeviceRejectedError:
+    def error(self) -> NoRigError:
         """Return the error that tells the difference: the first time in full."""
         if self._told:
-            return DeviceRejectedError(f"the replay ended at {self._place}")
+            return NoRigError(f"the replay ended at {self._place}")
         self._told = True
-        return DeviceRejectedError(self.difference, hint=self.hint)
+        return NoRigError(self.difference, hint=self.hint)
 
 
 class ReplayWire:
@@ -59,7 +59,7 @@ class ReplayWire:
         self._before: list[str] = []
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:  # noqa: ARG002  (the Protocol's)
-        """Return what was answered; raise DeviceRejectedError from the first difference on."""
+        """Return what was answered; raise NoRigError from the first difference on."""
         entry = self._next_entry(request)
         if entry is None:
             raise self._replay.error()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import threading
 
 import pytest
@@ -212,6 +213,18 @@ def test_a_tape_that_was_broken_off_ends_the_replay_there(taped, tmp_path, lengt
     assert finished.sealed
 
 
+def test_a_replay_that_differs_only_where_the_rig_is_made_safe_ends_in_an_error(taped, tmp_path):
+    folder, procedure, *_ = taped
+    tape = tmp_path / "tape"
+    shutil.copytree(folder / "tape", tape)
+    file = tape / "devices/tester.jsonl"
+    file.write_bytes(file.read_bytes().replace(b'"make safe"', b'"hide"'))
+    finished = run(ReplayedTape(tape), procedure, tmp_path / "runs")
+    assert finished.outcome is Outcome.ERROR
+    assert "asked was 'make safe'" in finished.reason
+    assert not finished.unsafe
+
+
 @pytest.mark.parametrize("length", [300, 5_000, 30_000])
 def test_a_clock_that_was_broken_off_ends_the_replay_in_order(taped, tmp_path, length):
     folder, procedure, *_ = taped
@@ -388,6 +401,7 @@ def test_a_replay_can_be_stopped_too(taped, tmp_path):
         ReplayedTape(folder / "tape"), procedure, tmp_path / "runs", listeners=[stop], stop=stop
     )
     assert (again.outcome, again.reason) == (Outcome.ABORTED, "it sounded odd")
+    assert not again.unsafe  # there is no rig, and nobody has to go to one
 
 
 def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
