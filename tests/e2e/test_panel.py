@@ -18,7 +18,7 @@ from rigrunner.api.events import Intervention, MadeSafe, RunEnded
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import read
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and ps as POSIX has them")
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
 
 QUICK = "{seed: 1, frequency_rate: 100 Hz/s, load_rate: 10 kN/s}"
 LOADED = "starting_torque_1000n.yaml"

@@ -21,6 +21,7 @@ from scipy.optimize import least_squares
 
 from rigrunner_plugins.compensations.bearing import rest
 from rigrunner_plugins.compensations.identification import (
+    BOUNDS,
     DELAY_SCALE_S,
     UNKNOWNS,
     inertial_torque,
@@ -41,7 +42,8 @@ if TYPE_CHECKING:
 LEARNED = ("natural_hz", "damping_ratio", "inertia_kgm2", "delay_s")
 """The share of the twist is kept: where friction acts is no matter of the load."""
 
-LOWEST = ([1.0, 1e-4, 1e-9, -0.01], [1e5, 1.0, np.inf, 0.01])
+_PLACES = [UNKNOWNS.index(name) for name in LEARNED]
+_BOUNDS = ([BOUNDS[0][k] for k in _PLACES], [BOUNDS[1][k] for k in _PLACES])
 POWERS = (0, 1, -1, -2)
 """Of the frequency, in what friction may be."""
 
@@ -76,7 +78,7 @@ def line_under_load(points: tuple[SwingPoint, ...], rig: Identified) -> LineUnde
 
     start = vector(rig.line, LEARNED)
     scale = [*start[:-1], DELAY_SCALE_S]
-    found = least_squares(residual, start, x_scale=scale, bounds=LOWEST)
+    found = least_squares(residual, start, x_scale=scale, bounds=_BOUNDS)
     rows = np.count_nonzero(observed.weight, axis=0)
     dof = 2 * np.maximum(rows - len(POWERS), 0).sum() - len(LEARNED)
     variance = max(float(found.fun @ found.fun) / dof, 1.0)
@@ -115,6 +117,5 @@ def effect(found: Evaluated, rig: Identified, loaded: LineUnderLoad) -> tuple[fl
     here = vector(loaded.line, LEARNED)
     other, u = torque_nm(here), np.sqrt(np.diag(loaded.covariance))
     slope = np.array([torque_nm(here + step) - other for step in np.diag(u)]) / u
-    mine = [UNKNOWNS.index(name) for name in LEARNED]
-    covariance = loaded.covariance + rig.covariance[np.ix_(mine, mine)]
+    covariance = loaded.covariance + rig.covariance[np.ix_(_PLACES, _PLACES)]
     return other - found.maximum_nm, float(np.sqrt(slope @ covariance @ slope))
