@@ -162,6 +162,22 @@ class StepEnded(Event):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Scanned(Event):
+    """A point of a scan: its drive stood at the set-point, and these values were read, in SI units.
+
+    It comes between the start and the end of the scan's step, once the values are within limits.
+    """
+
+    step: str
+    point: int
+    """From 0, in the order in which they are gone through."""
+    measurement: str
+    """The table that the values are a row of."""
+    setpoints: Mapping[str, float]
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
 class RunEnded(Event):
     """The rig is safe (or its alarms say why not) and nothing more will be recorded."""
 

@@ -6,16 +6,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, DeviceError
-from rigrunner.engine.steps import NOTHING, action_name
-from rigrunner.plan.actions import Measure, Record
+from rigrunner.engine.found import NONE, NOTHING
+from rigrunner.engine.steps import action_name
+from rigrunner.plan.actions import Measure, Record, Scan
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from rigrunner.engine.steps import Measured
+    from rigrunner.engine.found import Measured
     from rigrunner.plan.actions import PlannedStep
-
-_NONE: Mapping[str, Any] = {}
 
 
 class Attempt:
@@ -31,7 +28,7 @@ class Attempt:
         self.recording = self._measurement = ""
         self._index = index
         self._name = action_name(action)
-        self._setpoints = self._units = _NONE
+        self._setpoints = self._units = NONE
         if isinstance(action, Measure):
             self._measurement = action.name
             self._setpoints, self._units = action.setpoints, action.units
@@ -39,6 +36,8 @@ class Attempt:
             if total > 1:  # each try makes a recording of its own
                 self.action = action = replace(action, name=f"{action.name}_try{total}")
             self.recording = action.name
+            self._setpoints, self._units = action.setpoints, action.units
+        elif isinstance(action, Scan):
             self._setpoints, self._units = action.setpoints, action.units
 
     def started(self) -> dict[str, Any]:
@@ -68,10 +67,10 @@ class Attempt:
             "ok": ok,
             "recording": self.recording,
             "measurement": self._measurement,
-            "setpoints": self._setpoints if self._measurement else _NONE,
+            "setpoints": self._setpoints if self._measurement else NONE,
             "values": found.values,
             "units": found.units,
-            "truth": found.truth if ok else _NONE,
+            "truth": found.truth if ok else NONE,
         }
 
     def is_tried_again(self, error: BaseException) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.plan.actions import Phase, Ramp, SetDrive, Settle
+from rigrunner.plan.actions import Phase, Ramp, Scan, SetDrive, Settle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -41,11 +41,11 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
     What was paused has to settle again before the step is done, unless the step sets a drive.
     """
     found: list[int] = []
-    if isinstance(steps[index].action, (SetDrive, Ramp)):
+    if isinstance(steps[index].action, (SetDrive, Ramp, Scan)):
         return found
     for at in range(index - 1, -1, -1):
         action = steps[at].action
-        if isinstance(action, (SetDrive, Ramp)):
+        if isinstance(action, (SetDrive, Ramp, Scan)):
             break
         if isinstance(action, Settle):
             found.insert(0, at)

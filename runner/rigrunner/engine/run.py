@@ -22,6 +22,7 @@ from rigrunner.engine.interlocks import Guard, InterlockError
 from rigrunner.engine.notes import Notes
 from rigrunner.engine.pausing import Choice, Forbearing, PauseWantedError, StopNow
 from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
+from rigrunner.engine.seam import brought_back
 from rigrunner.engine.session import Session
 from rigrunner.engine.tries import do_step
 from rigrunner.plan.actions import Phase
@@ -206,12 +207,12 @@ class Run:
         self._tell_start(run_id, (*seam.before, *range(seam.start, len(self._plan.steps))))
         known = {"by": seam.by, "subject": seam.subject}
         self._session.emit(Intervention, action=RESUME_RUN, **known)
-        unpaused = replace(self._session, pauses=None)
+        unpaused, steps = replace(self._session, pauses=None), self._plan.steps
         for index in seam.before:
             unpaused.check(anew=True)
             self._begun = index
             try:
-                do_step(index, self._plan.steps[index], unpaused, self.notes, self._tries)
+                do_step(index, brought_back(steps[index]), unpaused, self.notes, self._tries)
             except PauseWantedError as wanted:
                 text = f"{wanted.message}, while the run was being taken up again"
                 raise AbortedError(text, by=wanted.by) from wanted

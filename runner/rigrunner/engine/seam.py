@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
@@ -11,7 +11,7 @@ from rigrunner.api.events import Alarm, Intervention, StepEnded, StepStarted
 from rigrunner.engine.notes import GOES_ON
 from rigrunner.engine.pausing import Choice
 from rigrunner.engine.points import point_at
-from rigrunner.plan.actions import Ask, Measure, Phase, Ramp, Record, SetDrive, Zero
+from rigrunner.plan.actions import Ask, Measure, Phase, Ramp, Record, Scan, SetDrive, Zero
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
@@ -70,6 +70,18 @@ def find_seam(
     )
 
 
+def brought_back(step: PlannedStep) -> PlannedStep:
+    """Return what brings the rig to where a completed step left it: of a scan its last set-point.
+
+    What the scan found stands.
+    """
+    if not isinstance(step.action, Scan):
+        return step
+    last = step.action.last
+    text = f"Set {step.action.member} to {last.value:g} {last.unit}, where the scan left it"
+    return replace(step, action=last, text=text)
+
+
 def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[dict[str, float]]]:
     """Return by role the set-points, by drive, of each stream that is not repeated, in order."""
     standing: dict[str, dict[str, float]] = {}
@@ -78,6 +90,8 @@ def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[d
         match step.action:
             case SetDrive(role, drive, value) | Ramp(role, drive, end=value):
                 standing.setdefault(role, {})[drive] = value
+            case Scan(role=role, drive=drive, values=values):
+                standing.setdefault(role, {})[drive] = values[-1]
             case action if index not in seam.before and (role := _streaming(action)):
                 found.setdefault(role, []).append(dict(standing.get(role, {})))
     return found
@@ -160,7 +174,7 @@ def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[tuple
     return {
         (action.role, action.drive): at
         for at in range(first, end)
-        if isinstance(action := steps[at].action, (SetDrive, Ramp))
+        if isinstance(action := steps[at].action, (SetDrive, Ramp, Scan))
     }
 
 
@@ -168,9 +182,11 @@ def _led_at(steps: Sequence[PlannedStep], start: int) -> set[tuple[str, str]]:
     """Return the drives that a set-point leads itself, with the steps that it begins with."""
     led: set[tuple[str, str]] = set()
     for step in steps[start:]:
-        if not isinstance(step.action, (SetDrive, Ramp)):
+        if not isinstance(step.action, (SetDrive, Ramp, Scan)):
             break
         led.add((step.action.role, step.action.drive))
+        if isinstance(step.action, Scan):
+            break
     return led
 
 

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm, Note, StepEnded, StepStarted
 from rigrunner.engine.attempt import Attempt
+from rigrunner.engine.found import NOTHING
 from rigrunner.engine.limits import judge
 from rigrunner.engine.notes import GOES_ON, words
 from rigrunner.engine.pausing import PauseWantedError
-from rigrunner.engine.steps import NOTHING, perform
+from rigrunner.engine.steps import perform
 
 if TYPE_CHECKING:
     from collections import Counter

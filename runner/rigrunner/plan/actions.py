@@ -72,6 +72,16 @@ class SetDrive:
     value: float
     unit: str
 
+    @property
+    def member(self) -> str:
+        """The drive, 'role.drive'."""
+        return f"{self.role}.{self.drive}"
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """The set-points that it is left at."""
+        return (self.value,)
+
 
 @dataclass(frozen=True)
 class Ramp:
@@ -83,6 +93,16 @@ class Ramp:
     end: float
     unit: str
     duration_s: float
+
+    @property
+    def member(self) -> str:
+        """The drive, 'role.drive'."""
+        return f"{self.role}.{self.drive}"
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """The set-points that it is left at."""
+        return (self.end,)
 
 
 @dataclass(frozen=True)
@@ -135,9 +155,6 @@ class Measure:
     """Of the stream that is averaged; None: the channels are read, again and again."""
 
 
-Action = Confirm | Ask | Note | Zero | SetDrive | Ramp | Wait | Settle | Record | Measure
-
-
 @dataclass(frozen=True)
 class Limit:
     """What one value of a step may be."""
@@ -148,6 +165,46 @@ class Limit:
     maximum: Quantity | None = None
     marginal: float = 0.0
     """How near to a limit a value is put on record, in the SI unit of the channel."""
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One drive goes through set-points; at each one channels are read once: a row of a table."""
+
+    name: str
+    """Of the table."""
+    role: str
+    drive: str
+    values: tuple[float, ...]
+    """The set-points in order, in the SI unit of the drive."""
+    channels: tuple[str, ...]
+    """As 'role.name'."""
+    settle_s: float
+    """How long to wait at each set-point; 0: not at all."""
+    setpoints: Mapping[str, float]
+    """As of a recording, without this drive."""
+    units: Mapping[str, str]
+    """As of a recording."""
+    limits: tuple[Limit, ...] = ()
+    """What the values of each row may be."""
+
+    @property
+    def member(self) -> str:
+        """The drive, 'role.drive'."""
+        return f"{self.role}.{self.drive}"
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """The set-points that it is left at."""
+        return self.values
+
+    @property
+    def last(self) -> SetDrive:
+        """What leads the drive to where the scan leaves it."""
+        return SetDrive(self.role, self.drive, self.values[-1], self.units[self.member])
+
+
+Action = Confirm | Ask | Note | Zero | SetDrive | Ramp | Wait | Settle | Record | Measure | Scan
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from rigrunner.plan.draft import Draft, Place, Scene
 from rigrunner.plan.drives import DriveStates
 from rigrunner.plan.motions import plan_ramp, plan_set, plan_set_point, plan_settle, plan_wait
 from rigrunner.plan.questions import plan_question
-from rigrunner.plan.readings import plan_measure, plan_record, plan_zero
+from rigrunner.plan.readings import plan_measure, plan_record, plan_scan, plan_zero
 from rigrunner.plan.size import actions_in, recordings_in
 from rigrunner.procedure import steps as language
 
@@ -106,3 +106,5 @@ class _Walker:
                 plan_record(record, place.inside("record"), scene)
             case language.MeasureStep(measure=measure):
                 plan_measure(measure, place.inside("measure"), scene)
+            case language.ScanStep(scan=scan):
+                plan_scan(scan, place.inside("scan"), scene)

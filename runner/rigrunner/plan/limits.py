@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import unit
-from rigrunner.plan.actions import Measure, Record
+from rigrunner.plan.actions import Measure, Record, Scan
 from rigrunner.procedure.limits import add_other_measurands, limits_of
 from rigrunner.yamlfile.problems import Problems
 
@@ -30,7 +30,7 @@ def check_limits(procedure: LoadedProcedure, plan: Plan | None, lookup: Measuran
 
 def _check_frequencies(procedure: LoadedProcedure, plan: Plan, problems: Problems) -> None:
     """Add a problem for every named frequency at which nothing is recorded."""
-    if any(isinstance(step.action, Measure) for step in plan.steps):
+    if any(isinstance(step.action, (Measure, Scan)) for step in plan.steps):
         return
     there = sorted({hz for record in _records(plan) for hz in _frequencies(record)})
     for path, limit in limits_of(procedure):

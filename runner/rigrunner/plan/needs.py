@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import unit
-from rigrunner.plan.actions import Measure
+from rigrunner.plan.actions import Measure, Scan
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems)
     """Add a problem for all that would keep the analysis from using what is recorded."""
     if not _analyses(procedure):
         return
-    measures = any(isinstance(step.action, Measure) for step in draft.steps)
+    measures = any(isinstance(step.action, (Measure, Scan)) for step in draft.steps)
     if not draft.wanted and not measures:
         message = "there is no recording to analyse"
         problems.add(procedure.document, ("analysis",), message, "add a record step", key=True)

@@ -1,12 +1,12 @@
-"""The steps that find something: zero, record, measure."""
+"""The steps that find something: zero, record, measure, scan."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.plan.actions import Measure, Record, Zero
+from rigrunner.plan.actions import Measure, Record, Scan, Zero
 from rigrunner.plan.draft import Recorded
-from rigrunner.plan.terms import judged_terms
+from rigrunner.plan.terms import judged_terms, planned_limits, tried_terms
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
@@ -60,6 +60,36 @@ def plan_measure(measure: doings.Measure, place: Place, scene: Scene) -> None:
     terms = judged_terms(measure, place, seconds, measure.channels, scene)
     text = f"Measure {', '.join(measure.channels)}, {how}"
     scene.emit(place, action, text, seconds, terms)
+
+
+def plan_scan(scan: doings.Scan, place: Place, scene: Scene) -> None:
+    """Write down that a drive goes through set-points, and what is read at each."""
+    units, drives = _units(scan.channels, place, scene), scene.drives
+    set_at = (*place.path, "set")
+    known, moved_s = drives.values(), 0.0
+    for index, quantity in enumerate(scan.over):
+        drive = drives.resolve(scan.set, quantity, set_at, (*place.path, "over", index), key=False)
+        if drive is None:
+            return
+        moved_s += drives.move(scan.set, drive, quantity.si)
+    for member in scan.channels if units else ():
+        scene.bench.must_be_readable(split_member(member)[0], place.path)
+    seconds = moved_s + len(scan.over) * (scan.settle or 0.0)
+    role, name = split_member(scan.set)
+    action = Scan(
+        name=scan.name,
+        role=role,
+        drive=name,
+        values=tuple(each.si for each in scan.over),
+        channels=scan.channels,
+        settle_s=scan.settle or 0.0,
+        setpoints={member: value for member, value in known.items() if member != scan.set},
+        units=drives.units() | units,
+        limits=tuple(planned_limits(scan.limits, place, scan.channels, scene)),
+    )
+    count = f"{len(scan.over)} set-points from {scan.over[0]} to {scan.over[-1]}"
+    text = f"Scan {scan.set} through {count}, reading {', '.join(scan.channels)}"
+    scene.emit(place, action, text, seconds, tried_terms(scan, place, seconds, scene))
 
 
 def plan_record(record: doings.Record, place: Place, scene: Scene) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure.options import Band
 
     Judged = doings.Zero | doings.Record | doings.Measure
-    Tried = doings.Set | doings.Ramp | Judged
+    Tried = doings.Set | doings.Ramp | doings.Scan | Judged
 
 
 def tried_terms(step: Tried, place: Place, seconds: float, scene: Scene) -> Terms:
@@ -31,13 +31,14 @@ def judged_terms(
 ) -> Terms:
     """Return the terms of a step that finds values of the channels `found`, 'role.name'."""
     terms = tried_terms(step, place, seconds, scene)
-    limits = tuple(_limits(step.limits, place, found, scene))
+    limits = tuple(planned_limits(step.limits, place, found, scene))
     return replace(terms, goes_on=step.on_fail == "continue", limits=limits)
 
 
-def _limits(
+def planned_limits(
     bands: Mapping[str, Band], place: Place, found: Sequence[str], scene: Scene
 ) -> Iterator[Limit]:
+    """Yield the limits of the channels `found`; what does not fit them is a problem."""
     for member, band in bands.items():
         path = (*place.path, "limits", member)
         channel = scene.bench.channel(member, path, key=True)

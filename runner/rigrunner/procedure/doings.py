@@ -61,6 +61,29 @@ class Set(Settings):
         return schema
 
 
+class Scan(Settings):
+    """A drive goes through set-points, and at each one channels are read: one step, one table.
+
+    What is done at each set-point of a sweep may be anything; a scan only reads, and is as quick as
+    its devices are.
+    """
+
+    set: Member
+    """Role and drive, such as press.load."""
+    over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
+    """The set-points, in the order in which they are gone through."""
+    channels: Channels
+    """Roles and channels, such as [press.torque]; read once at each set-point."""
+    name: Name = "measured"
+    """Of the table of which the values are rows."""
+    settle: PositiveDuration | None = None
+    """How long to wait at each set-point before it is read."""
+    limits: Limits = Field(default_factory=dict)
+    timeout: Timeout = None
+    retries: Retries = 0
+    repeatable: Repeatable = True
+
+
 class Ramp(Settings):
     """A drive goes to a set-point at a rate, or over a time."""
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
-from rigrunner.procedure.doings import Measure, Ramp, Record, Set, Settle, Wait, Zero
+from rigrunner.procedure.doings import Measure, Ramp, Record, Scan, Set, Settle, Wait, Zero
 from rigrunner.procedure.questions import Ask, Confirm, Note
 from rigrunner.procedure.refusals import refused
 from rigrunner.yamlfile.names import Member, Name, Text
@@ -118,6 +118,12 @@ class MeasureStep(Settings):
     measure: Measure
 
 
+class ScanStep(Settings):
+    """`scan: {set: role.drive, over: [1 N, 2 N], channels: [role.name]}`."""
+
+    scan: Scan
+
+
 class CallStep(Settings):
     """`call: {procedure: file.yaml, with: {name: value}}`."""
 
@@ -126,7 +132,7 @@ class CallStep(Settings):
 
 STEPS = (
     *("confirm", "ask", "note", "zero", "set", "ramp", "wait", "settle"),
-    *("sweep", "repeat", "record", "measure", "call"),
+    *("sweep", "repeat", "record", "measure", "scan", "call"),
 )
 
 
@@ -169,6 +175,7 @@ Step = Annotated[
     | Annotated[RepeatStep, Tag("repeat")]
     | Annotated[RecordStep, Tag("record")]
     | Annotated[MeasureStep, Tag("measure")]
+    | Annotated[ScanStep, Tag("scan")]
     | Annotated[CallStep, Tag("call")],
     Discriminator(_kind),
     BeforeValidator(_one_known_key),

@@ -38,6 +38,7 @@ _KINDS: Mapping[str, type[events.Event]] = {
         events.InterlockCleared,
         events.MadeSafe,
         events.Intervention,
+        events.Scanned,
         events.StepEnded,
         events.RunEnded,
     )

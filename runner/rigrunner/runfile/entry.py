@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.attempts import superseded
+from rigrunner.runfile.attempts import last_measured, superseded
 from rigrunner.runfile.codec import event_from, event_text
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import (
@@ -28,7 +28,6 @@ from rigrunner.runfile.loose import PART_GROUP
 from rigrunner.runfile.manifest import manifest_sha256
 from rigrunner.runfile.measurements import (
     measurement_digest,
-    measurements_of,
     write_measurements,
 )
 from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
@@ -83,7 +82,7 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
         write_texts(entry, IMPORTED, header.imported)
         write_verbatim(texts, MAPPING, header.mapping_text)
     write_values(entry, "zeros", *journal.zeros())
-    write_measurements(entry, measurements_of(journal.events))
+    write_measurements(entry, last_measured(journal.events))
     _write_events(entry, journal.events)
     truth = new_group(entry, "verification", "NXcollection")
     for recording, values in journal.truth.items():
@@ -172,7 +171,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         superseded=_read_all(entry, SUPERSEDED, in_memory=small),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events),
-        measurements=measurements_of(events),
+        measurements=last_measured(events),
         events=events,
         result_document=_read_document(entry),
         no_load=read_entry(entry["no_load"], path) if "no_load" in entry else None,
@@ -270,6 +269,6 @@ def _checked_digest(
 
 
 def _digest(recordings: list[h5py.Group], events: Iterable[Event]) -> str:
-    measurements = measurements_of(events)
+    measurements = last_measured(events)
     own = [str(group.attrs["sha256"]) for group in recordings]
     return run_digest([*own, *map(measurement_digest, measurements)])

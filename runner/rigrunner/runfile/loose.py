@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, StepEnded, StepStarted
-from rigrunner.runfile.attempts import superseded
+from rigrunner.runfile.attempts import last_measured, superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import objects, open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
-from rigrunner.runfile.measurements import measurement_digest, measurements_of
+from rigrunner.runfile.measurements import measurement_digest
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import (
     Shape,
@@ -196,7 +196,7 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
         recording_zeros=zeros_in_force(journal.events),
-        measurements=measurements_of(journal.events),
+        measurements=last_measured(journal.events),
         events=journal.events,
         result_document=None,
         no_load=None,
@@ -221,7 +221,7 @@ def _info(
     replaced = superseded(journal.events)
     counted = (one for one in found if one[0].complete and one[0].name not in replaced)
     finished = sorted(counted, key=lambda one: one[0].number)
-    measured = map(measurement_digest, measurements_of(journal.events))
+    measured = map(measurement_digest, last_measured(journal.events))
     ended_utc, outcome, reason = journal.end()
     return RunInfo(
         path=files.path,

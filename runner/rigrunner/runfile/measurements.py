@@ -1,4 +1,4 @@
-"""Single values of a run: found among its events, and written as tables for viewers."""
+"""Single values of a run: what tells them from others, and how they are tables for viewers."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.data import Measurement
-from rigrunner.runfile.attempts import last_measured
 from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 
 if TYPE_CHECKING:
@@ -17,18 +15,7 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigrunner.api.events import Event, StepEnded
-
-
-def measurements_of(events: Iterable[Event]) -> tuple[Measurement, ...]:
-    """Return what the `measure` steps found that did not fail, in order.
-
-    Of one that was repeated the last is taken.
-    """
-    return tuple(
-        Measurement(event.measurement, event.utc, event.setpoints, event.values, _units_in(event))
-        for event in last_measured(events)
-    )
+    from rigrunner.api.data import Measurement
 
 
 def measurement_digest(measurement: Measurement) -> str:
@@ -70,8 +57,3 @@ def _write_columns(
 def _names(cells: Iterable[Mapping[str, float]]) -> Iterator[str]:
     for cell in cells:
         yield from cell
-
-
-def _units_in(event: StepEnded) -> dict[str, str]:
-    members = {**event.setpoints, **event.values}
-    return {member: event.units[member] for member in members if member in event.units}

@@ -8,7 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Event, Samples, StepEnded, StepStarted
+from rigrunner.api.events import Event, Samples, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes, truth_bytes
 from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
@@ -93,11 +93,11 @@ class RunWriter:
     def _keep(self, event: Event) -> None:
         try:
             match event:
+                case Scanned():
+                    self._append_soon(event, at_once=self._sync_measurements)
                 case StepStarted() | StepEnded() if not event.recording:
-                    self._events.append(_EVENT, event_bytes(event))
                     at_once = self._sync_measurements and _measures(event)
-                    if at_once or monotonic() > self._events.sync_due_s:
-                        self._events.sync()
+                    self._append_soon(event, at_once=at_once)
                 case StepStarted():
                     self._begin_recording(event)
                 case StepEnded():
@@ -138,6 +138,15 @@ class RunWriter:
     def _append(self, event: Event) -> None:
         self._events.append(_EVENT, event_bytes(event))
         self._events.sync()
+
+    def _append_soon(self, event: Event, *, at_once: bool) -> None:
+        """Append an event of which there may be thousands in a second: the disk has it within one.
+
+        Or `at_once`.
+        """
+        self._events.append(_EVENT, event_bytes(event))
+        if at_once or monotonic() > self._events.sync_due_s:
+            self._events.sync()
 
     def _begin_recording(self, event: StepStarted) -> None:
         self._close_samples()

@@ -94,6 +94,11 @@ def _told() -> Iterator[tuple[type[Event], dict[str, Any]]]:
     yield events.RunStarted, {"run_id": "run-1", "steps": 1, "estimated_s": 5.0}
     yield events.Prompt, {"step": "setup[0]", "text": "Guards closed?", "choices": ("yes", "no")}
     yield events.Answer, {"step": "setup[0]", "text": "yes", "by": "A. Nother"}
+    scan = {"step": "setup[1]", "index": 0, "action": "scan"}
+    yield events.StepStarted, {**scan, "text": "scan", "units": {"tester.load": "N"}}
+    row = {"setpoints": {"tester.load": 10.0}, "values": {"tester.torque": 0.1}}
+    yield events.Scanned, {"step": "setup[1]", "point": 0, "measurement": "measured", **row}
+    yield events.StepEnded, {**scan, "ok": True}
     yield events.StepStarted, {**step, "text": "record", "recording": "001"}
     for number in range(BLOCKS):
         torque = np.sin(np.arange(SAMPLES) / 50)

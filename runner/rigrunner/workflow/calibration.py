@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.quantity import readable, unit
-from rigrunner.plan.actions import Measure, Ramp, Record, SetDrive
+from rigrunner.plan.actions import Measure, Ramp, Record, Scan, SetDrive
 from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.names import split_member
 
@@ -161,10 +161,8 @@ class _Register:
         """Yield what the drive of the same name is set to; zero needs no calibration point."""
         for step in self.planned.plan.steps:
             action = step.action
-            if isinstance(action, (SetDrive, Ramp)) and f"{action.role}.{action.drive}" == channel:
-                value = action.value if isinstance(action, SetDrive) else action.end
-                if value:
-                    yield _Use(f"{channel} is set to", value)
+            if isinstance(action, (SetDrive, Ramp, Scan)) and action.member == channel:
+                yield from (_Use(f"{channel} is set to", value) for value in action.ends if value)
 
     def _recordings(self) -> Iterator[Record]:
         return (s.action for s in self.planned.plan.steps if isinstance(s.action, Record))
@@ -219,13 +217,13 @@ def entering_channels(planned: Planned) -> tuple[str, ...]:
             found.update(dict.fromkeys(names))
             if analysed:
                 found.update(dict.fromkeys(_read_loads(planned, action.role)))
-        elif isinstance(action, Measure):
+        elif isinstance(action, (Measure, Scan)):
             torque = [each for each in action.channels if _dimension(action, each) == "torque"]
             found.update(dict.fromkeys(torque if analysed else action.channels))
     return tuple(found)
 
 
-def _dimension(action: Measure, channel: str) -> str:
+def _dimension(action: Measure | Scan, channel: str) -> str:
     return unit(action.units[channel]).dimension
 
 

@@ -15,6 +15,7 @@ from rigrunner.api.events import (
     Prompt,
     RunEnded,
     RunStarted,
+    Scanned,
     StepEnded,
     StepStarted,
 )
@@ -41,7 +42,9 @@ class RunLog:
         self._file.close()
 
     def __call__(self, event: Event) -> None:
-        """Write the event as a line; samples leave none, nor do steps that end well."""
+        """Write the event as a line; samples and rows leave none, nor do steps that end well."""
+        if type(event) is Scanned:  # of which there may be many thousands in a second
+            return
         if text := event_text(event):
             shown = printable(text).replace("\n", _GOES_ON)
             self._write(f"{event.utc} {shown}\n".encode())

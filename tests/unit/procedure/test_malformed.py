@@ -9,7 +9,7 @@ from rigrunner.procedure import parse_procedure
 
 STEPS = (
     "allowed is one of: confirm, ask, note, zero, set, ramp, wait, settle, sweep, repeat, record,"
-    " measure, call"
+    " measure, scan, call"
 )
 KEYS = "known keys: "
 

@@ -88,14 +88,14 @@ def _torque_row(torque: PredictedTorque) -> list[str]:
 
 def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
-    from rigrunner.plan.actions import Ramp, SetDrive
+    from rigrunner.plan.actions import Ramp, Scan, SetDrive
 
     reached: dict[str, list[float]] = {}
     for step in planned.plan.steps:
         action = step.action
-        if isinstance(action, (SetDrive, Ramp)):
-            values = [action.value] if isinstance(action, SetDrive) else [action.start, action.end]
-            reached.setdefault(f"{action.role}.{action.drive}", []).extend(values)
+        if isinstance(action, (SetDrive, Ramp, Scan)):
+            values = [action.start, action.end] if isinstance(action, Ramp) else action.ends
+            reached.setdefault(action.member, []).extend(values)
     narrower = planned.station.model.safety.drives
     drives = {f"{role}.{d.name}": d for role, each in planned.devices.items() for d in each.drives}
     allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}

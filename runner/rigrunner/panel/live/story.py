@@ -10,6 +10,7 @@ from rigrunner.api.events import (
     Intervention,
     RunEnded,
     RunStarted,
+    Scanned,
     StepEnded,
     StepStarted,
 )
@@ -18,7 +19,7 @@ from rigrunner.panel.live.curves import Curves
 from rigrunner.panel.live.of_news import failed_item, failed_run, pause_view, prompt_view
 from rigrunner.panel.process import news
 from rigrunner.panel.view.journal import JournalView
-from rigrunner.panel.view.reading import readings_after
+from rigrunner.panel.view.reading import readings_after, readings_at
 from rigrunner.panel.view.sections import (
     AnalysingView,
     JobView,
@@ -30,6 +31,8 @@ from rigrunner.panel.view.sections import (
 from rigrunner.panel.view.track import Track
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.panel.live.asked import Analysed
     from rigrunner.panel.live.of_news import Links
     from rigrunner.panel.view.board import Board
@@ -44,6 +47,7 @@ class Story:
         self.curves = Curves()
         self.no_load = ""
         self.recording = ""
+        self._units: Mapping[str, str] = {}
         self.prompt: news.Asked | None = None
         self.paused = False
         self.is_over = False
@@ -161,6 +165,10 @@ class Story:
                 self._board.put(prompt=None, pause=None)
             case StepStarted():
                 self._begin(event)
+            case Scanned():
+                readings = self._board.get("readings")
+                self._board.put(readings=readings_at(readings, event, self._units))
+                return
             case StepEnded():
                 self._finish(event)
             case Intervention(action="skip") if self._track is not None:
@@ -172,7 +180,7 @@ class Story:
         self._board.put(alarms=alarms, log=log, progress=self._progress())
 
     def _begin(self, event: StepStarted) -> None:
-        self.recording = event.recording
+        self.recording, self._units = event.recording, event.units
         if self._track is not None:
             self._track.begin(event.index, event.recording)
             if event.recording and self.job.kind != "manual":

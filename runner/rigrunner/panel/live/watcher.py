@@ -21,6 +21,10 @@ ANALYST = "rigrunner.panel.live.analyst"
 LEAST_PAUSE_S = 0.25
 
 
+def _finds_something(ended: StepEnded) -> bool:
+    return bool(ended.recording or ended.measurement) or ended.action == "scan"
+
+
 class Watcher:
     """Asks the analyst's process whenever there is something new, and never twice at once."""
 
@@ -46,7 +50,7 @@ class Watcher:
             case LiveRecording():
                 self._watched = message.recording
                 self._news.set()
-            case Happened(event=StepEnded(recording=name, measurement=table)) if name or table:
+            case Happened(event=StepEnded() as ended) if _finds_something(ended):
                 self._watched = None
                 self._news.set()
             case Curve(recording=name) if name != LIVE:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from rigrunner.panel.view.sections import Reading
 
 if TYPE_CHECKING:
-    from rigrunner.api.events import StepEnded
+    from collections.abc import Mapping
+
+    from rigrunner.api.events import Scanned, StepEnded
     from rigrunner.panel.view.sections import Readings
 
 ICE_K = 273.15
@@ -15,13 +17,20 @@ ICE_K = 273.15
 
 def readings_after(known: Readings, event: StepEnded) -> Readings:
     """Return the readings with what a step set, read or measured."""
-    found = {
-        name: Reading(value=value, unit=event.units.get(name, ""))
-        for name, value in event.values.items()
-    }
+    return _with(known, event.values, event.units, is_set=event.action in ("set", "ramp"))
+
+
+def readings_at(known: Readings, event: Scanned, units: Mapping[str, str]) -> Readings:
+    """Return the readings at a point of a scan: where the drives were set, and what was read."""
+    return _with(_with(known, event.setpoints, units, is_set=True), event.values, units)
+
+
+def _with(
+    known: Readings, values: Mapping[str, float], units: Mapping[str, str], *, is_set: bool = False
+) -> Readings:
+    found = {name: Reading(value=value, unit=units.get(name, "")) for name, value in values.items()}
     update: dict[str, object] = {"values": {**known.values, **found}}
-    is_set = event.action in ("set", "ramp")
-    for name, value in event.values.items():
+    for name, value in values.items():
         match name.rpartition(".")[2], is_set:
             case "frequency", True:
                 update |= {"set_frequency_hz": value, "frequency_hz": None}

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import Quantity, unit
-from rigrunner.plan.actions import Ask, Measure, Record, Zero
+from rigrunner.plan.actions import Ask, Measure, Record, Scan, Zero
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
+    from rigrunner.plan.actions import Action
     from rigrunner.procedure.answers import Expected
     from rigrunner.workflow.importing.mapping import (
         ColumnSpec,
@@ -131,7 +132,7 @@ class _Matcher:
                 self._complain(("zeros", member), f"no column of '{member}' is given")
 
     def _measures(self) -> None:
-        steps = [s.action for s in self._planned.plan.steps if isinstance(s.action, Measure)]
+        steps = [row for step in self._planned.plan.steps for row in _rows(step.action)]
         entries = self._mapping.measurements
         for index, (action, entry) in enumerate(zip(steps, entries, strict=False)):
             path: Path = ("measurements", index)
@@ -267,3 +268,14 @@ def _words(set_points: Mapping[str, float], units: Mapping[str, str]) -> str:
 
 def _same(a: float, b: float) -> bool:
     return abs(a - b) <= CLOSE * max(abs(a), abs(b))
+
+
+def _rows(action: Action) -> Sequence[Measure | Scan]:
+    """Return an action as often as it gives a row of a table."""
+    match action:
+        case Measure():
+            return (action,)
+        case Scan():
+            return (action,) * len(action.values)
+        case _:
+            return ()

@@ -15,15 +15,16 @@ from rigrunner.api.events import (
     RunEnded,
     RunStarted,
     Samples,
+    Scanned,
     StepEnded,
     StepStarted,
 )
 from rigrunner.api.quantity import Quantity, si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
+from rigrunner.engine.found import Measured
 from rigrunner.engine.limits import judge
-from rigrunner.engine.steps import Measured
-from rigrunner.plan.actions import Measure, Record, Zero
+from rigrunner.plan.actions import Measure, Record, Scan, Zero
 from rigrunner.workflow.importing.columns import Wanted, fault, read_part
 from rigrunner.workflow.importing.mapping import ColumnSpec
 
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.events import Event, EventSink
     from rigrunner.engine import Override
-    from rigrunner.plan.actions import PlannedStep
+    from rigrunner.plan.actions import Limit, PlannedStep
     from rigrunner.workflow.importing.columns import Read
     from rigrunner.workflow.importing.mapping import Part
     from rigrunner.workflow.importing.planning import PlannedImport
@@ -100,6 +101,8 @@ class _Import:
                 self._zero(index, step, step.action)
             elif isinstance(step.action, Measure):
                 self._measure(index, step, step.action)
+            elif isinstance(step.action, Scan):
+                self._scan(index, step, step.action)
             elif isinstance(step.action, Record):
                 self._record(index, step, step.action, matched[index])
         self._emit(RunEnded, self._ended(), outcome=Outcome.COMPLETED)
@@ -130,14 +133,30 @@ class _Import:
         found = Measured({member: value}, {member: action.unit}, {})
         self._step(index, step, (self._latest, self._latest), found)
 
-    def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
+    def _stated(self, limits: Sequence[Limit]) -> tuple[dict[str, float], list[str]]:
+        """Return the next values that are stated, and which of them are marginal, in words."""
         number, entry = next(self._measurements)
         values = {member: each.si for member, each in entry.values.items()}
         try:
-            judge(step.terms.limits, values)
+            return values, judge(limits, values)
         except DataError as error:
             at = ("measurements", number, "values")
             raise fault(self._checked.mapping, at, error.message) from error
+
+    def _scan(self, index: int, step: PlannedStep, action: Scan) -> None:
+        attempt, at = Attempt(index, step, 1, 1), self._latest
+        self._emit(StepStarted, at, **attempt.started())
+        for point, value in enumerate(action.values):
+            values, remarks = self._stated(action.limits)
+            for text in remarks:
+                self._emit(Note, at, step=f"{step.path}[{point}]", text=text)
+            where = {"step": step.path, "point": point, "measurement": action.name}
+            setpoints = {**action.setpoints, action.member: value}
+            self._emit(Scanned, at, **where, setpoints=setpoints, values=values)
+        self._emit(StepEnded, at, **attempt.ended(ok=True))
+
+    def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
+        values, _ = self._stated(step.terms.limits)
         found = Measured(values, action.units, {})
         self._step(index, step, (self._latest, self._latest), found)
 

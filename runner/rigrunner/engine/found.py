@@ -1,0 +1,36 @@
+"""What a step found, and of which devices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.yamlfile.names import split_member
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+NONE: Mapping[str, Any] = {}
+
+
+@dataclass(slots=True)  # to make a frozen one, or a tuple with names, takes twice as long
+class Measured:
+    """What a step found, in SI units by 'role.name', and what a simulator knows of it."""
+
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    truth: Mapping[str, float]
+
+
+NOTHING = Measured(NONE, NONE, NONE)
+
+
+@lru_cache
+def by_role(members: tuple[str, ...]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return the channels of each role: a sweep measures the same ones at every point."""
+    found: dict[str, list[str]] = {}
+    for member in members:
+        role, channel = split_member(member)
+        found.setdefault(role, []).append(channel)
+    return tuple((role, tuple(channels)) for role, channels in found.items())

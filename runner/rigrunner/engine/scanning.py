@@ -1,0 +1,88 @@
+"""A scan: one step in which a drive goes through set-points, and each point is a row of a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError, DeviceError
+from rigrunner.api.events import Note, Scanned
+from rigrunner.engine.found import NONE, Measured, by_role
+from rigrunner.engine.limits import judge
+from rigrunner.engine.moving import set_drive, wait
+from rigrunner.plan.actions import SetDrive
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.actions import Scan
+
+
+def scan(path: str, action: Scan, session: Session) -> Measured:
+    """Do all points, each on record before the next begins; return the values of the last one.
+
+    Between two points is what there is between two steps: the run can be stopped or paused there,
+    and all interlocks are read. Raises DataError for the first values beyond the limits, and what
+    the devices raise, with the set-point.
+    """
+    emit, member, others, table = session.emit, action.member, action.setpoints, action.name
+    limits, settle_s, check = action.limits, action.settle_s, session.check
+    move, read = _mover(action, session), _reader(action, session)
+    values: Mapping[str, float] = NONE
+    for point, value in enumerate(action.values):
+        try:
+            if point:
+                check(anew=True)
+            move(value)
+            if settle_s:
+                wait(settle_s, session)
+            values = read()
+            remarks = judge(limits, values) if limits else ()
+        except (DeviceError, DataError) as error:
+            error.message = f"at {_where(action, point)}: {error.message}"
+            raise
+        for text in remarks:
+            emit(Note, step=path, text=f"at {_where(action, point)}: {text}")
+        row = {
+            "seq": 0,
+            "monotonic_s": 0.0,
+            "utc": "",
+            "step": path,
+            "point": point,
+            "measurement": table,
+            "setpoints": {**others, member: value},
+            "values": values,
+        }
+        emit(Scanned, row)
+    return Measured(values, action.units, NONE)
+
+
+def _where(action: Scan, point: int) -> str:
+    """Return 'press.load 20 N (point 2 of 10)'."""
+    unit, number = action.units[action.member], f"point {point + 1} of {len(action.values)}"
+    return f"{action.member} {action.values[point]:g} {unit} ({number})"
+
+
+def _mover(action: Scan, session: Session) -> Callable[[float], object]:
+    """Return what brings the drive to a set-point: at once, or led where the station says so."""
+    role, drive = action.role, action.drive
+    if session.rig.led_rate_per_s(role, drive) is None:
+        return lambda value: session.set(role, drive, value)
+    unit = action.units[action.member]
+    return lambda value: set_drive(SetDrive(role, drive, value, unit), session)
+
+
+def _reader(action: Scan, session: Session) -> Callable[[], Mapping[str, float]]:
+    """Return what reads the channels, in their order."""
+    rig, devices, names = session.rig, by_role(action.channels), action.channels
+    if len(devices) == 1:
+        ((role, channels),) = devices
+        return lambda: rig.read(role, channels)
+
+    def read() -> Mapping[str, float]:
+        found: dict[str, float] = {}
+        for role, channels in devices:
+            found |= rig.read(role, channels)
+        return {name: found[name] for name in names}
+
+    return read

@@ -1,0 +1,245 @@
+"""A scan: point after point in one step, each on record, stopped and judged as steps are."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import pytest
+
+from helpers_devices import FakeTester, Listener, NthCall, record, run
+from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
+from rigrunner.api.events import Alarm, Note, Outcome, Scanned, StepEnded, StepStarted
+from rigrunner.api.quantity import parse_quantity, unit
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import find_seam, streams_before
+from rigrunner.engine.seam import brought_back
+from rigrunner.plan.actions import (
+    Interlock,
+    Limit,
+    Phase,
+    Plan,
+    PlannedStep,
+    Scan,
+    SetDrive,
+    Settle,
+    Terms,
+)
+from rigrunner.runfile.attempts import last_measured
+
+LOADS = (10.0, 20.0, 30.0)
+UNITS = {"tester.load": "N", "tester.torque": "N·m", "tester.frequency": "Hz"}
+SCAN = Scan(
+    name="friction",
+    role="tester",
+    drive="load",
+    values=LOADS,
+    channels=("tester.torque",),
+    settle_s=0.0,
+    setpoints={"tester.frequency": 2.0},
+    units=UNITS,
+)
+
+
+class Press(FakeTester):
+    """Reads as torque a thousandth of the load that it is set to."""
+
+    def read(self, channels):
+        super().read(channels)
+        return dict.fromkeys(channels, 0.001 * self.drives_at["load"])
+
+
+def plan_of(*actions, interlocks=()):
+    pairs = [each if isinstance(each, tuple) else (each, Terms()) for each in actions]
+    steps = tuple(
+        PlannedStep(f"main[{n}]", Phase.MAIN, action, "", 1.0, terms)
+        for n, (action, terms) in enumerate(pairs)
+    )
+    return Plan(steps, tuple(interlocks))
+
+
+def done(device, *actions, interlocks=(), **more):
+    listener = Listener()
+    return run(
+        device, plan_of(*actions, interlocks=interlocks), critical=[listener], **more
+    ), listener
+
+
+def limited(high, marginal=0.0):
+    limit = Limit("tester.torque", None, parse_quantity(high), marginal)
+    return replace(SCAN, limits=(limit,))
+
+
+def rows(events):
+    return [(one.point, dict(one.setpoints), dict(one.values)) for one in events]
+
+
+def row(point, load):
+    return point, {"tester.frequency": 2.0, "tester.load": load}, {"tester.torque": 1e-3 * load}
+
+
+ALL = [row(point, load) for point, load in enumerate(LOADS)]
+
+
+def test_each_point_is_set_read_back_read_and_on_record():
+    device = Press()
+    summary, listener = done(device, SCAN)
+    assert summary.outcome is Outcome.COMPLETED
+    assert rows(listener.of(Scanned)) == ALL
+    assert {one.measurement for one in listener.of(Scanned)} == {"friction"}
+    at = device.calls.index("set load 10")
+    calls = [c for load in LOADS for c in (f"set load {load:g}", "read_back load", "read torque")]
+    assert device.calls[at : at + 9] == calls
+    (started,), (ended,) = listener.of(StepStarted), listener.of(StepEnded)
+    assert (started.action, ended.action, ended.ok) == ("scan", "scan", True)
+    order = [
+        type(one) for one in listener.events if isinstance(one, (StepStarted, Scanned, StepEnded))
+    ]
+    assert order == [StepStarted, Scanned, Scanned, Scanned, StepEnded]
+
+
+def test_what_was_measured_has_units_and_the_time_of_its_point():
+    _, listener = done(Press(), SCAN)
+    found = last_measured(listener.events)
+    assert [(one.name, dict(one.setpoints), dict(one.values)) for one in found] == [
+        ("friction", setpoints, values) for _, setpoints, values in ALL
+    ]
+    assert found[0].units == {"tester.frequency": "Hz", "tester.load": "N", "tester.torque": "N·m"}
+    assert [one.utc for one in found] == [one.utc for one in listener.of(Scanned)]
+
+
+def test_it_waits_at_each_point():
+    clock, times = SimulatedClock(), []
+
+    def before(call):
+        if call.startswith(("set load", "read ")):
+            times.append((call, clock.monotonic_s()))
+
+    done(Press(before=before), replace(SCAN, settle_s=0.25), clock=clock)
+    scanned = [(call, at_s - times[0][1]) for call, at_s in times][:6]
+    assert scanned == [
+        ("set load 10", 0.0), ("read torque", pytest.approx(0.25)),
+        ("set load 20", pytest.approx(0.25)), ("read torque", pytest.approx(0.5)),
+        ("set load 30", pytest.approx(0.5)), ("read torque", pytest.approx(0.75)),
+    ]  # fmt: skip
+
+
+def test_a_value_beyond_its_limit_ends_it_and_the_points_before_count():
+    device = Press()
+    summary, listener = done(device, limited("0.015 N·m"))
+    assert isinstance(summary.error, DataError)
+    where, allowed = "at tester.load 20 N (point 2 of 3)", "allowed is 0.015 N·m or less"
+    assert summary.reason == f"{where}: tester.torque is 0.02 N·m, {allowed}"
+    assert "set load 30" not in device.calls
+    assert rows(listener.of(Scanned)) == ALL[:1]
+    assert len(last_measured(listener.events)) == 1
+
+
+def test_a_marginal_value_is_noted_with_its_set_point():
+    _, listener = done(Press(), limited("0.035 N·m", marginal=0.01))
+    (note,) = listener.of(Note)
+    assert note.text.startswith(
+        "at tester.load 30 N (point 3 of 3): tester.torque is 0.03 N·m, marginal"
+    )
+
+
+def test_a_device_that_fails_is_named_with_the_point():
+    fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
+    summary, listener = done(Press(before=fault), SCAN)
+    assert summary.reason == "at tester.load 20 N (point 2 of 3): tester: cable"
+    assert rows(listener.of(Scanned)) == ALL[:1]
+
+
+def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
+    fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
+    summary, listener = done(Press(before=fault), (SCAN, Terms(tries=2)))
+    assert summary.outcome is Outcome.COMPLETED
+    assert rows(listener.of(Scanned)) == ALL[:1] + ALL
+    assert [one.utc for one in last_measured(listener.events)] == [
+        one.utc for one in listener.of(Scanned)[1:]
+    ]
+    assert [one.text for one in listener.of(Alarm)] == [
+        "at tester.load 20 N (point 2 of 3): tester: cable; try 1 of 2"
+    ]
+
+
+def test_the_completed_attempt_counts_when_the_next_one_is_broken_off():
+    _, listener = done(Press(), SCAN)
+    again = [one for one in listener.events if isinstance(one, (StepStarted, Scanned))][:2]
+    assert len(last_measured([*listener.events, *again])) == len(LOADS)
+    assert len(last_measured(again)) == 1
+
+
+def test_a_stop_request_ends_it_between_two_points():
+    stop = threading.Event()
+
+    def before(call):
+        if call == "set load 20":
+            stop.set()
+
+    device = Press(before=before)
+    summary, listener = done(device, SCAN, stop=stop)
+    assert summary.outcome is Outcome.ABORTED
+    assert len(listener.of(Scanned)) == 2
+    assert "set load 30" not in device.calls
+
+
+def test_a_time_limit_holds_for_all_of_it():
+    scan = replace(SCAN, settle_s=0.4), Terms(timeout_s=1.0)
+    summary, listener = done(Press(), scan, clock=SimulatedClock())
+    assert isinstance(summary.error, DeviceTimeoutError)
+    assert len(listener.of(Scanned)) == 2
+
+
+def test_interlocks_are_read_before_each_point():
+    overload = Interlock(
+        name="overload", member="tester.torque", condition="above 0.015 N·m", maximum=0.015,
+        shown=unit("N·m"), every_s=1e6,
+    )  # fmt: skip
+    device = Press()
+    summary, listener = done(device, SCAN, interlocks=[overload])
+    assert "overload" in summary.reason or "above 0.015" in summary.reason
+    assert len(listener.of(Scanned)) == 2
+    assert "set load 30" not in device.calls
+
+
+def test_channels_are_in_the_order_that_was_asked_for():
+    scan = replace(SCAN, channels=("tester.torque", "tester.angle"))
+    _, listener = done(Press(), scan)
+    assert {tuple(one.values) for one in listener.of(Scanned)} == {scan.channels}
+
+
+def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_again():
+    plan = plan_of(SCAN, SetDrive("tester", "frequency", 5.0, "Hz"), Settle(0.1), record("a"))
+    listener = Listener()
+    run(Press(), plan, critical=[listener])
+    at = next(
+        n for n, one in enumerate(listener.events)
+        if isinstance(one, StepStarted) and one.step == "main[3]"
+    )  # fmt: skip
+    seam = find_seam(plan.steps, listener.events[: at + 1], "Ada")
+    assert (seam.start, seam.before) == (3, (0, 1))
+    back = brought_back(plan.steps[0])
+    assert back.action == SetDrive("tester", "load", 30.0, "N")
+    assert back.text == "Set tester.load to 30 N, where the scan left it"
+    device, more = Press(), Listener()
+    run(device, plan, critical=[more], seam=seam)
+    assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
+    assert not more.of(Scanned)
+    assert len(last_measured([*listener.events[: at + 1], *more.events])) == len(LOADS)
+    assert streams_before(plan.steps, replace(seam, start=4)) == {
+        "tester": [{"load": 30.0, "frequency": 5.0}]
+    }
+
+
+def test_a_run_that_was_broken_off_within_it_begins_it_anew():
+    plan = plan_of(SetDrive("tester", "frequency", 2.0, "Hz"), SCAN)
+    listener = Listener()
+    run(Press(), plan, critical=[listener])
+    at = listener.events.index(listener.of(Scanned)[1])
+    seam = find_seam(plan.steps, listener.events[: at + 1], "Ada")
+    assert (seam.start, seam.before) == (1, (0,))
+    more = Listener()
+    run(Press(), plan, critical=[more], seam=seam)
+    found = last_measured([*listener.events[: at + 1], *more.events])
+    assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
