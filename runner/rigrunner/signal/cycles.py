@@ -14,15 +14,18 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from rigrunner.api.errors import DataError
-from rigrunner.signal.blocks import BLOCK, cycle_groups, groups
+from rigrunner.signal.blocks import BLOCK, cycle_groups
 from rigrunner.signal.crossings import beyond, rises
-from rigrunner.signal.kinematics import angle_and_velocity, max_angle
+from rigrunner.signal.half_turns import HalfTurns, HalfTurnSums
+from rigrunner.signal.kinematics import max_angle
 from rigrunner.signal.order import percentiles
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.data import Array, Mask, Samples
+    from numpy.typing import NDArray
+
+    from rigrunner.api.data import Array, Samples
 
 HYSTERESIS = 0.3
 """Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""
@@ -137,71 +140,47 @@ def _with_ends(starts: Array, samples: int) -> Array:
 
 
 def _refine(angle: Samples, starts: Array, ratio: float) -> tuple[Array, float, float]:
-    """Return better starts, and the angle's offset and scale against the kinematics."""
+    """Return better starts, and the angle's offset and scale against the kinematics.
+
+    The guide bar's angle has no mean over a cycle, so the offset is what the cycles' means are: the
+    median, so that a disturbance in one of them does not matter.
+    """
     period = np.gradient(starts)
     half = int(np.ceil(period.max() / 4))
-    parts = groups(starts)
-
-    def made() -> Iterator[_HalfTurns]:
-        return (_HalfTurns.around(angle, starts[k], period[k], half, ratio) for k in parts)
-
-    held = list(made()) if len(parts) == 1 else []  # more are too much for memory: made again
-    offset = _zero(angle, starts)
-    sums = [each.against(offset) for each in held or made()]
-    scale = sum(product for product, _ in sums) / sum(square for _, square in sums)
-    late = [each.late(offset, scale) for each in held or made()]
-    return starts + np.concatenate(late), offset, scale
-
-
-@dataclass(frozen=True, eq=False)
-class _HalfTurns:
-    """The half turns around some starts: angles measured and by the kinematics, (starts, n)."""
-
-    measured: Array
-    model: Array
-    velocity: Array
-    inside: Mask
-    """False where the recording has ended, or not begun."""
-    period: Array
-
-    @classmethod
-    def around(
-        cls, angle: Samples, starts: Array, period: Array, half: int, ratio: float
-    ) -> _HalfTurns:
-        index = np.rint(starts).astype(int)[:, None] + np.arange(-half, half + 1)
-        inside = (index >= 0) & (index < len(angle))
-        phase = 2 * np.pi * (index - starts[:, None]) / period[:, None]
-        index = np.clip(index, 0, len(angle) - 1)
-        first = int(index[0, 0])
-        measured = angle[first : int(index[-1, -1]) + 1][index - first]
-        model, velocity = angle_and_velocity(phase, 1.0, ratio)
-        return cls(measured, model, velocity, inside, period[:, None])
-
-    def against(self, offset: float) -> tuple[float, float]:
-        """Return the sums of measured times model, and of the model's squares."""
-        product = ((self.measured - offset) * self.model)[self.inside].sum()
-        return float(product), float((self.model[self.inside] ** 2).sum())
-
-    def late(self, offset: float, scale: float) -> Array:
-        """Return by how much each start is to be later, in samples."""
-        residual = np.where(self.inside, self.measured - offset - scale * self.model, 0.0)
-        slope = np.where(self.inside, scale * self.velocity, 0.0) / self.period
-        return np.asarray(-(slope * residual).sum(axis=1) / (slope**2).sum(axis=1))
+    turns: HalfTurns | HalfTurnSums
+    if starts[-1] - starts[0] <= BLOCK:
+        turns = HalfTurns.around(angle, starts, period, half, ratio)
+        edges = _edges(angle, starts)
+        means = _means(angle[edges[0] : edges[-1]], edges - edges[0])
+    else:
+        turns, means = _walked(angle, starts, period, half, ratio)
+    offset = float(np.median(means))
+    scale = turns.scale(offset)
+    return starts + turns.late(offset, scale), offset, scale
 
 
-def _zero(angle: Samples, starts: Array) -> float:
-    """Return the angle channel's zero: the guide bar's angle itself has no mean over a cycle.
-
-    The median over the cycles, so that a disturbance in one of them does not matter.
-    """
-    edges = np.rint(np.clip(starts, 0, len(angle))).astype(int)
+def _walked(
+    angle: Samples, starts: Array, period: Array, half: int, ratio: float
+) -> tuple[HalfTurnSums, list[float]]:
+    """Return the half turns and the cycles' means of an angle that is read once, in groups."""
+    sums: list[HalfTurnSums] = []
     means: list[float] = []
-    for some in cycle_groups(edges):
-        first = edges[some.start]
-        part = angle[int(first) : int(edges[some.stop])]
-        ends = pairwise(edges[some.start : some.stop + 1] - first)
-        means += [part[begin:end].mean() for begin, end in ends]
-    return float(np.median(means))
+    edges = _edges(angle, starts)
+    for some in cycle_groups(starts):
+        first = max(edges[some.start] - half - 1, 0)
+        part = angle[first : edges[some.stop] + half + 2]
+        means += _means(part, edges[some.start : some.stop + 1] - first)
+        own = slice(some.start, some.stop + (some.stop == len(starts) - 1))
+        sums.append(HalfTurnSums.around(part, starts[own] - first, period[own], half, ratio))
+    return HalfTurnSums.joined(sums), means
+
+
+def _edges(angle: Samples, starts: Array) -> NDArray[np.intp]:
+    return np.rint(np.clip(starts, 0, len(angle))).astype(np.intp)
+
+
+def _means(angle: Array, edges: NDArray[np.intp]) -> list[float]:
+    return [angle[begin:end].mean() for begin, end in pairwise(edges)]
 
 
 def resample(values: Samples, starts: Array, n: int = 1024) -> Array:

@@ -63,3 +63,12 @@ def test_the_motion_is_the_sum_of_its_harmonics():
     order = np.arange(1, 20)[:, None]
     series = ((-1.0) ** (order + 1) * RATIO**order / order * np.sin(order * PHASE)).sum(axis=0)
     assert np.allclose(kinematics.swing_angle(PHASE, RATIO), series, atol=1e-15)
+
+
+@given(ratio=ratios)
+def test_by_the_half_angle_they_are_the_same(ratio):
+    phase = np.append(PHASE - math.pi, [0.0, math.pi, 7.0])
+    angle, velocity = kinematics.by_half_angle(phase, ratio)
+    wanted = kinematics.angle_and_velocity(phase, 1.0, ratio)
+    for found, known in zip((angle, velocity), wanted, strict=True):
+        np.testing.assert_allclose(found, known, rtol=0, atol=1e-14 * np.abs(known).max())
