@@ -12,6 +12,7 @@ from rigrunner.yamlfile.names import split_member
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rigrunner.api.quantity import Quantity
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.procedure import doings
 
@@ -64,16 +65,13 @@ def plan_measure(measure: doings.Measure, place: Place, scene: Scene) -> None:
 
 def plan_scan(scan: doings.Scan, place: Place, scene: Scene) -> None:
     """Write down that a drive goes through set-points, and what is read at each."""
-    units, drives = _units(scan.channels, place, scene), scene.drives
-    set_at = (*place.path, "set")
-    known, moved_s = drives.values(), 0.0
-    for index, quantity in enumerate(scan.over):
-        drive = drives.resolve(scan.set, quantity, set_at, (*place.path, "over", index), key=False)
-        if drive is None:
-            return
-        moved_s += drives.move(scan.set, drive, quantity.si)
-    for member in scan.channels if units else ():
-        scene.bench.must_be_readable(split_member(member)[0], place.path)
+    known = scene.drives.values()
+    units, moved_s = _units(scan.channels, place, scene), _through(scan, place, scene)
+    for role in {split_member(member)[0] for member in units}:
+        scene.bench.must_be_readable(role, place.path)
+    limits = tuple(planned_limits(scan.limits, place, scan.channels, scene)) if units else ()
+    if not units or moved_s is None:
+        return
     seconds = moved_s + len(scan.over) * (scan.settle or 0.0)
     role, name = split_member(scan.set)
     action = Scan(
@@ -84,12 +82,28 @@ def plan_scan(scan: doings.Scan, place: Place, scene: Scene) -> None:
         channels=scan.channels,
         settle_s=scan.settle or 0.0,
         setpoints={member: value for member, value in known.items() if member != scan.set},
-        units=drives.units() | units,
-        limits=tuple(planned_limits(scan.limits, place, scan.channels, scene)),
+        units=scene.drives.units() | units,
+        limits=limits,
     )
-    count = f"{len(scan.over)} set-points from {scan.over[0]} to {scan.over[-1]}"
-    text = f"Scan {scan.set} through {count}, reading {', '.join(scan.channels)}"
+    least, most, count = (*_ends(scan.over), len(scan.over))
+    span = f"between {least} and {most}, {count} points" if count > 1 else f"at {least}, 1 point"
+    text = f"Scan {scan.set} {span}, reading {', '.join(scan.channels)}"
     scene.emit(place, action, text, seconds, tried_terms(scan, place, seconds, scene))
+
+
+def _ends(over: Sequence[Quantity]) -> tuple[Quantity, Quantity]:
+    return min(over, key=lambda each: each.si), max(over, key=lambda each: each.si)
+
+
+def _through(scan: doings.Scan, place: Place, scene: Scene) -> float | None:
+    """Return how long the drive is on its way; None where a set-point is none of its."""
+    seconds: list[float] = []
+    for index, quantity in enumerate(scan.over):
+        named_at, valued_at = (*place.path, "set"), (*place.path, "over", index)
+        drive = scene.drives.resolve(scan.set, quantity, named_at, valued_at, key=False)
+        if drive is not None:
+            seconds.append(scene.drives.move(scan.set, drive, quantity.si))
+    return sum(seconds) if len(seconds) == len(scan.over) else None
 
 
 def plan_record(record: doings.Record, place: Place, scene: Scene) -> None:

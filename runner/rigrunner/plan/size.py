@@ -52,4 +52,10 @@ def _of_step(procedure: LoadedProcedure, step: language.Step, path: Path, weight
 
 
 def _actions_of(step: language.Step) -> int:
-    return len(step.set.drives) if isinstance(step, language.SetStep) else 1
+    match step:
+        case language.SetStep():
+            return len(step.set.drives)
+        case language.ScanStep():
+            return len(step.scan.over)
+        case _:
+            return 1

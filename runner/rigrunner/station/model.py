@@ -40,8 +40,8 @@ class Durability(Settings):
     """
 
     sync: Literal["each_second", "each_measurement"] = "each_second"
-    """`each_measurement`: the value of a `measure` is on the disk before its step is done, which
-    costs as long as the disk takes. Recordings are, either way."""
+    """`each_measurement`: what a `measure` or a point of a `scan` found is on the disk before the
+    next step or point, which costs as long as the disk takes. Recordings are, either way."""
 
 
 class Station(Settings):

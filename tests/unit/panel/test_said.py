@@ -40,6 +40,7 @@ SPEAKERS = [
     "engine/watching.py", "workflow/calibration.py", "workflow/noload.py", "workflow/rig_lock.py",
 ]  # fmt: skip
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
+    "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
     "Measure Q, Q", "mean over Q s", "Record Q of Q, Q (Q s)", "Q cycles at Q Hz", "for a time",
     "Q to Q Q", "Q may be set to Q", "with code Q", "without a word",
     "the process of the run ended Q", "Q or less", "Q or more", "Q to Q", "got 'Q', allowed is Q",
@@ -119,6 +120,10 @@ def translated(tmp_path_factory):
     [
         ("Set tester.load to 1000 N", "tester.load auf 1000 N setzen"),
         ("Wait for 300 s: warm up", "300 s warten: warm up"),
+        (
+            "Scan tester.load between 10 N and 1 kN, 9 points, reading tester.load, a.b",
+            "tester.load zwischen 10 N und 1 kN durchfahren, 9 Punkte, tester.load, a.b lesen",
+        ),
         (
             "tester.load is 1000 N, above 500 N; not cleared yet",
             "tester.load ist 1000 N, über 500 N; noch nicht behoben",
@@ -211,6 +216,8 @@ def put_together():
         "Ramp tester.load to 1 kN in 10 s",
         "Measure tester.load, tester.temperature, once",
         "Measure tester.load, mean over 2 s",
+        "Scan tester.load between 10 N and 1 kN, 9 points, reading tester.load, tester.angle",
+        "Scan tester.load at 10 N, 1 point, reading tester.load",
         "Record angle of tester, for a time (3 s)",
         "tester.load may be set to 0 to 3000 N",
         "tester.load is 20 N again",

@@ -14,6 +14,7 @@ from helpers_language import (
     edited,
     only_problem,
     place_of,
+    problems_of,
 )
 from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.quantity import parse_quantity
@@ -27,6 +28,7 @@ from rigrunner.plan.actions import (
     Phase,
     Ramp,
     Record,
+    Scan,
     SetDrive,
     Settle,
     Terms,
@@ -131,6 +133,72 @@ def test_an_average_is_streamed_where_the_device_streams():
     assert read.text == "Measure room.room, mean over 2 s"
 
 
+SCAN = "scan: {set: tester.load, over: [0.1 kN, 50 N, 300 N], channels: [room.room], name: warm}"
+
+
+def scan_with(more):
+    return SCAN.replace("name: warm", more)
+
+
+def test_a_scan_goes_through_its_set_points_and_leaves_the_drive_at_the_last():
+    step = only(SCAN)
+    assert step.action == Scan(
+        name="warm",
+        role="tester",
+        drive="load",
+        values=(100.0, 50.0, 300.0),
+        channels=("room.room",),
+        settle_s=0.0,
+        setpoints={"tester.frequency": 2.0},
+        units={"tester.load": "N", "tester.frequency": "Hz", "room.room": "K"},
+    )
+    way_n, n_per_s = (1000 - 100) + (100 - 50) + (300 - 50), 500
+    assert step.estimated_s == pytest.approx(way_n / n_per_s)
+    assert step.path == "main[1].sweep[0].steps[0].scan"
+    assert step.text == "Scan tester.load between 50 N and 300 N, 3 points, reading room.room"
+    assert step.terms == Terms()
+    assert only(scan_with("name: a").replace("0.1 kN, 50 N, ", "")).text == (
+        "Scan tester.load at 300 N, 1 point, reading room.room"
+    )
+
+
+def test_a_scan_settles_at_each_point_and_is_judged_there():
+    limits = "{room.room: {min: 20 °C, max: 26 °C, marginal: 0.5 K}}"
+    step = only(scan_with(f"settle: 2 s, retries: 1, timeout: 9 s, limits: {limits}"))
+    low, high = parse_quantity("20 °C"), parse_quantity("26 °C")
+    assert (step.action.settle_s, step.estimated_s) == (2.0, pytest.approx(2.4 + 3 * 2.0))
+    assert step.action.limits == (Limit("room.room", low, high, 0.5),)
+    assert step.terms == Terms(9.0, 2)  # the limits are those of each point
+
+
+def test_what_follows_a_scan_knows_where_it_left_the_drive():
+    text = edited(PROCEDURE, (MARK, SCAN), ROLES)
+    plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES)
+    scan, record = [s.action for s in plan.steps if s.path.startswith("main[1].sweep[1].steps")]
+    assert record.setpoints == {"tester.load": 300.0, "tester.frequency": 10.0}
+    assert scan.setpoints == {"tester.frequency": 10.0}
+    (second,) = [s for s in plan.steps if s.path == "main[1].sweep[1].steps[0].scan"]
+    assert second.estimated_s == pytest.approx((300 - 100 + 100 - 50 + 300 - 50) / 500)
+
+
+def test_a_scan_over_a_frequency_is_a_motion_that_zero_and_cycles_know():
+    scan = "scan: {set: tester.frequency, over: [3 Hz, 4 Hz], channels: [room.room]}"
+    text = edited(PROCEDURE, (MARK, scan), ROLES)
+    plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES)
+    records = [s.action for s in plan.steps if isinstance(s.action, Record)]
+    assert [one.cycle_frequency_hz for one in records] == [4.0, 4.0]
+    turning = edited(
+        PROCEDURE, (MARK, scan), ROLES,
+        ("record: {channels: [tester.angle, tester.torque], cycles: 30}",
+         "zero: {channel: tester.torque, within: 1 N·m}"),
+        (PROCEDURE[PROCEDURE.index("analysis:") :], ""),
+    )  # fmt: skip
+    problem = only_problem(
+        make_plan, parse_procedure(turning, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES
+    )
+    assert problem.message == "zero is read at rest, but tester.frequency stands at 4 Hz here"
+
+
 def test_repetitions_come_as_often_as_they_are_asked_for():
     steps = planned("repeat: {times: 3, steps: [wait: {time: 1 s}, settle: {time: 2 s}]}")
 
@@ -212,6 +280,27 @@ CASES = [
      "got 2 s, but the step takes 5 s", ""),
     ("set: {tester.load: 0 N, timeout: 1 s}", "1 s}", "set.timeout",
      "got 1 s, but the step takes 2 s", ""),
+    (SCAN.replace("tester.load", "tester.laod"), "tester.laod", "scan.set",
+     "the device in the role 'tester' has no drive 'laod'", "did you mean 'load'?"),
+    (SCAN.replace("tester.load", "teser.load"), "teser.load", "scan.set",
+     "'teser.load': the procedure uses no role 'teser'", "did you mean 'tester'?"),
+    (SCAN.replace("50 N", "50 Hz"), "50 Hz", "scan.over[1]",
+     "got '50 Hz', a frequency; tester.load takes a force", "write it in N"),
+    (SCAN.replace("300 N", "3.1 kN"), "3.1 kN", "scan.over[2]",
+     "got '3.1 kN', allowed is 0 to 3000 N", "these are the limits of tester.load"),
+    (SCAN.replace("[room.room]", "[room.rom]"), "room.rom", "scan.channels[0]",
+     "the device in the role 'room' has no channel 'rom'", "did you mean 'room'?"),
+    (SCAN.replace("[room.room]", "[room.room, room.room]"), "[room.room, r", "scan.channels",
+     "a channel stands twice", "name it once"),
+    (SCAN.replace("room.room", "tester.torque"), "{set: tester.load", "scan",
+     "the device in the role 'tester' gives no single values", ""),
+    (scan_with("limits: {tester.torque: {max: 5 N·m}}"), "tester.torque: {max",
+     "scan.limits.tester.torque", "the step finds no value of tester.torque",
+     "it finds: room.room"),
+    (scan_with("limits: {room.room: {max: 5 N}}"), "5 N}}", "scan.limits.room.room.max",
+     "got '5 N', a force; room.room takes a temperature", "write it in K"),
+    (scan_with("settle: 2 s, timeout: 8 s"), "8 s}", "scan.timeout",
+     "got 8 s, but the step takes 8.4 s", ""),
 ]  # fmt: skip
 
 
@@ -226,6 +315,42 @@ def test_what_cannot_be_done(case):
     assert hint in problem.hint
     within = text[text.index(step) :]
     assert str(problem.location) == f"p.yaml:{place_of(text, within[within.index(finger) :])}"
+
+
+def test_all_that_is_wrong_with_a_scan_is_told_at_once():
+    scan = scan_with("limits: {room.room: {max: 5 N}}").replace("50 N, 300 N", "5 kN, 2 K, 3 Hz")
+    found = problems_of(planned, scan)
+    assert [each.field for each in found] == [
+        f"{AT}.scan.{field}" for field in ("over[1]", "over[2]", "over[3]", "limits.room.room.max")
+    ]
+
+
+def test_a_set_point_of_a_scan_that_the_station_does_not_allow_with_where_another_drive_stands():
+    rule = """\
+safety:
+  combinations:
+    - reason: power of the motor
+      allowed:
+        - {tester.load: 200 N, tester.frequency: 35 Hz}
+        - {tester.load: 250 N, tester.frequency: 2 Hz}
+devices:
+"""
+    scan = SCAN.replace("50 N, 300 N", "300 N, 50 N")
+    at_rest = ("main:\n  - set: {tester.load: $load}", "main:\n  - set: {tester.load: 0 N}")
+    procedure = parse_procedure(edited(PROCEDURE, (MARK, scan), ROLES, at_rest), "p.yaml")
+    station = parse_station(edited(BENCH, ("devices:\n", rule)), "s.yaml")
+    found = problems_of(make_plan, procedure, station, DEVICES)
+    assert [each.message for each in found] == [
+        f"got '300 N', not allowed with tester.frequency at {hz} Hz" for hz in (2, 10)
+    ]
+    assert {each.field for each in found} == {f"{AT}.scan.over[1]"}
+
+
+def test_endless_scans_are_refused_before_they_are_written_out():
+    times = f"repeat: {{times: 20000, steps: [{SCAN}]}}"
+    problem = only_problem(planned, times)
+    actions = 5 + 1 + 2 * (20_000 * 3 + 1 + 1) + 1
+    assert problem.message == f"the procedure has {actions:,} actions, more than 100,000"
 
 
 def test_a_drive_without_a_unit_for_its_rate():
