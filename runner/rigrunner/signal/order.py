@@ -1,11 +1,13 @@
-"""Order statistics of more samples than fit into memory, exact, in a few passes over them.
+"""Order statistics of more samples than fit into memory, exact, in few passes over them.
 
-The first bits of a float64 tell about where it stands among others. Counting by them narrows each
-wanted rank to a few values, or to some that are all the same.
+The first block tells about where a wanted rank is, and one pass then keeps what lies there. Where
+the rest is not like the first block, the first bits of a float64 tell where it stands among others:
+counting by them narrows each rank to a few values, or to some that are all the same.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import floor
 from typing import TYPE_CHECKING
 
@@ -25,9 +27,52 @@ if TYPE_CHECKING:
 
 KEPT = 1 << 21
 """Samples that are kept to be sorted, once no more than these come into question."""
+SLACK = 4
+"""Times KEPT that a bracket keeps different values before it gives up; it is laid to hold KEPT."""
+WIDE = 0.03
+"""Of all values, on either side: the most that a bracket is laid to hold of few."""
 SHIFTS = (44, 24, 4, 0)
 """Bits that a pass leaves open. The first 20 tell apart what differs by a 256th."""
 SIGN = np.uint64(1 << 63)
+
+
+@dataclass(eq=False)
+class Bracket:
+    """Takes values in parts: keeps those from `low` to `high`, and counts what is below."""
+
+    low: float
+    high: float
+    below: int = 0
+    _kept: list[tuple[Array, NDArray[np.intp]]] = field(default_factory=list)
+    """Different values, rising, and how often each came."""
+    _size: int = 0
+
+    @classmethod
+    def about(cls, share: float, first: Array, count: int) -> Bracket:
+        """Return one about the value below which that share of `count` lies, by the first ones."""
+        half = min(KEPT / count / 2, WIDE)
+        places = [np.clip(share + way * half, 0, 1) * (len(first) - 1) for way in (-1, 1)]
+        ends = [floor(places[0]), -floor(-places[1])]
+        low, high = np.partition(first, ends)[ends]
+        return cls(float(low), float(high))
+
+    def take(self, part: Array) -> None:
+        """Take further values."""
+        self.below += int(np.count_nonzero(part < self.low))
+        if self._size <= SLACK * KEPT:
+            mine = part[(part >= self.low) & (part <= self.high)]
+            self._kept.append(np.unique(mine, return_counts=True))
+            self._size += len(self._kept[-1][0])
+
+    def ranked(self, ranks: Sequence[int]) -> list[float] | None:
+        """Return the values that would stand at these places; None where they are not all kept."""
+        values, counts = (np.concatenate(each) for each in zip(*self._kept, strict=True))
+        order = np.argsort(values, kind="stable")
+        ends = self.below + np.cumsum(counts[order])
+        inside = len(ends) and self.below <= min(ranks) and max(ranks) < ends[-1]
+        if not inside or self._size > SLACK * KEPT:
+            return None
+        return [float(each) for each in values[order[np.searchsorted(ends, ranks, "right")]]]
 
 
 def percentiles(values: Samples, percent: Sequence[float]) -> list[float]:
@@ -36,17 +81,30 @@ def percentiles(values: Samples, percent: Sequence[float]) -> list[float]:
         return [float(each) for each in np.percentile(values[:], percent)]
     places = [(len(values) - 1) * (each / 100) for each in percent]
     last = len(values) - 1
-    ranks = [rank for at in places for rank in (floor(at), min(floor(at) + 1, last))]
-    found = iter(ranked(lambda: (part for _, part in blocks(values)), ranks))
-    pairs = [(next(found), next(found), place - floor(place)) for place in places]
-    return [float(np.quantile([low, high], share)) for low, high, share in pairs]
+    ranks = [[floor(at), min(floor(at) + 1, last)] for at in places]
+    first = values[:BLOCK]
+    brackets = [Bracket.about(each / 100, first, len(values)) for each in percent]
+    for _, part in blocks(values):
+        for bracket in brackets:
+            bracket.take(part)
+    pairs = [
+        bracket.ranked(pair) or ranked(lambda: (part for _, part in blocks(values)), pair)
+        for bracket, pair in zip(brackets, ranks, strict=True)
+    ]
+    shares = (place - floor(place) for place in places)
+    return [float(np.quantile(pair, share)) for pair, share in zip(pairs, shares, strict=True)]
+
+
+def middle(count: int) -> list[int]:
+    """Return the places of those of `count` ordered values whose mean is the median."""
+    return sorted({(count - 1) // 2, count // 2})
 
 
 def median(parts: Parts, count: int) -> float:
     """Return what `np.median` does, of `count` values in parts, bit by bit."""
     if count <= BLOCK:
         return float(np.median(np.concatenate(list(parts()))))
-    return float(np.mean(ranked(parts, sorted({(count - 1) // 2, count // 2}))))
+    return float(np.mean(ranked(parts, middle(count))))
 
 
 def ranked(parts: Parts, ranks: Sequence[int]) -> list[float]:

@@ -10,10 +10,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
 
 from rigrunner.signal.blocks import BLOCK
-from rigrunner.signal.order import median
+from rigrunner.signal.order import Bracket, median, middle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -25,6 +25,11 @@ MAD_TO_SIGMA = 1.482602218505602
 """1 / Phi^-1(3/4): the median absolute deviation of a normal distribution, as its sigma."""
 
 DEFAULT_THRESHOLD = 6.0
+
+LESS = 0.8
+"""Of the first stretch's median: that of all is as a rule not below."""
+FEW = 0.02
+"""Of a stretch: more suspects than that are not looked at before the median is known."""
 
 
 def hampel(values: Array, window: int, threshold: float = DEFAULT_THRESHOLD) -> tuple[Array, int]:
@@ -44,19 +49,46 @@ def hampel(values: Array, window: int, threshold: float = DEFAULT_THRESHOLD) -> 
 def despiked(
     values: Samples, window: int, threshold: float = DEFAULT_THRESHOLD
 ) -> tuple[Samples, int]:
-    """Return the same of samples that need not fit into memory: they are read three times."""
+    """Return the same of samples that need not fit into memory: as a rule they are read once."""
     if window < 3:  # noqa: PLR2004  (two neighbours are the least that can outvote a spike)
         raise ValueError(f"a window of {window} samples cannot tell a spike; 3 is the least")
     half = window // 2
+    found = _found_at_once(values, half, threshold) if len(values) > BLOCK else None
+    if found is None:
+        found = _found(values, half, threshold)
+    return Replaced(values, found.index, found.new), len(found.index)
+
+
+def _found(values: Samples, half: int, threshold: float) -> _Spikes:
     stretches = list(_stretches(values, half)) if len(values) <= BLOCK else None
 
     def each() -> Iterator[_Stretch]:
         return iter(stretches or _stretches(values, half))
 
     usual = MAD_TO_SIGMA * median(lambda: (one.deviation for one in each()), len(values))
-    found = [one.spikes(usual, threshold) for one in each()]
-    index = np.concatenate([places for places, _ in found])
-    return Replaced(values, index, np.concatenate([new for _, new in found])), len(index)
+    return _Spikes.joined([one.spikes(usual, threshold) for one in each()])
+
+
+def _found_at_once(values: Samples, half: int, threshold: float) -> _Spikes | None:
+    """Return the same after a single walk; None where samples are not like their first stretch.
+
+    The median over all is known only at the end. What is a spike by less than the median of the
+    first stretch is kept until then, and what is none by that of all is left out.
+    """
+    bracket: Bracket | None = None
+    found: list[_Spikes] = []
+    for one in _stretches(values, half):
+        if bracket is None:
+            bracket = Bracket.about(0.5, one.deviation, len(values))
+            least = MAD_TO_SIGMA * LESS * bracket.low
+        if np.count_nonzero(one.deviation > threshold * least) > FEW * len(one.deviation):
+            return None
+        bracket.take(one.deviation)
+        found.append(one.spikes(least, threshold))
+    ranked = bracket.ranked(middle(len(values))) if bracket is not None else None
+    if ranked is None or (usual := MAD_TO_SIGMA * float(np.mean(ranked))) < least:
+        return None
+    return _Spikes.joined(found).beyond(threshold * usual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +117,24 @@ class Replaced:
 
 
 @dataclass(frozen=True, eq=False)
+class _Spikes:
+    """Which samples are spikes, how far each is from what stands for it, and that."""
+
+    index: IntArray
+    deviation: Array
+    new: Array
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Spikes]) -> _Spikes:
+        columns = zip(*((each.index, each.deviation, each.new) for each in parts), strict=True)
+        return cls(*map(np.concatenate, columns))
+
+    def beyond(self, limit: float) -> _Spikes:
+        mine = self.deviation > limit
+        return _Spikes(self.index[mine], self.deviation[mine], self.new[mine])
+
+
+@dataclass(frozen=True, eq=False)
 class _Stretch:
     """Some samples from `first` on, with what lies around them."""
 
@@ -96,13 +146,12 @@ class _Stretch:
     around: Array
     """The samples, with half a window before and behind."""
 
-    def spikes(self, usual: float, threshold: float) -> tuple[IntArray, Array]:
-        """Return which samples are spikes, and what stands for them."""
+    def spikes(self, usual: float, threshold: float) -> _Spikes:
         # Few samples pass this, and only these need their window's own deviation, which is costly.
         suspects = np.flatnonzero(self.deviation > threshold * usual)
         local = MAD_TO_SIGMA * self._local_mad(suspects)
         mine = suspects[self.deviation[suspects] > threshold * local]
-        return self.first + mine, self.centre[mine]
+        return _Spikes(self.first + mine, self.deviation[mine], self.centre[mine])
 
     def _local_mad(self, index: IntArray) -> Array:
         """Return the median absolute deviation in the windows around some samples."""

@@ -15,6 +15,7 @@ from rigrunner.signal.crossings import rises
 from rigrunner.signal.cycles import find_cycles, resample
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.kinematics import swing_angle
+from rigrunner.signal.order import percentiles
 from rigrunner.signal.pulses import pulse_edges, repetition_frequency
 from rigrunner.signal.spikes import despiked, hampel
 
@@ -27,6 +28,8 @@ class Stored:
 
     def __init__(self, values):
         self._values = values
+        self.given = 0
+        """Samples in all slices so far."""
 
     def __len__(self):
         return len(self._values)
@@ -34,6 +37,7 @@ class Stored:
     def __getitem__(self, which):
         part = self._values[which].copy()
         assert len(part) <= 2 * BLOCK, "that much is too long for memory"
+        self.given += len(part)
         return part
 
 
@@ -93,6 +97,36 @@ def test_spikes_are_those_of_the_whole_recording(monkeypatch, seed, block):
     assert again == count > 0
     assert np.asarray(found).tolist() == whole.tolist()
     assert found[block - 5 : block + 9].tolist() == whole[block - 5 : block + 9].tolist()
+
+
+LOUD, QUIET = np.repeat([1.0, 0.01], 5 * BLOCK), np.repeat([0.01, 1.0], 5 * BLOCK)
+
+
+@pytest.mark.parametrize(
+    ("loudness", "walks"),
+    [(1.0, 1), (LOUD, 4), (QUIET, 4)],
+    ids=["steady", "loud at first", "quiet at first"],
+)
+def test_spikes_of_a_steady_recording_are_found_in_one_walk(monkeypatch, loudness, walks):
+    rng = np.random.default_rng(1)
+    values = loudness * rng.standard_normal(10 * BLOCK)
+    values[rng.integers(0, len(values), 30)] += 20
+    whole, count = hampel(values, 11)
+    short_blocks(monkeypatch)
+    stored = Stored(values)
+    found, again = despiked(stored, 11)
+    assert stored.given < (walks + 0.1) * len(values)
+    assert again == count >= 30
+    assert np.concatenate([part for _, part in blocks(found)]).tolist() == whole.tolist()
+
+
+def test_percentiles_are_found_in_one_walk_and_a_block(monkeypatch):
+    angle = swing(10 * BLOCK)
+    wanted = np.percentile(angle, [2, 98]).tolist()
+    short_blocks(monkeypatch)
+    stored = Stored(angle)
+    assert percentiles(stored, [2, 98]) == wanted
+    assert stored.given < 12 * BLOCK
 
 
 def test_pulses_are_those_of_the_whole_recording(monkeypatch):
