@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm, Intervention, Note
 from rigrunner.engine.pausing import Choice, Decision, Paused
-from rigrunner.engine.points import point_at, point_name, unrepeatable
+from rigrunner.engine.points import may_be_skipped, point_at, point_name, unrepeatable
 from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
@@ -92,7 +92,8 @@ class _Break:
             yield Choice.OVERRIDE
         if not unrepeatable(self.steps, range(point_at(self.steps, self.index).start, self.index)):
             yield Choice.REPEAT
-        if self.steps[self.index].phase is Phase.MAIN:
+        is_main = self.steps[self.index].phase is Phase.MAIN
+        if is_main and may_be_skipped(self.steps, self.index, self.session.rig.standing):
             yield Choice.SKIP
         yield Choice.NOTE
         yield Choice.ABORT

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from math import isclose
 from typing import TYPE_CHECKING
 
-from rigrunner.plan.actions import Phase, Ramp, Scan, SetDrive, Settle
+from rigrunner.plan.actions import Measure, Phase, Ramp, Record, Scan, SetDrive, Settle, Zero
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from rigrunner.plan.actions import PlannedStep
+
+LEADING = (SetDrive, Ramp, Scan)
+"""The kinds of steps that lead a drive."""
+_READING = (Record, Measure, Scan, Zero)
 
 
 def point_at(steps: Sequence[PlannedStep], index: int) -> range:
@@ -41,11 +46,11 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
     What was paused has to settle again before the step is done, unless the step sets a drive.
     """
     found: list[int] = []
-    if isinstance(steps[index].action, (SetDrive, Ramp, Scan)):
+    if isinstance(steps[index].action, LEADING):
         return found
     for at in range(index - 1, -1, -1):
         action = steps[at].action
-        if isinstance(action, (SetDrive, Ramp, Scan)):
+        if isinstance(action, LEADING):
             break
         if isinstance(action, Settle):
             found.insert(0, at)
@@ -55,6 +60,30 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
 def unrepeatable(steps: Sequence[PlannedStep], indices: range) -> bool:
     """Say whether one of the steps must not be done twice."""
     return any(not steps[at].terms.repeatable for at in indices)
+
+
+def may_be_skipped(
+    steps: Sequence[PlannedStep], index: int, standing: Callable[[str, str], float]
+) -> bool:
+    """Say whether what follows the set-point has its drives where the plan says.
+
+    That is not so if a step that would be left out leads a drive elsewhere than it stands, and the
+    drive is not led anew before something is read.
+    """
+    point, left = point_at(steps, index), dict[tuple[str, str], float]()
+    for step in steps[index : point.stop]:
+        if isinstance(action := step.action, LEADING):
+            drive = (action.role, action.drive)
+            left.pop(drive, None)
+            if step.phase is not Phase.TEARDOWN:  # the teardown of a call is done all the same
+                left[drive] = action.ends[-1]
+    astray = {drive for drive, value in left.items() if not isclose(standing(*drive), value)}
+    for step in steps[point.stop :]:
+        if isinstance(action := step.action, LEADING):
+            astray.discard((action.role, action.drive))
+        if astray and isinstance(action, _READING):
+            return False
+    return True
 
 
 def teardowns_within(

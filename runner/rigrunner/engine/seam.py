@@ -10,7 +10,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import Alarm, Intervention, StepEnded, StepStarted
 from rigrunner.engine.notes import GOES_ON
 from rigrunner.engine.pausing import Choice
-from rigrunner.engine.points import point_at
+from rigrunner.engine.points import LEADING, point_at
 from rigrunner.plan.actions import Ask, Measure, Phase, Ramp, Record, Scan, SetDrive, Zero
 from rigrunner.yamlfile.names import split_member
 
@@ -54,10 +54,14 @@ def find_seam(
     over = start == len(steps) or _is_final(steps[start])
     before = () if over else tuple(_again(steps, start, done))
     for index in (*before, start):
-        if index < len(steps) and tries[index] and not steps[index].terms.repeatable:
-            raise DataError(
-                f"{steps[index].path} was broken off, and must not be done twice",
-                hint="'rigrunner recover' closes the run as it is",
+        begun = index < len(steps) and tries[index]
+        if begun and not _may_come_again(steps[index], done=index in done):
+            raise _refused(f"{steps[index].path} was broken off, and must not be done twice")
+    for index in () if over else _led_before(steps, start, before):
+        if index not in before:
+            raise _refused(
+                f"{steps[index].path} must not be done twice, and what follows needs"
+                " the drive where it left it"
             )
     return Seam(
         start=start,
@@ -68,6 +72,15 @@ def find_seam(
         by=by,
         subject=subject,
     )
+
+
+def _refused(message: str) -> DataError:
+    return DataError(message, hint="'rigrunner recover' closes the run as it is")
+
+
+def _may_come_again(step: PlannedStep, *, done: bool) -> bool:
+    """Say whether a step that was begun may stand before the rest: see `brought_back` for scans."""
+    return step.terms.repeatable or (done and isinstance(step.action, Scan))
 
 
 def brought_back(step: PlannedStep) -> PlannedStep:
@@ -166,7 +179,17 @@ def _again(steps: Sequence[PlannedStep], start: int, done: set[int]) -> list[int
 
 def _is_kept(step: PlannedStep) -> bool:
     """Say whether a completed step keeps its outcome: an answer, or what must not be redone."""
-    return isinstance(step.action, Ask) or not step.terms.repeatable
+    return isinstance(step.action, Ask) or not _may_come_again(step, done=True)
+
+
+def _led_before(steps: Sequence[PlannedStep], start: int, before: Sequence[int]) -> set[int]:
+    """Return the steps that led the drives to where the rest has them, and each zero before it."""
+    led = _led_at(steps, start)
+    found = {at for drive, at in _last_sets(steps, 0, start).items() if drive not in led}
+    for zero in before:
+        if isinstance(steps[zero].action, Zero):
+            found |= set(_last_sets(steps, 0, zero).values())
+    return found
 
 
 def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[tuple[str, str], int]:
@@ -174,7 +197,7 @@ def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[tuple
     return {
         (action.role, action.drive): at
         for at in range(first, end)
-        if isinstance(action := steps[at].action, (SetDrive, Ramp, Scan))
+        if isinstance(action := steps[at].action, LEADING)
     }
 
 
@@ -182,7 +205,7 @@ def _led_at(steps: Sequence[PlannedStep], start: int) -> set[tuple[str, str]]:
     """Return the drives that a set-point leads itself, with the steps that it begins with."""
     led: set[tuple[str, str]] = set()
     for step in steps[start:]:
-        if not isinstance(step.action, (SetDrive, Ramp, Scan)):
+        if not isinstance(step.action, LEADING):
             break
         led.add((step.action.role, step.action.drive))
         if isinstance(step.action, Scan):

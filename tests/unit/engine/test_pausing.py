@@ -6,16 +6,31 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_devices import FakeTester, Listener, run
+from helpers_devices import FakeTester, Listener, plan_of, record, run
 from helpers_pausing import Patient, Person, decided, pausing_run, sweep
 from rigrunner.api.events import Alarm, Intervention, Note, Outcome, StepEnded, StepStarted
 from rigrunner.api.quantity import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
 from rigrunner.engine.points import point_at
-from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, SetDrive, Settle
+from rigrunner.plan.actions import (
+    Interlock,
+    Phase,
+    Plan,
+    PlannedStep,
+    Ramp,
+    Scan,
+    SetDrive,
+    Settle,
+    Zero,
+)
 
 SECOND = "main[0].sweep[1]"
+ZERO = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)
+SCAN = Scan(
+    name="loads", role="tester", drive="load", values=(10.0, 20.0, 30.0),
+    channels=("tester.torque",), settle_s=0.1, setpoints={}, units={"tester.load": "N"},
+)  # fmt: skip
 
 
 def done(listener) -> list[tuple[str, bool]]:
@@ -102,6 +117,40 @@ def test_a_skipped_point_is_left_out_and_the_run_says_so():
     assert summary.passed_over == (f"{SECOND}: skipped by Ada: it squeals",)
     assert recordings(listener) == [("001", True), ("003", True)]
     assert listener.of(Intervention)[1].reason == f"{SECOND}: it squeals"
+
+
+@pytest.mark.parametrize(
+    ("skipped", "follows", "offered"),
+    [
+        (SetDrive("tester", "load", 500.0, "N"), (record("a", load=500.0),), False),
+        (Ramp("tester", "load", 7.0, 500.0, "N", 1.0), (Settle(1.0), ZERO), False),
+        (SCAN, (replace(SCAN, drive="frequency"),), False),
+        (SCAN, (SetDrive("tester", "load", 9.0, "N"), record("a", load=9.0)), True),
+        (SCAN, (SCAN, record("a", load=30.0)), True),
+        (SCAN, (SetDrive("tester", "frequency", 9.0, "Hz"), Settle(1.0)), True),
+        (SetDrive("tester", "load", 7.0, "N"), (record("a", load=7.0),), True),
+    ],
+)  # the drive of the fake tester stands at 7 N
+def test_a_step_that_leads_a_drive_to_where_the_rest_needs_it_is_not_skipped(
+    skipped, follows, offered
+):
+    at, choices = "main[0]", [decided(Choice.SKIP, "no"), decided(Choice.ABORT)]
+    plan = plan_of((), (skipped, *follows))
+    summary, _, person, _ = pausing_run(at, *choices[not offered :], plan=plan)
+    assert (Choice.SKIP in person.seen[0].choices) is offered
+    assert (summary.outcome is Outcome.COMPLETED) is offered
+
+
+def test_the_last_point_of_a_sweep_is_skipped_only_where_its_drive_is_led_anew():
+    plan = sweep()
+    record_after = replace(plan.steps[-3], path="main[1]", points=(), action=record("after"))
+    last = "main[0].sweep[2]"
+    with_more = replace(plan, steps=(*plan.steps[:9], record_after, *plan.steps[9:]))
+    for at, offered in ((f"{last}.setdrive", False), (f"{last}.settle", True)):
+        _, _, person, _ = pausing_run(at, decided(Choice.RESUME), plan=with_more)
+        assert (Choice.SKIP in person.seen[0].choices) is offered, at
+    _, _, person, _ = pausing_run(f"{last}.setdrive", decided(Choice.RESUME))
+    assert Choice.SKIP in person.seen[0].choices
 
 
 def test_an_abort_while_paused_tears_down_and_makes_safe():

@@ -232,6 +232,22 @@ def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_aga
     }
 
 
+def test_one_that_must_not_be_done_twice_leaves_the_drive_where_it_was_and_is_not_begun_anew():
+    once = (SCAN, Terms(repeatable=False))
+    plan = plan_of(once, SetDrive("tester", "frequency", 5.0, "Hz"), record("a"))
+    listener = Listener()
+    run(Press(), plan, critical=[listener])
+    steps = [n for n, one in enumerate(listener.events) if isinstance(one, StepStarted)]
+    device, more = Press(), Listener()
+    seam = find_seam(plan.steps, listener.events[: steps[2] + 1], "Ada")
+    run(device, plan, critical=[more], seam=seam)
+    assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
+    assert not more.of(Scanned)
+    within = listener.events.index(listener.of(Scanned)[1])
+    with pytest.raises(DataError, match=r"main\[0\] was broken off, and must not be done twice"):
+        find_seam(plan.steps, listener.events[: within + 1], "Ada")
+
+
 def test_a_run_that_was_broken_off_within_it_begins_it_anew():
     plan = plan_of(SetDrive("tester", "frequency", 2.0, "Hz"), SCAN)
     listener = Listener()

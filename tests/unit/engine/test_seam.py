@@ -80,6 +80,19 @@ def test_what_must_not_be_done_twice_is_kept_or_ends_the_matter():
         seam_at(plan, "setup[3]")
 
 
+def test_a_drive_that_must_not_be_led_twice_is_not_taken_to_stand_where_it_stood():
+    kept = unrepeatable(plan_of(), "main[0]")
+    refused = r"main\[0\] must not be done twice, and what follows needs the drive where it left it"
+    with pytest.raises(DataError, match=refused):
+        seam_at(kept, "main[5]")
+    of_the_zero = unrepeatable(plan_of(), "setup[2]")
+    with pytest.raises(DataError, match=r"setup\[2\] must not be done twice"):
+        seam_at(of_the_zero, "main[5]")
+    led_anew = unrepeatable(plan_of(), "main[1]")  # the frequency, which main[4] sets again
+    assert 1 not in seam_at(led_anew, "main[5]").before
+    assert seam_at(unrepeatable(plan_of(), "main[0]"), "main[5]", ended=True).before == ()
+
+
 def test_a_completed_step_that_must_not_be_redone_keeps_its_point_from_being_redone():
     plan = unrepeatable(sweep(), f"{SECOND}.settle")
     assert seam_at(plan, f"{SECOND}.record").start == 5
