@@ -1,6 +1,7 @@
 """A plan of many set-points on a device that costs nothing: what is left is the program itself.
 
-Run as a program, `python helpers_setpoints.py FOLDER POINTS` prints each point that is done.
+They are points of a scan, or steps of a sweep. Run as a program, `python helpers_setpoints.py
+FOLDER POINTS [sweep]` prints each point that is done.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import sys
 import threading
 from pathlib import Path
 
-from rigrunner.api.events import Event, StepEnded
+from rigrunner.api.events import Event, Scanned, StepEnded
 from rigrunner.clock import WallClock
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
@@ -94,6 +95,18 @@ title: Set-points
 measurand: {{symbol: Td, name: torque under load, unit: N·m}}
 uses: {{press: press}}
 main:
+{main}
+teardown:
+  - set: {{press.load: 0 N}}
+"""
+_SCAN = """\
+  - scan:
+      set: press.load
+      over: [{values}]
+      channels: [press.torque]
+      limits: {{press.torque: {{max: 3 N·m}}}}
+"""
+_SWEEP = """\
   - sweep:
       set: press.load
       over: [{values}]
@@ -101,13 +114,16 @@ main:
         - measure:
             channels: [press.torque]
             limits: {{press.torque: {{max: 3 N·m}}}}
-teardown:
-  - set: {{press.load: 0 N}}
 """
 
 
 def lab_of(
-    folder: Path, points: int, *, blocking: bool = False, sync: str = "each_second"
+    folder: Path,
+    points: int,
+    *,
+    blocking: bool = False,
+    sync: str = "each_second",
+    sweep: bool = False,
 ) -> tuple[Path, Path]:
     """Write procedure, station and plugin into a folder; return the first two."""
     (folder / "plugins").mkdir(parents=True)
@@ -116,7 +132,8 @@ def lab_of(
     text = _STATION.format(blocking="yes" if blocking else "no", sync=sync)
     station.write_text(text, encoding="utf-8")
     values = ", ".join(f"{each:.6g} N" for each in loads_n(points))
-    procedure.write_text(_PROCEDURE.format(values=values), encoding="utf-8")
+    main = (_SWEEP if sweep else _SCAN).format(values=values)
+    procedure.write_text(_PROCEDURE.format(main=main), encoding="utf-8")
     return procedure, station
 
 
@@ -125,9 +142,9 @@ def loads_n(points: int) -> list[float]:
     return [HIGHEST_N * (index + 1) / points for index in range(points)]
 
 
-def run_until_killed(folder: Path, points: int) -> None:
-    """Run a sweep, and print the load of each point once it was said to be done."""
-    procedure, station = lab_of(folder, points)
+def run_until_killed(folder: Path, points: int, *, sweep: bool) -> None:
+    """Run all points, and print the load of each one once it was said to be done."""
+    procedure, station = lab_of(folder, points, sweep=sweep)
     planned = plan_run(procedure, station, load_registry(), WallClock())
     execute(
         planned,
@@ -141,9 +158,9 @@ def run_until_killed(folder: Path, points: int) -> None:
 
 
 def _tell(event: Event) -> None:
-    if isinstance(event, StepEnded) and event.measurement:
+    if isinstance(event, (Scanned, StepEnded)) and event.measurement:
         os.write(1, f"{event.setpoints['press.load']!r}\n".encode())
 
 
 if __name__ == "__main__":
-    run_until_killed(Path(sys.argv[1]), int(sys.argv[2]))
+    run_until_killed(Path(sys.argv[1]), int(sys.argv[2]), sweep="sweep" in sys.argv)

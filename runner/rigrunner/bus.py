@@ -87,8 +87,8 @@ class Emitter:
     """
 
     def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
-        self._bus = bus
         self._stamp = EventStamp(clock, first_seq, self._tell_set_back)
+        self._on, self._hand_out = self._stamp.on, bus.emit
 
     def __call__(
         self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
@@ -97,9 +97,8 @@ class Emitter:
 
         `whole`: all of its fields, as `EventStamp.on` has them; it belongs to the event then.
         """
-        stamp = self._stamp
-        event = stamp(kind, **fields) if whole is None else stamp.on(kind, whole)
-        if dropped := self._bus.emit(event):
+        event = self._stamp(kind, **fields) if whole is None else self._on(kind, whole)
+        if dropped := self._hand_out(event):
             for text in dropped:
                 self(Alarm, source="event sink", text=text)
 

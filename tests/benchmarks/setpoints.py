@@ -1,19 +1,25 @@
 """What a set-point costs beside what its devices take: set, read, check a limit, keep.
 
-Microseconds for each of 2,000 points of a sweep on a press that does nothing but remember: a
-procedure in YAML, planned, through engine, rig, bus and journal, with `run.log` as in every run;
-from the start of the first point to the end of the last. Each step of a point (the set, the
-measurement) is on record before it begins and after it has ended. The floor does the same to the
-same press and writes a line of csv, flushed: it survives kill -9, as ours does.
+Microseconds for each of 2,000 points on a press that does nothing but remember: a procedure in
+YAML, planned, through engine, rig, bus and journal, with `run.log` as in every run; from the start
+of the first point to the end of the last. Between two points the run can be stopped or paused, and
+interlocks are read. The floor does the same to the same press and writes a line of csv, flushed: it
+survives kill -9, as ours does.
+
+A scan is one step: its start is on record before the drive is touched, and each point before the
+next one begins. In a sweep a point has steps of its own, here two, which may be any others: each of
+them is on record before it begins and after it has ended.
 
 Synced: each value is on the disk before the next point (`durability: {sync: each_measurement}`);
 the floor of that writes a line of JSON and waits for the disk. Through a thread: the press declares
 that it may block, so each call of it goes to a worker and has a time limit. Plan and seal: what
-comes before and after.
+comes before and after a sweep.
 
 What the peers keep when they are killed by kill -9 is not the same: PyMeasure's thread, Bluesky's
 lines and QCoDeS where each point is flushed keep what was done; QCoDeS by itself writes every few
-seconds (killed after 1,500 points it had none), and OpenHTF at the end.
+seconds (killed after 1,500 points it had none), and OpenHTF at the end. PyMeasure sets, reads,
+compares and writes a row, and has neither a read-back of the drive nor limits of it, interlocks,
+pauses, times of its rows or checksums.
 """
 
 from __future__ import annotations
@@ -64,7 +70,9 @@ MICRO = 1e6
 AS_LONG = 20
 """Times the lines of csv, so that a turn of the floor takes as long as one of ours: what else the
 machine does then meets both alike."""
-LIMIT = "150 calls: four events are made, encoded, summed and written (decision 16)"
+LIMIT = "39 calls: a row is made, packed, summed and written; set, read back, read, compared"
+SWEEP_LIMIT = "150 calls: four events are made, encoded, summed and written (decision 16)"
+PEER_LIMIT = "a read-back, limits of the drive, a date and time, a checksum, and who listens"
 PEERS = {
     "pymeasure": "PyMeasure: worker, csv",
     "openhtf_dimensioned": "OpenHTF: a dimensioned measurement",
@@ -79,31 +87,50 @@ PEERS = {
 def measure(scale: Scale) -> list[Figure]:
     points, times = scale.of(2000, 200), scale.of(15, 3)
     few = max(points // 10, 20)
-    with Bench(points) as inline, Bench(few, sync="each_measurement") as synced:
-        kept = turns(inline, csv_lines, AS_LONG, times)
-        durable = turns(synced, json_lines_synced, 1, times)
-    with Bench(points, blocking=True) as threaded:
-        worked = turns(threaded, csv_lines, AS_LONG, times)
-    bare, disk = kept.floor.per(1 / MICRO), durable.floor.per(1 / MICRO)
-    each = durable.ratio.median
-    disk_note = f"the disk: {each:.2f} x a synced line of JSON"
-    thread_note = f"{worked.ratio.median / kept.ratio.median:.1f} x inline: two changes of threads"
+    scan = kept(points, times)
+    durable, sweep = synced(few, times), kept(points, times, sweep=True)
+    slow, worked = synced(few, times, sweep=True), kept(points, times, blocking=True)
+    bare, disk = scan.floor.per(1 / MICRO), durable.floor.per(1 / MICRO)
+    disk_note = f"the disk: {durable.ratio.median:.2f} x a synced line of JSON"
+    thread_note = f"{worked.ratio.median / scan.ratio.median:.1f} x inline: two changes of threads"
+    peers = {way: peer_figure(scale, way, what, points, bare) for way, what in PEERS.items()}
     return [
         Figure("csv, a line flushed", bare, "us", "floor"),
-        ours("kept from kill -9", kept, at_most(7), LIMIT),
+        ours("a scan, kept from kill -9", scan, at_most(7), LIMIT),
         Figure("JSON, a line synced", disk, "us", "floor", disk.per(bare.median)),
-        Figure(
-            "kept from a power cut",
-            durable.ours.per(1 / MICRO),
-            "us",
-            ratio=durable.ours.per(kept.floor.median),
-            target=at_most(35),
-            note=disk_note,
-        ),
-        ours("through a thread, kept from kill -9", worked, None, thread_note),
+        on_disk("a scan, kept from a power cut", durable, bare, at_most(35), disk_note),
+        ours("a scan through a thread, kept from kill -9", worked, None, thread_note),
+        ours("a sweep of steps, kept from kill -9", sweep, None, SWEEP_LIMIT),
+        on_disk("a sweep of steps, kept from a power cut", slow, bare, None, "as above"),
         *around(points, times),
-        *(peer_figure(scale, way, what, points, bare) for way, what in PEERS.items()),
+        *peers.values(),
+        against("a scan, kept from kill -9, to PyMeasure", scan, peers["pymeasure"]),
     ]
+
+
+def kept(points: int, times: int, **lab: object) -> Pair:
+    with Bench(points, **lab) as bench:
+        return turns(bench, csv_lines, AS_LONG, times)
+
+
+def synced(points: int, times: int, **lab: object) -> Pair:
+    with Bench(points, sync="each_measurement", **lab) as bench:
+        return turns(bench, json_lines_synced, 1, times)
+
+
+def on_disk(what: str, pair: Pair, bare: Spread, target: Target | None, note: str) -> Figure:
+    """Return a figure whose ratio is that to a line that is flushed and not synced."""
+    value = pair.ours.per(1 / MICRO)
+    return Figure(what, value, "us", ratio=value.per(bare.median), target=target, note=note)
+
+
+def against(what: str, pair: Pair, other: Figure) -> Figure:
+    """Return a figure whose ratio is that to a peer, where there is one."""
+    value = pair.ours.per(1 / MICRO)
+    if other.value is None:
+        return Figure(what, None, "us", note=other.note)
+    ratio = value.per(other.value.median)
+    return Figure(what, value, "us", ratio=ratio, target=at_most(1), note=PEER_LIMIT)
 
 
 def ours(what: str, pair: Pair, target: Target | None, note: str) -> Figure:
@@ -115,14 +142,14 @@ def around(points: int, times: int) -> list[Figure]:
     """Measure what a run of so many points costs before its first and after its last."""
     planned, sealed = [], []
     for _ in range(times):
-        with Bench(points) as bench:
+        with Bench(points, sweep=True) as bench:
             planned.append(bench.planned_s)
             bench.go()
             sealed.append(seconds(bench.writer.seal))
     by_point = points / MICRO
     return [
-        Figure("plan, before the run", Spread.of(planned).per(by_point), "us"),
-        Figure("seal, after the run", Spread.of(sealed).per(by_point), "us"),
+        Figure("plan of a sweep, before the run", Spread.of(planned).per(by_point), "us"),
+        Figure("seal of a sweep, after the run", Spread.of(sealed).per(by_point), "us"),
     ]
 
 
@@ -140,7 +167,7 @@ def turns(bench: Bench, floor: Callable[[int], float], longer: int, times: int) 
 
 
 class Bench:
-    """A sweep that is planned once and run into a new folder each time."""
+    """Points that are planned once and run into a new folder each time."""
 
     def __init__(self, points: int, **station: object) -> None:
         self._place = tempfile.TemporaryDirectory()
@@ -233,17 +260,22 @@ def lines() -> Iterator[object]:
 
 
 def work() -> list[Work]:
-    """Count the work of one more point: of a sweep, less what a shorter one takes."""
-    inline, threaded = each_point(), each_point(blocking=True)
+    """Count the work of one more point: of many, less what few take."""
+    scan, threaded = each_point(), each_point(blocking=True)
+    sweep, sweep_synced = each_point(sweep=True), each_point(sweep=True, sync="each_measurement")
     synced = each_point(sync="each_measurement")
     return [
-        Work("calls of functions for a point", inline["calls"], 200),
-        Work("calls for a point, through a thread", threaded["calls"], 260),
-        Work("writes for a point", inline["write"], 6.5),
-        Work("bytes of journal for a point, its plan among them", inline["bytes"], 5400),
-        Work("syncs of the disk for a point", inline["fsync"], 0.1),
-        Work("syncs for a point, each value at once", synced["fsync"], 1.1),
-        Work("bytes of memory to plan a point", memory_to_plan(1000) / 1000, 5200),
+        Work("calls of functions for a point of a scan", scan["calls"], 55),
+        Work("calls for a point of a scan, through a thread", threaded["calls"], 140),
+        Work("writes for a point of a scan", scan["write"], 1.1),
+        Work("bytes of journal for a point of a scan, its plan among them", scan["bytes"], 250),
+        Work("syncs for a point of a scan, each value at once", synced["fsync"], 1.1),
+        Work("calls of functions for a point of a sweep", sweep["calls"], 200),
+        Work("writes for a point of a sweep", sweep["write"], 6.5),
+        Work("bytes of journal for a point of a sweep, its plan among them", sweep["bytes"], 5400),
+        Work("syncs of the disk for a point of a sweep", sweep["fsync"], 0.1),
+        Work("syncs for a point of a sweep, each value at once", sweep_synced["fsync"], 1.1),
+        Work("bytes of memory to plan a point of a sweep", memory_to_plan(1000) / 1000, 5200),
     ]
 
 
@@ -276,5 +308,5 @@ def counted(points: int, **station: object) -> Counter[str]:
 
 def memory_to_plan(points: int) -> int:
     with tempfile.TemporaryDirectory() as folder:
-        files = lab_of(Path(folder) / "lab", points)
+        files = lab_of(Path(folder) / "lab", points, sweep=True)
         return allocated_peak(lambda: plan_run(*files, load_registry(), WallClock()))

@@ -1,4 +1,4 @@
-"""kill -9 in the middle of a sweep: no point is lost that was said to be done."""
+"""kill -9 amid many points: none is lost that was said to be done, of a scan and of a sweep."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ KILLS = int(os.environ.get("RIGRUNNER_KILLS", "3"))
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
 
 
+@pytest.mark.parametrize("way", ["scan", "sweep"])
 @pytest.mark.parametrize("seed", range(KILLS))
-def test_every_point_that_was_reported_is_there(tmp_path, seed):
+def test_every_point_that_was_reported_is_there(tmp_path, seed, way):
     wanted = random.Random(seed).randrange(50, 2000)  # noqa: S311  (instants of kills)
-    reported = killed_after(wanted, tmp_path)
+    reported = killed_after(wanted, tmp_path, way)
     (folder,) = (tmp_path / "runs").iterdir()
     run = read(folder)
     found = [one.setpoints["press.load"] for one in run.measurements]
@@ -34,9 +35,9 @@ def test_every_point_that_was_reported_is_there(tmp_path, seed):
     assert not run.info.sealed
 
 
-def killed_after(points: int, folder) -> list[float]:
+def killed_after(points: int, folder, way: str) -> list[float]:
     """Kill a run once it has reported so many points; return all that it had reported."""
-    program = [sys.executable, helpers_setpoints.__file__, str(folder), str(POINTS)]
+    program = [sys.executable, helpers_setpoints.__file__, str(folder), str(POINTS), way]
     with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as running:
         lines = [running.stdout.readline() for _ in range(points)]
         running.kill()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf, nextafter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
@@ -25,6 +26,32 @@ def judge(limits: Sequence[Limit], values: Mapping[str, float]) -> list[str]:
     if beyond:
         raise DataError("; ".join(beyond))
     return [text for limit in near if (text := _marginal(limit, values[limit.member]))]
+
+
+Clear = tuple[str, float, float]
+"""A channel, and the least and the greatest value of which nothing is to be said."""
+
+
+def clear_ranges(limits: Sequence[Limit]) -> tuple[Clear, ...]:
+    """Return for each limit between which values `judge` would say nothing, to be asked often.
+
+    Where a rounding could matter the range is narrower by it: what is outside is to be judged.
+    """
+    return tuple((each.member, _lowest(each), _highest(each)) for each in limits)
+
+
+def _lowest(limit: Limit) -> float:
+    if limit.minimum is None:
+        return -inf
+    least = limit.minimum.si + limit.marginal
+    return nextafter(least, inf) if limit.marginal else least
+
+
+def _highest(limit: Limit) -> float:
+    if limit.maximum is None:
+        return inf
+    greatest = limit.maximum.si - limit.marginal
+    return nextafter(greatest, -inf) if limit.marginal else greatest
 
 
 def _is_clear(limit: Limit, value: float) -> bool:

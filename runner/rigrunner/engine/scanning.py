@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import DataError, DeviceError
 from rigrunner.api.events import Note, Scanned
 from rigrunner.engine.found import NONE, Measured, by_role
-from rigrunner.engine.limits import judge
+from rigrunner.engine.limits import clear_ranges, judge
 from rigrunner.engine.moving import set_drive, wait
 from rigrunner.plan.actions import SetDrive
 
@@ -27,6 +27,7 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
     """
     emit, member, others, table = session.emit, action.member, action.setpoints, action.name
     limits, settle_s, check = action.limits, action.settle_s, session.check
+    clear = clear_ranges(limits)
     move, read = _mover(action, session), _reader(action, session)
     values: Mapping[str, float] = NONE
     for point, value in enumerate(action.values):
@@ -37,7 +38,11 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
             if settle_s:
                 wait(settle_s, session)
             values = read()
-            remarks = judge(limits, values) if limits else ()
+            remarks: list[str] = []
+            for name, least, greatest in clear:  # written out: there may be thousands in a second
+                if not least <= values[name] <= greatest:
+                    remarks = judge(limits, values)
+                    break
         except (DeviceError, DataError) as error:
             error.message = f"at {_where(action, point)}: {error.message}"
             raise
@@ -67,7 +72,7 @@ def _mover(action: Scan, session: Session) -> Callable[[float], object]:
     """Return what brings the drive to a set-point: at once, or led where the station says so."""
     role, drive = action.role, action.drive
     if session.rig.led_rate_per_s(role, drive) is None:
-        return lambda value: session.set(role, drive, value)
+        return session.setter(role, drive)
     unit = action.units[action.member]
     return lambda value: set_drive(SetDrive(role, drive, value, unit), session)
 
@@ -77,7 +82,7 @@ def _reader(action: Scan, session: Session) -> Callable[[], Mapping[str, float]]
     rig, devices, names = session.rig, by_role(action.channels), action.channels
     if len(devices) == 1:
         ((role, channels),) = devices
-        return lambda: rig.read(role, channels)
+        return rig.reader(role, channels)
 
     def read() -> Mapping[str, float]:
         found: dict[str, float] = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DeviceTimeoutError
@@ -12,6 +12,8 @@ from rigrunner.api.events import Intervention
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rigrunner.api.devices import StopToken
     from rigrunner.bus import Emit
     from rigrunner.engine.answers import AnswerSource
@@ -90,6 +92,12 @@ class Session:
         if self.guard.watching:
             self.guard.allow(role, drive, value)
         return self.rig.set(role, drive, value, self.timeout_s, self.check)
+
+    def setter(self, role: str, drive: str) -> Callable[[float], float]:
+        """Return what sets a drive as `set` does, again and again within this step."""
+        if self.guard.watching:
+            return partial(self.set, role, drive)
+        return self.rig.setter(role, drive, self.timeout_s, self.check)
 
     def check_time(self) -> None:
         """Raise DeviceTimeoutError if the step has taken longer than it may."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import Approaching, Settable
 from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.rig.drives import agrees, approach, as_number
+from rigrunner.rig.drives import approach, as_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,13 +28,15 @@ class HeldDrive:
         self.name = name
         self.info = role.drive(name)
         self.allowed = rules.narrowed(self.member, self.info)
+        self.least, self.greatest = self.allowed.minimum, self.allowed.maximum
         own, rate_per_s = self.info.rate_per_s, self.allowed.rate_per_s
         self.led_rate_per_s = None if rate_per_s == own else rate_per_s
         """How fast the drive is to be led, as the station says; None: it moves by itself."""
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
-        self._is_inline = role.device.non_blocking
+        self._is_quick = role.device.non_blocking and self._approaching is None
+        self._deviation = self.info.allowed_deviation
         self._answer_s = patience.answer_s
         self._limit_s = patience.answer_s + self.info.longest_s
         self._set, self._read_back = f"set {name}", f"read back {name}"
@@ -43,35 +45,51 @@ class HeldDrive:
         self, value: float, timeout_s: float | None, clock: Clock, meanwhile: Callable[[], None]
     ) -> float:
         """Set the drive, wait for it, and return what it reads back; that agrees."""
-        limit_s = self._limit_s if timeout_s is None else timeout_s
-        if self._approaching is None:
-            if self._is_inline:
-                self._role.call(self._set, self._device.set, limit_s, self.name, value)
-            else:
-                set_it = partial(self._device.set, self.name, value)
-                self._role.call(self._set, self._role.moving(self._set, set_it, limit_s), limit_s)
+        if self._is_quick:
+            actual = self._move_inline(value)
         else:
-            with self._role.named():
-                call = partial(self._role.caller.call, timeout_s=self._answer_s)
-                approach(
-                    self._approaching,
-                    self.info,
-                    value,
-                    call=call,
-                    move=self._begin,
-                    clock=clock,
-                    limit_s=limit_s,
-                    meanwhile=meanwhile,
-                )
-        actual = self.read_back()
-        if not agrees(self.info, actual, value):
+            self._move_and_wait(value, timeout_s, clock, meanwhile)
+            actual = self.read_back()
+        if not abs(actual - value) <= self._deviation:
             unit = self.info.unit
             raise DeviceRejectedError(
                 f"{self._role.name}: {self.name} was set to {value:g} {unit}"
                 f" but reads back {actual:g} {unit}",
-                hint=f"allowed: within {self.info.allowed_deviation:g} {unit}",
+                hint=f"allowed: within {self._deviation:g} {unit}",
             )
         return actual
+
+    def _move_inline(self, value: float) -> float:
+        """Set a drive whose calls do not wait, and read it back: two calls of the role in one."""
+        what = self._set
+        try:
+            self._device.set(self.name, value)
+            what = self._read_back
+            actual = self._device.read_back(self.name)
+        except BaseException as error:
+            self._role.name_error(error, what)
+            raise
+        return actual if type(actual) is float else self._as_number(actual)
+
+    def _move_and_wait(
+        self, value: float, timeout_s: float | None, clock: Clock, meanwhile: Callable[[], None]
+    ) -> None:
+        limit_s = self._limit_s if timeout_s is None else timeout_s
+        if self._approaching is None:
+            set_it = partial(self._device.set, self.name, value)
+            self._role.call(self._set, self._role.moving(self._set, set_it, limit_s), limit_s)
+            return
+        with self._role.named():
+            approach(
+                self._approaching,
+                self.info,
+                value,
+                call=partial(self._role.caller.call, timeout_s=self._answer_s),
+                move=self._begin,
+                clock=clock,
+                limit_s=limit_s,
+                meanwhile=meanwhile,
+            )
 
     def _begin(self, what: str, function: Callable[[], _T]) -> _T:
         """Call what begins to move the drive."""
@@ -81,7 +99,9 @@ class HeldDrive:
     def read_back(self) -> float:
         """Return where the drive is read back to stand."""
         actual = self._role.call(self._read_back, self._device.read_back, self._answer_s, self.name)
-        if type(actual) is float:  # as of most drivers
-            return actual
+        return actual if type(actual) is float else self._as_number(actual)
+
+    def _as_number(self, given: object) -> float:
+        """Return what the driver gave, which is no float as of most drivers, as one."""
         with self._role.named():
-            return as_number(actual)
+            return as_number(given)

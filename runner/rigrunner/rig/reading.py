@@ -36,26 +36,39 @@ def sample_rate_hz(role: Role) -> float:
     return rate_hz
 
 
-def read(role: Role, channels: Sequence[str], answer_s: float) -> dict[str, float]:
-    """Return the present value of each channel; raise a DeviceError."""
-    device = role.need(Readable)  # type: ignore[type-abstract]  # a Protocol
-    values = role.call("read", device.read, answer_s, channels)
-    found = {}
-    try:
-        for name in channels:
-            value = values.get(name, math.nan)
-            if type(value) is not float:  # as of most drivers
-                value = as_number(value)
-            if math.isfinite(value):
-                found[f"{role.name}.{name}"] = value
-    except (DeviceRejectedError, AttributeError) as error:
-        raise DeviceRejectedError(
-            f"{role.name}: the driver gave {values!r}", hint="a number of each channel is needed"
-        ) from error
-    missing = [name for name in channels if f"{role.name}.{name}" not in found]
-    if missing:
-        raise DeviceRejectedError(f"{role.name}: no value was read of {', '.join(missing)}")
-    return found
+class HeldChannels:
+    """Reads channels of a connected device, with all looked up that stays so meanwhile."""
+
+    def __init__(self, role: Role, channels: Sequence[str], answer_s: float) -> None:
+        """Look up; raise DeviceRejectedError if single values of the device cannot be read."""
+        self._role = role
+        self._channels = channels
+        self._members = tuple((name, f"{role.name}.{name}") for name in channels)
+        self._count = len(set(channels))
+        self._read = role.need(Readable).read  # type: ignore[type-abstract]  # a Protocol
+        self._answer_s = answer_s
+
+    def read(self) -> dict[str, float]:
+        """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
+        values = self._role.call("read", self._read, self._answer_s, self._channels)
+        found = {}
+        try:
+            for name, member in self._members:
+                value = values.get(name, math.nan)
+                if type(value) is not float:  # as of most drivers
+                    value = as_number(value)
+                if math.isfinite(value):
+                    found[member] = value
+        except (DeviceRejectedError, AttributeError) as error:
+            raise DeviceRejectedError(
+                f"{self._role.name}: the driver gave {values!r}",
+                hint="a number of each channel is needed",
+            ) from error
+        if len(found) != self._count:
+            missing = [name for name, member in self._members if member not in found]
+            text = f"{self._role.name}: no value was read of {', '.join(missing)}"
+            raise DeviceRejectedError(text)
+        return found
 
 
 def read_beside(
@@ -69,7 +82,7 @@ def read_beside(
             busy = streamed.get(role.name, ())
             channels = role.device.channels
             wanted = {info.name: info.unit for info in channels if info.name not in busy}
-            values |= read(role, tuple(wanted), answer_s)
+            values |= HeldChannels(role, tuple(wanted), answer_s).read()
             units |= {f"{role.name}.{channel}": unit for channel, unit in wanted.items()}
     return values, units
 

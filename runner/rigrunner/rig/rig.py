@@ -19,8 +19,8 @@ from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.drives import staying_away
 from rigrunner.rig.held import HeldDrive
 from rigrunner.rig.reading import (
+    HeldChannels,
     found_of_stream,
-    read,
     read_beside,
     refuse_unnamed,
     sample_rate_hz,
@@ -70,6 +70,7 @@ class Rig:
         self._patience = patience or Patience()
         self._roles = {name: Role(name, device) for name, device in self.devices.items()}
         self._drives: dict[tuple[str, str], HeldDrive] = {}
+        self._channels: dict[tuple[str, tuple[str, ...]], HeldChannels] = {}
 
     def __enter__(self) -> Self:
         self.connect()
@@ -113,8 +114,23 @@ class Rig:
         needs and `Patience` adds, or for `timeout_s`. `meanwhile` is called again and again while
         a drive that can be asked is on its way; what it raises ends the waiting.
         """
-        held = self._held(role, drive)
-        self._rules.check(held.member, held.allowed, value, self._standing)
+        return self._lead(self._held(role, drive), timeout_s, meanwhile, value)
+
+    def setter(
+        self, role: str, drive: str, timeout_s: float | None, meanwhile: Callable[[], None]
+    ) -> Callable[[float], float]:
+        """Return what sets one drive as `set` does, again and again."""
+        return partial(self._lead, self._held(role, drive), timeout_s, meanwhile)
+
+    def _lead(
+        self,
+        held: HeldDrive,
+        timeout_s: float | None,
+        meanwhile: Callable[[], None],
+        value: float,
+    ) -> float:
+        if self._rules.combinations or not held.least <= value <= held.greatest:
+            self._rules.check(held.member, held.allowed, value, self._standing)
         # where it stands is not known until it is read back
         self._set_points.pop(held.member, None)
         actual = held.move(value, timeout_s, self.clock, meanwhile)
@@ -196,7 +212,16 @@ class Rig:
 
     def read(self, role: str, channels: Sequence[str]) -> dict[str, float]:
         """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
-        return read(self._roles[role], channels, self._patience.answer_s)
+        return self.reader(role, channels)()
+
+    def reader(self, role: str, channels: Sequence[str]) -> Callable[[], dict[str, float]]:
+        """Return what reads them as `read` does, again and again."""
+        wanted = role, tuple(channels)
+        held = self._channels.get(wanted)
+        if held is None:
+            held = HeldChannels(self._roles[role], wanted[1], self._patience.answer_s)
+            self._channels[wanted] = held
+        return held.read
 
     def conditions(
         self, role: str, streamed: Sequence[str]
@@ -259,6 +284,7 @@ class Rig:
         refuse_unnamed(role, identity)
         self._roles[role].look_anew()
         self._drives.clear()
+        self._channels.clear()
         return identity
 
     def _standing(self, member: str) -> float:

@@ -86,7 +86,7 @@ class Role:
                 return function(*arguments)
             return self.caller.call(what, partial(function, *arguments), timeout_s)
         except BaseException as error:
-            self._name(error, what)
+            self.name_error(error, what)
             raise
 
     @contextmanager
@@ -95,10 +95,10 @@ class Role:
         try:
             yield
         except BaseException as error:
-            self._name(error, what)
+            self.name_error(error, what)
             raise
 
-    def _name(self, error: BaseException, what: str) -> None:
+    def name_error(self, error: BaseException, what: str) -> None:
         """Let the error name the role; raise another one for what would end the program.
 
         The errors of Python that say what a DeviceError says become one. A driver that calls

@@ -10,6 +10,7 @@ import struct
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 from time import monotonic
 from typing import TYPE_CHECKING, BinaryIO
 from zlib import crc32
@@ -37,6 +38,7 @@ class Kind(IntEnum):
     EVENT = 2
     TRUTH = 3
     BLOCK = 4
+    ROW = 5
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,12 @@ class Record:
     kind: int
     payload: bytes
     end: int
+
+
+@lru_cache(maxsize=256)
+def _begun_sum(length: int, kind: int) -> int:
+    """Return the checksum of a record up to its payload; most records are as long as another."""
+    return crc32(_pack(length, kind, 0))
 
 
 class JournalWriter:
@@ -70,15 +78,16 @@ class JournalWriter:
     def append(self, kind: Kind, payload: bytes) -> None:
         """Append one record, in one write; the system has it on return."""
         length = len(payload)
-        record = _pack(length, kind, crc32(payload, crc32(_pack(length, kind, 0)))) + payload
+        record = _pack(length, kind, crc32(payload, _begun_sum(length, kind))) + payload
+        length += _HEAD_BYTES
         try:
             written = self._file.write(record)
-            if written != _HEAD_BYTES + length:
+            if written != length:
                 self._write(memoryview(record)[written or 0 :])
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             self._take_back()
             raise
-        self._end += _HEAD_BYTES + length
+        self._end += length
 
     def append_parts(self, kind: Kind, parts: Sequence[bytes | memoryview]) -> None:
         """Append one record whose payload is the parts in order; long ones are not copied."""

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Answer, Outcome, StepEnded, StepStarted
+from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.attempts import last_measured, superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
@@ -24,6 +24,7 @@ from rigrunner.runfile.recordings import (
     read_recording,
     stored_bytes,
 )
+from rigrunner.runfile.rows import Rows
 from rigrunner.runfile.seams import end_of, zeros_in_force
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
@@ -104,12 +105,16 @@ def read_journal(files: RunFolder) -> Journal:
     events: list[Event] = []
     truth: dict[str, dict[str, float]] = {}
     end: int | None = None
+    rows: Rows | None = None
     for record in read_records(files.events):
         end = record.end
         if record.kind == Kind.HEADER:
             headers.append(header_from(record.payload, str(files.events)))
         elif record.kind == Kind.EVENT and (event := event_from(record.payload)):
             events.append(event)
+            rows = Rows(event) if isinstance(event, Scanned) else rows
+        elif record.kind == Kind.ROW and rows is not None:
+            events.append(rows.event_from(record.payload))
         elif record.kind == Kind.TRUTH:
             truth.update([truth_from(record.payload)])
     if not headers:

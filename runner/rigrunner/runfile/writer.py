@@ -17,6 +17,7 @@ from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.journal import JournalWriter, Kind
 from rigrunner.runfile.loose import SampleJournal, read_journal
 from rigrunner.runfile.recordings import Shape
+from rigrunner.runfile.rows import Rows
 from rigrunner.runfile.sealing import fold, seal
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from rigrunner.api.events import EventSink
     from rigrunner.runfile.model import RunHeader, SweepPlot
 
-_EVENT = Kind.EVENT
+_EVENT, _ROW = Kind.EVENT, Kind.ROW
 """Looked up once: in Python 3.11 a member of an enumeration takes as long as a call."""
 
 
@@ -57,6 +58,8 @@ class RunWriter:
         self._started: StepStarted | None = None
         self._is_torn = False
         """Whether a block of the recording is missing: none that follows it is kept."""
+        self._rows: Rows | None = None
+        """Of the scan that goes on, or of the last one."""
         self._failure: DataError | None = None
         self._folding = Folding()
 
@@ -94,7 +97,7 @@ class RunWriter:
         try:
             match event:
                 case Scanned():
-                    self._append_soon(event, at_once=self._sync_measurements)
+                    self._keep_row(event)
                 case StepStarted() | StepEnded() if not event.recording:
                     at_once = self._sync_measurements and _measures(event)
                     self._append_soon(event, at_once=at_once)
@@ -140,12 +143,23 @@ class RunWriter:
         self._events.sync()
 
     def _append_soon(self, event: Event, *, at_once: bool) -> None:
-        """Append an event of which there may be thousands in a second: the disk has it within one.
+        """Append what may come thousands of times in a second: the disk has it within one.
 
         Or `at_once`.
         """
         self._events.append(_EVENT, event_bytes(event))
         if at_once or monotonic() > self._events.sync_due_s:
+            self._events.sync()
+
+    def _keep_row(self, event: Scanned) -> None:
+        """Append a point of a scan, the first one whole, of those that follow the numbers alone."""
+        row = None if self._rows is None else self._rows.bytes_of(event)
+        if row is None:
+            self._append_soon(event, at_once=self._sync_measurements)
+            self._rows = Rows(event)
+            return
+        self._events.append(_ROW, row)
+        if self._sync_measurements or monotonic() > self._events.sync_due_s:
             self._events.sync()
 
     def _begin_recording(self, event: StepStarted) -> None:

@@ -12,12 +12,13 @@ from rigrunner.runfile.journal import JournalWriter
 POINTS = 7
 
 
+@pytest.mark.parametrize("sweep", [False, True])
 @pytest.mark.parametrize("sync", ["each_second", "each_measurement"])
-def test_each_value_is_on_the_disk_when_its_step_is_done(tmp_path, monkeypatch, sync):
+def test_each_value_is_on_the_disk_when_it_is_told(tmp_path, monkeypatch, sync, sweep):
     synced = []
     sync_all = JournalWriter.sync
     monkeypatch.setattr(JournalWriter, "sync", lambda one: (synced.append(one), sync_all(one)))
-    procedure, station = lab_of(tmp_path, POINTS, sync=sync)
+    procedure, station = lab_of(tmp_path, POINTS, sync=sync, sweep=sweep)
     finished = run(procedure, tmp_path / "runs", station=station)
     assert len(read(finished.folder).measurements) == POINTS
     others = 6  # header, make safe of drive and device, end of the run and of its journals
