@@ -7,13 +7,14 @@ import os
 import signal
 import threading
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from rigrunner.api.data import Block
 from rigrunner.api.errors import AbortedError
-from rigrunner.api.events import Note, Outcome, RunEnded, Samples
+from rigrunner.api.events import Note, Outcome, RunEnded, Samples, Scanned
 from rigrunner.engine import Choice, Decision, Interference, Paused, StopNow
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.panel.live.watcher import ANALYST
@@ -230,6 +231,25 @@ def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_
     sizes = [len(each) for each in pipe.sent]
     assert sum(size > 4000 for size in sizes) <= MOST_CURVES + 1
     assert sum(size < 4000 for size in sizes) == 1000
+
+
+def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
+    now_s = iter(np.arange(0.0, 10.0, 0.001))
+    monkeypatch.setattr("rigrunner.panel.process.outbox.monotonic", lambda: next(now_s))
+    pipe = io.BytesIO()
+    outbox = Outbox(Channel(io.BytesIO(), pipe))
+    for point in range(1000):
+        row = {"step": "s", "point": point, "measurement": "m", "setpoints": {}, "values": {}}
+        outbox(Scanned(seq=point, **row, **KNOWN))
+    outbox(Note(seq=1000, step="s", text="t", **KNOWN))
+    outbox.close()
+    told, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
+    with suppress(ChannelClosedError):
+        while True:
+            told.append(channel.receive().event.seq)
+    assert (told[0], told[-2:]) == (0, [999, 1000])
+    assert told == sorted(told)
+    assert len(told) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
 
 
 def test_a_curve_is_what_was_recorded_in_half_the_bytes():

@@ -14,6 +14,7 @@ from rigrunner.api.events import (
     Outcome,
     RunEnded,
     RunStarted,
+    Scanned,
     StepEnded,
     StepStarted,
 )
@@ -147,6 +148,52 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     assert (found.set_frequency_hz, found.set_load_n, found.load_n) == (5.0, 1000.0, 998.0)
     assert found.temperature_c == pytest.approx(23.0)
     assert found.values["t.temperature"].unit == "K"
+
+
+def scan_begun(index):
+    known = {"setpoints": {"t.frequency": 5.0}, "units": {"t.frequency": "Hz", "t.load": "N"}}
+    return event(
+        StepStarted, step=f"main[{index}]", index=index, action="scan", text="Scan", **known
+    )
+
+
+def row(point, load):
+    where = {"t.frequency": 5.0, "t.load": load}
+    known = {"setpoints": where, "values": {"t.load": load - 1, "t.temperature": 300.15}}
+    return event(Scanned, step="main[1]", point=point, measurement="loads", **known)
+
+
+def test_a_scan_shows_each_point_and_how_far_it_is(board):
+    scan = step(1, "").model_copy(update={"scan_points": 4, "action": "scan"})
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    story.take(news.Planned(PlanView(estimated_s=20.0, steps=(step(0, ""), scan)), "", "Title"))
+    units = {"t.frequency": "Hz"}
+    story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
+    story.take(scan_begun(1))
+    logged = board.get("log")
+    for point, load in enumerate((10.0, 20.0, 40.0)):
+        story.take(row(point, load))
+    readings, progress = board.get("readings"), board.get("progress")
+    assert (readings.set_load_n, readings.load_n) == (40.0, 39.0)
+    assert readings.temperature_c == pytest.approx(27.0)
+    assert readings.values["t.load"].unit == "N"
+    assert readings.set_frequency_hz == 5.0
+    assert (progress.scanned, progress.scan_points) == (3, 4)
+    assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
+    assert board.get("log") == logged
+    story.take(scan_begun(1))  # once more: from its first point
+    assert board.get("progress").scanned == 0
+    story.take(ended(1, action="scan"))
+    assert (board.get("progress").scanned, board.get("progress").scan_points) == (0, 0)
+    assert board.get("progress").states == "oo"
+
+
+def test_a_scan_does_not_forget_the_frequency_that_was_measured(board, story):
+    story.take(scan_begun(1))
+    measured = board.get("readings").model_copy(update={"frequency_hz": 5.01})
+    board.put(readings=measured)
+    story.take(row(0, 10.0))
+    assert board.get("readings").frequency_hz == 5.01
 
 
 def test_a_new_job_knows_nothing_of_the_rig_that_an_earlier_one_found(board, story):

@@ -31,8 +31,6 @@ from rigrunner.panel.view.sections import (
 from rigrunner.panel.view.track import Track
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.panel.live.asked import Analysed
     from rigrunner.panel.live.of_news import Links
     from rigrunner.panel.view.board import Board
@@ -47,7 +45,7 @@ class Story:
         self.curves = Curves()
         self.no_load = ""
         self.recording = ""
-        self._units: Mapping[str, str] = {}
+        self._begun: StepStarted | None = None
         self.prompt: news.Asked | None = None
         self.paused = False
         self.is_over = False
@@ -166,8 +164,7 @@ class Story:
             case StepStarted():
                 self._begin(event)
             case Scanned():
-                readings = self._board.get("readings")
-                self._board.put(readings=readings_at(readings, event, self._units))
+                self._scan(event)
                 return
             case StepEnded():
                 self._finish(event)
@@ -180,11 +177,18 @@ class Story:
         self._board.put(alarms=alarms, log=log, progress=self._progress())
 
     def _begin(self, event: StepStarted) -> None:
-        self.recording, self._units = event.recording, event.units
+        self.recording, self._begun = event.recording, event
         if self._track is not None:
             self._track.begin(event.index, event.recording)
             if event.recording and self.job.kind != "manual":
                 self.curves.begin(event.recording, self._track.frequency_hz(event.index))
+
+    def _scan(self, event: Scanned) -> None:
+        if self._track is not None:
+            self._track.scanned(event.point + 1)
+        if self._begun is not None:
+            readings = readings_at(self._board.get("readings"), event, self._begun)
+            self._board.put(readings=readings, progress=self._progress())
 
     def _finish(self, event: StepEnded) -> None:
         self.recording = ""

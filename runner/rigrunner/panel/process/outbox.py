@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import threading
 from queue import SimpleQueue
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.events import Event, Samples
+from rigrunner.api.events import Event, Samples, Scanned
 from rigrunner.panel.process.channel import ChannelClosedError
 from rigrunner.panel.process.news import Curve, Happened
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 MOST_CURVES = 50
 """Blocks that wait for a panel that does not keep up; more are left out. The file has them all."""
 _FLUSH_S = 10.0
+_ROWS_EVERY_S = 0.05
+"""How often a screen is told of a point of a scan: there may be many thousands in a second."""
 
 
 class Outbox:
@@ -27,6 +30,8 @@ class Outbox:
         self._channel = channel
         self._queue: SimpleQueue[object] = SimpleQueue()
         self._curves = 0
+        self._row: Scanned | None = None
+        self._rows_due_s = 0.0
         self._thread = threading.Thread(target=self._work, name="to the panel", daemon=True)
         self._thread.start()
 
@@ -35,12 +40,26 @@ class Outbox:
         self._queue.put(message)
 
     def __call__(self, event: Event) -> None:
-        """Send an event of the run; of samples what a screen can show."""
+        """Send an event of the run; of samples and scans what a screen can show."""
+        if isinstance(event, Scanned):
+            self._scanned(event)
+            return
+        if self._row is not None:
+            self.send(Happened(self._row))
+            self._row = None
         if not isinstance(event, Samples):
             self.send(Happened(event))
         elif self._curves < MOST_CURVES:
             self._curves += 1
             self.send(_curve(event))
+
+    def _scanned(self, row: Scanned) -> None:
+        """Send a point now and then, and the last one before whatever follows."""
+        now_s = monotonic()
+        self._row = row
+        if now_s >= self._rows_due_s:
+            self.send(Happened(row))
+            self._row, self._rows_due_s = None, now_s + _ROWS_EVERY_S
 
     def close(self) -> None:
         """Send what is left."""

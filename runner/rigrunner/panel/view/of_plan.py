@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.panel.view.sections import PlanView, StepView
-from rigrunner.plan.actions import Record
+from rigrunner.plan.actions import Record, Scan
 
 if TYPE_CHECKING:
     from rigrunner.plan import Plan, PlannedStep
@@ -28,4 +28,5 @@ def _step(index: int, step: PlannedStep) -> StepView:
         point=step.points[-1] if step.points else "",
         estimated_s=step.estimated_s,
         frequency_hz=action.cycle_frequency_hz if isinstance(action, Record) else None,
+        scan_points=len(action.values) if isinstance(action, Scan) else 0,
     )

@@ -9,7 +9,7 @@ from rigrunner.panel.view.sections import Reading
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.events import Scanned, StepEnded
+    from rigrunner.api.events import Scanned, StepEnded, StepStarted
     from rigrunner.panel.view.sections import Readings
 
 ICE_K = 273.15
@@ -20,9 +20,10 @@ def readings_after(known: Readings, event: StepEnded) -> Readings:
     return _with(known, event.values, event.units, is_set=event.action in ("set", "ramp"))
 
 
-def readings_at(known: Readings, event: Scanned, units: Mapping[str, str]) -> Readings:
-    """Return the readings at a point of a scan: where the drives were set, and what was read."""
-    return _with(_with(known, event.setpoints, units, is_set=True), event.values, units)
+def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
+    """Return the readings at a point of a scan: where its drive was set, and what was read."""
+    own = {each: value for each, value in event.setpoints.items() if each not in scan.setpoints}
+    return _with(_with(known, own, scan.units, is_set=True), event.values, scan.units)
 
 
 def _with(

@@ -94,6 +94,7 @@ class StepView(Section):
     point: str
     estimated_s: float
     frequency_hz: float | None = None
+    scan_points: int = 0
 
 
 class PlanView(Section):
@@ -114,6 +115,8 @@ class Progress(Section):
     recording: str = ""
     recording_s: float = 0.0
     recording_done_s: float = 0.0
+    scanned: int = 0
+    scan_points: int = 0
 
 
 class Reading(Section):

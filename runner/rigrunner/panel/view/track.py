@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.panel.view.sections import Progress
 
 if TYPE_CHECKING:
-    from rigrunner.panel.view.sections import PlanView
+    from rigrunner.panel.view.sections import PlanView, StepView
 
 TO_COME, RUNNING, DONE, FAILED, SKIPPED = ".", "r", "o", "x", "s"
 _ROUND = 1
@@ -25,6 +25,7 @@ class Track:
         self._began_s = 0.0
         self._recording = ""
         self._recorded_s = 0.0
+        self._scanned = 0
 
     def frequency_hz(self, index: int) -> float | None:
         """Return the set frequency of a step that records a swing."""
@@ -35,7 +36,7 @@ class Track:
         if index < len(self._states):
             self._states[index] = RUNNING
         self._index, self._began_s = index, time.monotonic()
-        self._recording, self._recorded_s = recording, 0.0
+        self._recording, self._recorded_s, self._scanned = recording, 0.0, 0
 
     def end(self, index: int, *, ok: bool) -> None:
         """Take note that a step is over."""
@@ -50,6 +51,10 @@ class Track:
     def recorded(self, seconds: float) -> None:
         """So much of the recording is there."""
         self._recorded_s = seconds
+
+    def scanned(self, points: int) -> None:
+        """So many points of the scan were read."""
+        self._scanned = points
 
     def skip(self) -> None:
         """Leave out what is to come of the set-point that the run is at."""
@@ -73,11 +78,8 @@ class Track:
             for each, state in zip(self._steps, self._states, strict=True)
             if state in (DONE, SKIPPED, FAILED)
         )
-        part_s = self._recorded_s
-        if now_s is not None and not self._recording:
-            part_s = now_s - self._began_s
         if step is not None and running:
-            over_s += min(part_s, step.estimated_s)
+            over_s += min(self._part_s(step, now_s), step.estimated_s)
         return Progress(
             index=self._index,
             states="".join(self._states),
@@ -87,7 +89,17 @@ class Track:
             recording=self._recording if running else "",
             recording_s=step.estimated_s if step is not None and self._recording else 0.0,
             recording_done_s=round(self._recorded_s, _ROUND) if running else 0.0,
+            scanned=self._scanned if running else 0,
+            scan_points=step.scan_points if step is not None and running else 0,
         )
+
+    def _part_s(self, step: StepView, now_s: float | None) -> float:
+        """Return how much of the time of the running step is over."""
+        if step.scan_points:
+            return step.estimated_s * self._scanned / step.scan_points
+        if now_s is not None and not self._recording:
+            return now_s - self._began_s
+        return self._recorded_s
 
     def _is(self, index: int, state: str) -> bool:
         return 0 <= index < len(self._states) and self._states[index] == state

@@ -66,7 +66,9 @@ export function stepList() {
       }
       mark(progress.states);
       bar.value = progress.estimated_s ? Math.min(progress.done_s / (progress.done_s + progress.left_s || 1), 1) : 0;
-      setText(left, t("steps.left", { time: duration(progress.left_s) }));
+      const time = t("steps.left", { time: duration(progress.left_s) });
+      const { scanned, scan_points: points } = progress;
+      setText(left, points ? t("steps.point", { number: scanned, points, time }) : time);
     },
   };
 }
