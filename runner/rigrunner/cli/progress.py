@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import contextmanager, nullcontext
+from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.events import (
@@ -14,6 +15,7 @@ from rigrunner.api.events import (
     Outcome,
     RunEnded,
     RunStarted,
+    Scanned,
     StepStarted,
 )
 from rigrunner.cli.durations import steps_text
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
+_DRAWN_EVERY_S = 0.1
 LINES = 10
 """Of a part of the analysis, where there is no terminal to draw a bar on."""
 
@@ -95,6 +98,8 @@ class BarProgress:
         self._analyses: dict[str, TaskID] = {}
         self._began_s = 0.0
         self._estimated_s = 0.0
+        self._text = ""
+        self._due_s = 0.0
 
     def shown(self) -> Progress:
         """Return the context in which the bar is on the screen."""
@@ -123,7 +128,10 @@ class BarProgress:
             case RunEnded():
                 self._end(event)
             case StepStarted():
-                self._advance(event.monotonic_s, printable(event.text))
+                self._text = printable(event.text)
+                self._advance(event.monotonic_s, self._text)
+            case Scanned():
+                self._scanned(event)
             case Alarm() | Intervention() | Note():
                 _tell(event)
             case _:
@@ -137,6 +145,12 @@ class BarProgress:
         completed = event.outcome is Outcome.COMPLETED
         end_s = self._began_s + self._estimated_s if completed else event.monotonic_s
         self._advance(end_s, f"{event.outcome}")
+
+    def _scanned(self, event: Scanned) -> None:
+        """Tell of a point as often as the bar is drawn: there may be thousands in a second."""
+        if (now_s := monotonic()) >= self._due_s:
+            self._due_s = now_s + _DRAWN_EVERY_S
+            self._advance(event.monotonic_s, f"point {event.point + 1}: {self._text}")
 
     def _advance(self, monotonic_s: float, step: str | None = None) -> None:
         if self._task is None:

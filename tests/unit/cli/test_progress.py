@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from rigrunner.api.events import Alarm, Outcome, RunEnded, RunStarted, StepStarted
+from rigrunner.api.events import Alarm, Outcome, RunEnded, RunStarted, Scanned, StepStarted
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.progress import shown_progress
 
@@ -51,6 +51,18 @@ def test_a_terminal_gets_a_bar_that_fills_only_if_the_run_completes(monkeypatch,
     last = [line for line in shown.splitlines() if "%" in line][-1]
     assert percent in last
     assert str(outcome) in last
+
+
+def test_of_a_quick_scan_a_terminal_is_told_a_point_now_and_then(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    known = {"step": "main[0]", "measurement": "m", "setpoints": {}, "values": {}}
+    rows = [Scanned(monotonic_s=151.0, point=point, **known, **WHEN) for point in range(500)]
+    now_s = iter(range(1000))
+    monkeypatch.setattr("rigrunner.cli.progress.monotonic", lambda: next(now_s) / 1024)
+    shown = show([STARTED, STEP, *rows], Terminal(), monkeypatch)
+    last = [line for line in shown.splitlines() if "point" in line][-1]
+    assert "point 413: set load to 1000 N" in last  # it is told each tenth of a second
+    assert show([STARTED, STEP, *rows], io.StringIO(), monkeypatch).count("\n") == 2
 
 
 def test_an_alarm_is_shown_on_a_terminal_too(monkeypatch):
