@@ -44,10 +44,10 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
                     remarks = judge(limits, values)
                     break
         except (DeviceError, DataError) as error:
-            error.message = f"at {_where(action, point)}: {error.message}"
+            error.message = f"at {where_at(action, point)}: {error.message}"
             raise
         for text in remarks:
-            emit(Note, step=path, text=f"at {_where(action, point)}: {text}")
+            emit(Note, step=path, text=f"at {where_at(action, point)}: {text}")
         row = {
             "seq": 0,
             "monotonic_s": 0.0,
@@ -62,7 +62,7 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
     return Measured(values, action.units, NONE)
 
 
-def _where(action: Scan, point: int) -> str:
+def where_at(action: Scan, point: int) -> str:
     """Return 'press.load 20 N (point 2 of 10)'."""
     unit, number = action.units[action.member], f"point {point + 1} of {len(action.values)}"
     return f"{action.member} {action.values[point]:g} {unit} ({number})"

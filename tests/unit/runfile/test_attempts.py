@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import pytest
 
 from helpers_runfile import (
@@ -13,7 +14,7 @@ from helpers_runfile import (
     send_samples,
     start_recording,
 )
-from rigrunner.api.events import Outcome, RunEnded, RunStarted, StepEnded
+from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
 from rigrunner.runfile import RunWriter, read, seal
 
 
@@ -78,3 +79,108 @@ def test_other_steps_of_the_same_name_do_not_replace_each_other(tmp_path):
             send_samples(emit, one, 1000)
             end_recording(emit, one, index)
     assert list(read(tmp_path / "run").info.recording_names) == ["0", "1"]
+
+
+SCAN = {"step": "main[0].scan", "index": 3}
+LOADS = (10.0, 20.0, 30.0)
+UNITS = {"tester.load": "N", "tester.torque": "N·m", "tester.frequency": "Hz"}
+
+
+def scanned(emit, *, points=3, begun=True, ok=None, by=0.0):
+    """Tell of a scan, or of the beginning of one; `ok`: how it ended, if it did."""
+    if begun:
+        emit(StepStarted, **SCAN, action="scan", text="Scan", units=UNITS)
+    for point, load in enumerate(LOADS[:points]):
+        emit(
+            Scanned, step=SCAN["step"], point=point, measurement="friction",
+            setpoints={"tester.frequency": 2.0, "tester.load": load},
+            values={"tester.torque": load / 1000 + by},
+        )  # fmt: skip
+    if ok is not None:
+        emit(StepEnded, **SCAN, action="scan", ok=ok)
+
+
+def of_scans(folder, *attempts, over=True):
+    with RunWriter(folder, header_of(folder.name)) as writer:
+        emit = emitter_of(writer)
+        emit(RunStarted, run_id=folder.name, steps=1, estimated_s=1.0)
+        for number, attempt in enumerate(attempts):
+            scanned(emit, by=float(number), **attempt)
+        if over:
+            emit(RunEnded, outcome=Outcome.COMPLETED)
+    return folder
+
+
+def torques(run):
+    return [one.values["tester.torque"] for one in run.measurements]
+
+
+@pytest.mark.parametrize(
+    ("attempts", "counts"),
+    [
+        ([{"ok": True}], [0.01, 0.02, 0.03]),
+        ([{"ok": False, "points": 2}, {"ok": True}], [1.01, 1.02, 1.03]),
+        ([{"ok": True}, {"ok": True}], [1.01, 1.02, 1.03]),
+        ([{"ok": True}, {"ok": False, "points": 1}], [0.01, 0.02, 0.03]),
+        ([{"ok": True}, {"points": 2}], [0.01, 0.02, 0.03]),
+        ([{"ok": False}, {"ok": False, "points": 2}], [1.01, 1.02]),
+        ([{"points": 2}], [0.01, 0.02]),
+        ([{"ok": False, "points": 2}, {"points": 0}], []),
+    ],
+)
+def test_the_last_completed_attempt_of_a_scan_counts_the_same_sealed_or_not(
+    tmp_path, attempts, counts
+):
+    folder = of_scans(tmp_path / "run", *attempts)
+    before = read(folder)
+    seal(folder)
+    after = read(folder)
+    assert torques(before) == torques(after) == pytest.approx(counts)
+    assert before.digest == after.digest
+    assert before.measurements == after.measurements
+    with h5py.File(folder / "run.h5") as file:
+        tables = file["entry/measurements"]
+        assert list(tables) == (["friction"] if counts else [])
+        if counts:
+            values = tables["friction/values/tester_torque"]
+            assert list(values[()]) == pytest.approx(counts)
+            assert values.attrs["units"] == "N·m"
+            loads = tables["friction/setpoints/tester_load"][()]
+            assert list(loads) == list(LOADS[: len(counts)])
+            times = [each.decode() for each in tables["friction/utc"][()]]
+            assert times == [one.utc for one in after.measurements]
+
+
+def test_a_scan_that_was_killed_keeps_the_points_that_were_told(tmp_path):
+    folder = of_scans(tmp_path / "run", {"points": 2}, over=False)
+    run = read(folder)
+    assert torques(run) == pytest.approx([0.01, 0.02])
+    assert run.measurements[0].units == UNITS
+
+
+def test_each_value_of_a_scan_is_in_the_digest(tmp_path):
+    digests = {
+        read(of_scans(tmp_path / name, *attempts)).digest
+        for name, attempts in {
+            "whole": [{"ok": True}],
+            "less": [{"points": 2, "ok": True}],
+            "other": [{"ok": False}, {"ok": True}],
+        }.items()
+    }
+    assert len(digests) == 3
+
+
+def test_a_scan_is_as_many_measurements_of_the_same_values(tmp_path):
+    """The digest is that of what was measured, not of the step that did so."""
+    with RunWriter(tmp_path / "run", header_of("run")) as writer:
+        emit = emitter_of(writer)
+        for number, load in enumerate(LOADS):
+            emit(
+                StepEnded, step=f"main[{number}]", index=number, action="measure", ok=True,
+                measurement="friction", units=UNITS,
+                setpoints={"tester.frequency": 2.0, "tester.load": load},
+                values={"tester.torque": load / 1000},
+            )  # fmt: skip
+    one_by_one = read(tmp_path / "run")
+    scan = read(of_scans(tmp_path / "scan", {"ok": True}))
+    assert one_by_one.digest == scan.digest

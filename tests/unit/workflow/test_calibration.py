@@ -14,6 +14,7 @@ from rigrunner.engine import UnattendedAnswers
 from rigrunner.runfile import read
 from rigrunner.workflow.calibration import calibration_findings, entering_channels
 from rigrunner.workflow.inputs import answer_inputs
+from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.overrides import overrides_for
 from rigrunner.workflow.record import execute
 
@@ -97,6 +98,35 @@ def test_what_a_calibration_lacks(tmp_path, case):
     assert finding.problem.field == field
     assert finding.problem.location.file == str(tmp_path / "station.yaml")
     assert "or start with --override" in finding.problem.hint
+
+
+def scanning(over, channels):
+    scan = f"main:\n  - scan: {{set: tester.load, over: {over}, channels: {channels}}}\n"
+    return "\nmain:\n", f"\n{scan}"
+
+
+@pytest.mark.parametrize(
+    ("over", "beyond"),
+    [("[200 N, 50 N, 5 kN]", "50 N"), ("[200 N, 0 N, 2 kN]", ""), ("[99 N]", "99 N")],
+)
+def test_each_set_point_of_a_scan_is_held_against_the_range(tmp_path, over, beyond):
+    station = bench(tmp_path, ("{seed: 1}", "{seed: 1, max_load: 5 kN}"))
+    change = scanning(over, "[tester.temperature]")
+    found = calibration_findings(planned(tmp_path, station, "starting_torque_1000n", change))
+    told = f"(tester.load) is calibrated from 100 N to 5 kN, but tester.load is set to {beyond}"
+    assert [told in each.problem.message for each in found] == [True] * bool(beyond)
+
+
+def test_what_a_scan_reads_enters_a_result_that_is_not_analysed(tmp_path):
+    analysed = planned(tmp_path, bench(tmp_path))
+    text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
+    nothing = (text[text.index("\nanalysis:") :], "\n")
+    scan = scanning("[1 kN]", "[tester.load, tester.temperature]")
+    plain = planned(tmp_path, bench(tmp_path), "starting_torque_1000n", scan, nothing)
+    assert "tester.temperature" in entering_channels(plain)
+    assert "tester.temperature" not in entering_channels(analysed)
+    (finding,) = calibration_findings(plain)
+    assert "there is no instrument for tester.temperature" in finding.problem.message
 
 
 def test_an_instrument_of_a_trial_needs_no_calibration(tmp_path):

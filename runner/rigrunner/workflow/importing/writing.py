@@ -24,6 +24,7 @@ from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.found import Measured
 from rigrunner.engine.limits import judge
+from rigrunner.engine.scanning import where_at
 from rigrunner.plan.actions import Measure, Record, Scan, Zero
 from rigrunner.workflow.importing.columns import Wanted, fault, read_part
 from rigrunner.workflow.importing.mapping import ColumnSpec
@@ -149,7 +150,7 @@ class _Import:
         for point, value in enumerate(action.values):
             values, remarks = self._stated(action.limits)
             for text in remarks:
-                self._emit(Note, at, step=f"{step.path}[{point}]", text=text)
+                self._emit(Note, at, step=step.path, text=f"at {where_at(action, point)}: {text}")
             where = {"step": step.path, "point": point, "measurement": action.name}
             setpoints = {**action.setpoints, action.member: value}
             self._emit(Scanned, at, **where, setpoints=setpoints, values=values)
@@ -181,6 +182,9 @@ class _Import:
         samples = {member: read.columns[member] for member in members}
         self._require_length(step, action, entry, len(samples[members[0]]) / read.rate_hz)
         values, units = _conditions(conditions, read)
+        if unstated := [each.member for each in step.terms.limits if each.member not in values]:
+            message = f"{unstated[0]} is not stated, and the procedure has limits for it"
+            raise fault(self._checked.mapping, at, message, "state it under 'conditions'")
         started = self._start_of(entry, at, read)
         ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
         found = Measured(values, {**action.units, **units}, {})

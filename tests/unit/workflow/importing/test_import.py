@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from helpers_cli import call
+from rigrunner.api.events import Note, Scanned
 from rigrunner.registry import load_registry
 from rigrunner.runfile import is_going_on, read
 from rigrunner.workflow.importing import run as importing
@@ -410,6 +411,78 @@ def test_values_that_are_not_the_procedure_s_are_told(lab, old, new, told):
     (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
     bring_in(lab, MEASURES, file="short.yaml")
     called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"), (old, new))
+    assert told in called.err
+    assert called.code in (3, 5)
+
+
+def test_a_condition_that_the_procedure_limits_has_to_be_stated(lab):
+    limits = ", limits: {tester.oil: {max: 41 °C}}}}]"
+    bring_in(lab, ("cycles: 10}}]", f"cycles: 10{limits}"), file="short.yaml")
+    assert bring_in(lab).code == 0
+    called = bring_in(lab, ("tester.oil: 40 °C, ", ""))
+    assert called.code == 3
+    assert "map.yaml:17:5: error: recordings[0]: tester.oil is not stated, and the" in called.err
+    too_hot = bring_in(lab, ("{tester.force: {col", "{tester.oil: 42 °C, tester.force: {col"))
+    assert "tester.oil is 42 °C, allowed is 41 °C or less" in too_hot.err
+
+
+SCANS = (
+    "main:\n",
+    """main:
+  - scan:
+      set: tester.load
+      over: [100 N, 200 N, 300 N]
+      channels: [tester.torque]
+      name: held
+      limits: {tester.torque: {max: 5 N·m, marginal: 2 N·m}}
+  - measure: {channels: [tester.torque], name: after}
+""",
+)
+STATED = """\
+measurements:
+  - {name: held, values: {tester.torque: 415 mN·m}}
+  - {name: held, values: {tester.torque: 4.5 N·m}}
+  - {name: held, values: {tester.torque: 617 mN·m}}
+  - {name: after, values: {tester.torque: 7 N·m}}
+"""
+
+
+def bring_scan_in(lab, *changes):
+    bring_in(lab, SCANS, file="short.yaml")
+    return bring_in(lab, ("recordings:\n", f"{STATED}recordings:\n"), *changes)
+
+
+def test_each_point_of_a_scan_is_stated(lab):
+    called = bring_scan_in(lab)
+    assert called.code == 0, called.err
+    run = imported(lab)
+    assert [
+        (one.name, one.setpoints["tester.load"], round(one.values["tester.torque"], 9))
+        for one in run.measurements
+    ] == [("held", 100.0, 0.415), ("held", 200.0, 4.5), ("held", 300.0, 0.617), ("after", 300, 7)]
+    assert run.measurements[0].units == {"tester.load": "N", "tester.torque": "N·m"}
+    (near,) = [one for one in run.events if isinstance(one, Note) and "marginal" in one.text]
+    assert near.step == "main[0].scan"
+    assert near.text.startswith("at tester.load 200 N (point 2 of 3): tester.torque is 4.5 N·m")
+    scanned = [one.point for one in run.events if isinstance(one, Scanned)]
+    assert scanned == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "told"),
+    [
+        (3, "", "measurements[2].name: the procedure measures 'held' here"),
+        (4, "", "what was measured is missing: 'after' of tester.torque"),
+        (2, "  - {name: held, values: {tester.torque: 5.5 N·m}}\n",
+         "measurements[1].values: tester.torque is 5.5 N·m, allowed is 5 N·m or less"),
+        (1, "  - {name: held, values: {tester.load: 5.5 N}}\n",
+         "the procedure measures here: tester.torque"),
+        (4, STATED[14:], "the procedure measures nothing"),
+    ],
+)  # fmt: skip
+def test_points_that_are_not_the_scan_s_are_told(lab, line, instead, told):
+    was = STATED.splitlines(keepends=True)[line]
+    called = bring_scan_in(lab, (was, instead))
     assert told in called.err
     assert called.code in (3, 5)
 
