@@ -8,7 +8,7 @@ import numpy as np
 
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError
-from rigrunner.signal.blocks import blocks
+from rigrunner.signal.blocks import limits
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -64,7 +64,7 @@ def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
 def finite(recording: Recording, name: str) -> Samples:
     """Return the samples of a channel, shape (n,); raise DataError if one is no finite number."""
     values = recording.channels[name]
-    if not all(np.isfinite(part).all() for _, part in blocks(values)):
+    if len(values) and not np.isfinite(limits(values)).all():
         raise DataError(f"recording {recording.name}, {name}: a sample is not a finite number")
     return values
 

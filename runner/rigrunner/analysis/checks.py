@@ -13,7 +13,7 @@ from rigrunner.analysis.motion_checks import SEEN, motion_check, seen_frequency_
 from rigrunner.api.analysis import Check, MotionSource, StartPoint, SwingPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
-from rigrunner.signal.held import longest_held
+from rigrunner.signal.held import longest_at, longest_held
 from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
@@ -214,21 +214,8 @@ def _unsteady(point: SwingPoint) -> tuple[float, str]:
 
 def _clipped(recording: Recording, run: RunData) -> tuple[float, str]:
     torque = recording.channels[torque_channel(recording, run.instruments)]
-    equal = max(_longest_run(torque, extreme) for extreme in limits(torque))
+    equal = longest_at(torque, limits(torque))
     return equal, f"{recording.name} has {equal} equal samples at its extreme"
-
-
-def _longest_run(torque: Samples, extreme: float) -> int:
-    """Return how many samples in a row are equal to the extreme, at most."""
-    longest = going_on = 0
-    for _, part in blocks(torque):
-        other = np.flatnonzero(part != extreme)
-        if len(other) == 0:
-            going_on += len(part)
-            continue
-        longest = max(longest, going_on + int(other[0]), int(np.diff(other, prepend=-1).max()) - 1)
-        going_on = len(part) - 1 - int(other[-1])
-    return max(longest, going_on)
 
 
 def _stuck(point: PeakPoint, run: RunData) -> tuple[float, str]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.blocks import BLOCK
+from rigrunner.signal.blocks import STEP
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,9 +35,9 @@ def extremes(values: Samples, edges: IntArray) -> tuple[Array, Array]:
     within = starts % CACHED
     pieces = np.append(np.searchsorted(starts, cuts), len(starts))
     for k, at in enumerate(cuts.tolist()):
-        if at % BLOCK == 0:
-            block = values[first + at : first + min(at + BLOCK, count)]
-        cached, mine = block[at % BLOCK :][:CACHED], slice(pieces[k], pieces[k + 1])
+        if at % STEP == 0:
+            block = values[first + at : first + min(at + STEP, count)]
+        cached, mine = block[at % STEP :][:CACHED], slice(pieces[k], pieces[k + 1])
         np.minimum.reduceat(cached, within[mine], out=least[mine])
         np.maximum.reduceat(cached, within[mine], out=greatest[mine])
     own = np.searchsorted(starts, edges[:-1] - first)

@@ -9,12 +9,16 @@ import numpy as np
 from rigrunner.signal.blocks import blocks
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from numpy.typing import NDArray
 
-    from rigrunner.api.data import Samples
+    from rigrunner.api.data import Array, Samples
+
+    IntArray = NDArray[np.intp]
 
 
-def longest_held(values: Samples, parts: int) -> NDArray[np.intp]:
+def longest_held(values: Samples, parts: int) -> IntArray:
     """Return the longest run of equal samples that begins in each part, shape (parts,).
 
     Of values (n,) cut into that many equal parts, 1 to n. A run that goes on into the next part
@@ -22,22 +26,33 @@ def longest_held(values: Samples, parts: int) -> NDArray[np.intp]:
     """
     size = len(values) / parts
     longest = np.ones(parts, np.intp)
-    begins, lengths = _runs(values)
-    part = np.minimum(begins / size, parts - 1).astype(np.intp)
-    np.maximum.at(longest, part, lengths)
+    for begins, lengths, _ in _runs(values):
+        part = np.minimum(begins / size, parts - 1).astype(np.intp)
+        np.maximum.at(longest, part, lengths)
     return longest
 
 
-def _runs(values: Samples) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return where samples equal to their predecessor begin to follow each other, and how many."""
-    same = [np.empty(0, np.intp)]
-    last = np.empty(0)
+def longest_at(values: Samples, levels: Sequence[float]) -> int:
+    """Return how many samples in a row have one of these values, at most; each has to occur."""
+    runs = ((lengths, np.isin(held, levels)) for _, lengths, held in _runs(values))
+    return max(int(lengths[mine].max(initial=1)) for lengths, mine in runs)
+
+
+def _runs(values: Samples) -> Iterator[tuple[IntArray, IntArray, Array]]:
+    """Yield where two samples or more are equal, how many they are, and their value, by blocks.
+
+    A run that goes on into the next block is there again, as long as it is by then.
+    """
+    last, began, so_far = np.empty(0), 0, 1
     for at, part in blocks(values):
         joined = np.concatenate([last, part])
-        same.append(at - len(last) + np.flatnonzero(joined[1:] == joined[:-1]))
+        same = np.flatnonzero(joined[1:] == joined[:-1])
+        first = np.flatnonzero(np.diff(same, prepend=-2) > 1)
+        begins = same[first] + (at - len(last))
+        lengths = np.diff(first, append=len(same)) + 1
+        if len(last) and len(same) and same[0] == 0:
+            begins[0], lengths[0] = began, so_far + lengths[0] - 1
+        yield begins, lengths, joined[same[first]]
+        goes_on = len(same) and same[-1] == len(joined) - 2
+        began, so_far = (begins[-1], lengths[-1]) if goes_on else (at + len(part) - 1, 1)
         last = part[-1:]
-    repeats = np.concatenate(same)
-    if not len(repeats):
-        return repeats, repeats
-    first = np.flatnonzero(np.diff(repeats, prepend=-2) > 1)
-    return repeats[first], np.diff(first, append=len(repeats)) + 1

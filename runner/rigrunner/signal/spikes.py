@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
 
-from rigrunner.signal.blocks import BLOCK
+from rigrunner.signal.blocks import BLOCK, steps
 from rigrunner.signal.order import Bracket, median, middle
 
 if TYPE_CHECKING:
@@ -163,8 +163,7 @@ class _Stretch:
 
 def _stretches(values: Samples, half: int) -> Iterator[_Stretch]:
     """Yield all samples block by block; the first and the last one stand for what is beyond."""
-    for first in range(0, len(values), BLOCK):
-        end = min(first + BLOCK, len(values))
+    for first, end in steps(values):
         begin, behind = max(first - half, 0), min(end + half, len(values))
         missing = (half - (first - begin), half - (behind - end))
         around = np.pad(values[begin:behind], missing, mode="edge")

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigrunner.signal import blocks
-from rigrunner.signal.held import longest_held
+from benchmarks.frame import allocated_peak
+from helpers_long import short_blocks
+from rigrunner.signal.held import longest_at, longest_held
 
 
 def by_hand(values, parts):
@@ -30,6 +31,16 @@ def by_hand(values, parts):
 def test_runs_of_equal_samples(block, values, parts):
     parts = min(parts, len(values))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(blocks, "BLOCK", block)
+        short_blocks(patch, block)
         found = longest_held(np.array(values), parts)
+        ends = longest_at(np.array(values), [min(values), max(values)])
     assert found.tolist() == by_hand(values, parts)
+    extremes = min(values), max(values)
+    assert ends == max(len([*run]) for each, run in groupby(values) if each in extremes)
+
+
+def test_memory_does_not_grow_with_what_is_held(monkeypatch):
+    short_blocks(monkeypatch, 10_000)
+    still = np.zeros(1_000_000)
+    assert allocated_peak(lambda: longest_held(still, 7)) < 20 * 10_000 * 8
+    assert longest_held(still, 7).tolist() == [1_000_000, *[1] * 6]
