@@ -32,6 +32,7 @@ from rigrunner.runfile.measurements import (
 )
 from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.recordings import read_recording, stored_bytes
+from rigrunner.runfile.scratch import Scratch
 from rigrunner.runfile.seams import parts_of, zeros_in_force
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
@@ -163,12 +164,12 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run whole, with the no-load run that is embedded in it."""
     events = _read_events(entry)
-    small = _samples_fit(entry)
+    scratch = None if _samples_fit(entry) else Scratch()
     return StoredRun(
         info=_read_info(entry, path, events),
-        recordings=_read_all(entry, "recordings", in_memory=small),
-        incomplete=_read_all(entry, "incomplete", in_memory=small),
-        superseded=_read_all(entry, SUPERSEDED, in_memory=small),
+        recordings=_read_all(entry, "recordings", scratch),
+        incomplete=_read_all(entry, "incomplete", scratch),
+        superseded=_read_all(entry, SUPERSEDED, scratch),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events),
         measurements=last_measured(events),
@@ -190,8 +191,8 @@ def _samples_fit(entry: h5py.Group) -> bool:
     return sum(stored_bytes(_groups(entry, kind)) for kind in kinds) <= IN_MEMORY
 
 
-def _read_all(entry: h5py.Group, kind: str, *, in_memory: bool) -> tuple[Recording, ...]:
-    return tuple(read_recording(each, in_memory=in_memory) for each in _groups(entry, kind))
+def _read_all(entry: h5py.Group, kind: str, scratch: Scratch | None) -> tuple[Recording, ...]:
+    return tuple(read_recording(each, scratch) for each in _groups(entry, kind))
 
 
 def _groups(entry: h5py.Group, kind: str) -> list[h5py.Group]:

@@ -80,7 +80,7 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         with h5py.File(path, "r") as file:
             yield file
     except FileNotFoundError as error:
-        raise DataError(f"there is no file {path}") from error
+        raise there_is_none(path) from error
     except BlockingIOError as error:
         raise DataError(
             f"{path} is locked: another program has it open", hint="close it there"
@@ -94,6 +94,11 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         ) from error
     except _NO_RUN as error:
         raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error
+
+
+def there_is_none(path: Path) -> DataError:
+    """Return the error of a file that is not there."""
+    return DataError(f"there is no file {path}")
 
 
 def must_not_be_read(path: Path) -> DataError:

@@ -25,6 +25,7 @@ from rigrunner.runfile.recordings import (
     stored_bytes,
 )
 from rigrunner.runfile.rows import Rows
+from rigrunner.runfile.scratch import Scratch
 from rigrunner.runfile.seams import end_of, zeros_in_force
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
@@ -190,7 +191,7 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
         facts = samples.facts(journal.events)
         return facts, *assemble(facts, samples.blocks())
 
-    read_part = partial(_read_part, in_memory=_samples_fit(files))
+    read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
     found = list(_each(files, read_part, read_samples)) if samples else []
     replaced = superseded(journal.events)
     complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
@@ -262,9 +263,9 @@ def _samples_fit(files: RunFolder) -> bool:
     return held <= IN_MEMORY
 
 
-def _read_part(path: Path, *, in_memory: bool) -> tuple[RecordingFacts, Recording, str]:
+def _read_part(path: Path, scratch: Scratch | None) -> tuple[RecordingFacts, Recording, str]:
     with _opened(path) as group:
-        recording = read_recording(group, in_memory=in_memory)
+        recording = read_recording(group, scratch)
         return read_facts(group), recording, str(group.attrs["sha256"])
 
 

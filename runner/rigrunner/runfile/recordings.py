@@ -13,7 +13,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.runfile.digest import RecordingDigest
 from rigrunner.runfile.hdf5 import free_name, read_values, write_values
 from rigrunner.runfile.stored_samples import StoredSamples
-from rigrunner.signal.blocks import blocks
+from rigrunner.signal.blocks import blocks, limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Samples
     from rigrunner.api.events import StepEnded, StepStarted
+    from rigrunner.runfile.scratch import Scratch
 
 _CHUNK = 16_384
 _FILTERS = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
@@ -146,29 +147,36 @@ def stored_bytes(groups: Iterable[h5py.Group]) -> int:
     return sum(column.nbytes for group in groups for column in _columns(group).values())
 
 
-def read_recording(group: h5py.Group, *, in_memory: bool = True) -> Recording:
+def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recording:
     """Read a recording; raise DataError if it is not what was digested when it was written.
 
-    With `in_memory` false its samples stay in the file, and are read by slices.
+    With a `scratch` its samples stay in the file, and are unpacked by slices.
     """
     columns = _columns(group)
     facts = _facts(group, columns)
     channels: dict[str, Samples] = {}
     digest = facts.digest()
     for name, column in columns.items():
-        if in_memory:
+        if scratch is None:
             channels[name] = values = np.asarray(column[()], np.float64)
             digest.update({name: values})
         else:
-            channels[name] = StoredSamples.of(column, Path(group.file.filename))
-            for _, part in blocks(column):
-                digest.update({name: part})
+            parts = _digested(column, name, digest)
+            limits = limits_of(parts) if len(column) else None
+            channels[name] = StoredSamples.of(column, Path(group.file.filename), limits, scratch)
     if digest.hexdigest() != group.attrs["sha256"]:
         raise DataError(
             f"{group.file.filename}: recording '{facts.name}' is not what was recorded:"
             " its SHA-256 does not match"
         )
     return facts.recording(channels)
+
+
+def _digested(column: h5py.Dataset, name: str, digest: RecordingDigest) -> Iterator[Array]:
+    """Yield the samples of a column in parts, each of which is digested."""
+    for _, part in blocks(column):
+        digest.update({name: part})
+        yield part
 
 
 def assemble(facts: RecordingFacts, blocks: Iterable[Block]) -> tuple[Recording, str]:

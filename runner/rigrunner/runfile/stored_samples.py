@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.hdf5 import open_file
+from rigrunner.runfile.hdf5 import open_file, there_is_none
+from rigrunner.runfile.scratch import PIECE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     import h5py
 
     from rigrunner.api.data import Array
+    from rigrunner.runfile.scratch import Scratch
 
 IN_MEMORY = 1 << 26
 """Bytes of a run's samples up to which they are read at once."""
@@ -23,9 +25,10 @@ IN_MEMORY = 1 << 26
 
 @dataclass(frozen=True, eq=False)
 class StoredSamples:
-    """One channel of a recording in a file, shape (samples,). Every slice opens the file again.
+    """One channel of a recording in a file, shape (samples,), that is unpacked as it is asked for.
 
-    Raises DataError where the file can no longer be read, or is another one than it was.
+    What was unpacked is kept on disk, as far as there is room. Every slice looks at the file again:
+    raises DataError where the file can no longer be read, or is another one than it was.
     """
 
     path: Path
@@ -33,11 +36,19 @@ class StoredSamples:
     samples: int
     state: tuple[int, int]
     """The file's size and the time of its last change, in ns: a sealed file keeps both."""
+    limits: tuple[float, float] | None
+    """The least and the greatest; not a number where a sample is none, None without samples."""
+    scratch: Scratch
+    piece: int
+    """Its first one in the scratch file."""
 
     @classmethod
-    def of(cls, column: h5py.Dataset, path: Path) -> StoredSamples:
+    def of(
+        cls, column: h5py.Dataset, path: Path, limits: tuple[float, float] | None, scratch: Scratch
+    ) -> StoredSamples:
         """Return the samples of a dataset in an open file."""
-        return cls(path, str(column.name), len(column), _state(path))
+        piece = scratch.room(len(column))
+        return cls(path, str(column.name), len(column), _state(path), limits, scratch, piece)
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -45,14 +56,37 @@ class StoredSamples:
 
     def __getitem__(self, which: slice, /) -> Array:
         """Return those from one index to another, in memory."""
-        with open_file(self.path) as file:
-            if _state(self.path) != self.state:
-                raise DataError(f"{self.path} was changed while it was read")
-            return np.asarray(file[self.place][which], np.float64)
+        begin, end, step = which.indices(self.samples)
+        if step != 1 or end <= begin:
+            return self._unpacked(which)
+        first, last = begin // PIECE, -(-end // PIECE)
+        return self._pieces(first, last)[begin - first * PIECE : end - first * PIECE]
 
     def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
-        """Return all of them, in memory."""
-        return self[:]
+        """Return all of them, in memory, where whoever asks has them from now on."""
+        return self._unpacked(slice(None))
+
+    def _pieces(self, first: int, last: int) -> Array:
+        found = self.scratch.read(self.piece + first, last - first)
+        if found is not None:
+            self._refuse_changed()
+            return found
+        unpacked = self._unpacked(slice(first * PIECE, last * PIECE))
+        self.scratch.keep(self.piece + first, unpacked)
+        return unpacked
+
+    def _unpacked(self, which: slice) -> Array:
+        with open_file(self.path) as file:
+            self._refuse_changed()
+            return np.asarray(file[self.place][which], np.float64)
+
+    def _refuse_changed(self) -> None:
+        try:
+            state = _state(self.path)
+        except FileNotFoundError as error:
+            raise there_is_none(self.path) from error
+        if state != self.state:
+            raise DataError(f"{self.path} was changed while it was read")
 
 
 def _state(path: Path) -> tuple[int, int]:

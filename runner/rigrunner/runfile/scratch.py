@@ -1,0 +1,97 @@
+"""Samples that were unpacked once, kept on disk for the next time that they are asked for.
+
+An analysis goes over its channels some twenty times, and to unpack them takes ten times as long as
+to read them. The file is in the system's folder for such (`TMPDIR`), has no name, and is gone with
+its process, however that ends. Nothing depends on it: what is not there is unpacked again.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import weakref
+from threading import Lock
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from io import FileIO
+
+    from rigrunner.api.data import Array
+
+PIECE = 1 << 14
+"""Samples that are kept together: a chunk of a run file."""
+_BYTES = 8 * PIECE
+SHARE = 0.5
+"""Of what was free on the disk at first: that much is left to others."""
+
+
+class Scratch:
+    """Unpacked samples of one run, in pieces of one file. None is opened before it is needed."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._pieces = 0
+        self._sums: dict[int, int] = {}
+        """Of each piece that is kept: what a disk may have lost is not taken for samples."""
+        self._file: FileIO | None = None
+        self._reserve_bytes = 0.0
+        self._lock = Lock()
+
+    def __reduce__(self) -> tuple[type[Scratch], tuple[()]]:
+        """Let another process begin with its own."""
+        return Scratch, ()
+
+    def room(self, samples: int) -> int:
+        """Return the first of so many pieces as a channel needs."""
+        first = self._pieces
+        self._pieces += -(-samples // PIECE)
+        return first
+
+    def keep(self, piece: int, samples: Array) -> None:
+        """Keep samples from the beginning of a piece on, if there is room for them."""
+        samples = np.pad(samples, (0, -len(samples) % PIECE)) if len(samples) % PIECE else samples
+        try:
+            with self._lock:
+                file = self._opened()
+                if _free_bytes() - samples.nbytes < self._reserve_bytes:
+                    return
+                file.seek(piece * _BYTES)
+                written = file.write(samples.data)
+        except OSError:
+            return  # a disk that is full, or none: it is not needed
+        if written == samples.nbytes:
+            self._sums.update(enumerate(_sums(samples), piece))
+
+    def read(self, piece: int, count: int) -> Array | None:
+        """Return so many pieces, shape (count * PIECE,); None where one is not there."""
+        wanted = [self._sums.get(each) for each in range(piece, piece + count)]
+        if None in wanted:
+            return None
+        found = np.empty(count * PIECE)
+        try:
+            with self._lock:
+                file = self._opened()
+                file.seek(piece * _BYTES)
+                got = file.readinto(found.data.cast("B"))
+        except OSError:
+            return None
+        return found if got == found.nbytes and _sums(found) == wanted else None
+
+    def _opened(self) -> FileIO:
+        if self._file is None:
+            self._reserve_bytes = SHARE * _free_bytes()
+            self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  (closed with self)
+            weakref.finalize(self, self._file.close)
+        return self._file
+
+
+def _free_bytes() -> int:
+    return shutil.disk_usage(tempfile.gettempdir()).free
+
+
+def _sums(samples: Array) -> list[int]:
+    """Return what each piece has as whole numbers in all, modulo 2^64."""
+    sums: list[int] = samples.view(np.uint64).reshape(-1, PIECE).sum(axis=1).tolist()
+    return sums
