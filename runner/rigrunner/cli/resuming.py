@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from rigrunner.cli.output import message
+from rigrunner.engine import brought_back
 from rigrunner.workflow.resume import how_it_ended
 
 if TYPE_CHECKING:
@@ -34,13 +36,16 @@ def on_disk(stored: StoredRun) -> str:
         for each in stored.incomplete
     )
     finished = f"finished recordings: {_names(stored.info.recording_names)}"
-    lines = [finished, *broken_off, *stored.notes]
+    tables = Counter(each.name for each in stored.measurements)
+    measured = (f"measured: {name}, {rows} rows" for name, rows in tables.items())
+    lines = [finished, *measured, *broken_off, *stored.notes]
     return "\n".join(f"  {line}" for line in lines)
 
 
 def _next(plan: Plan, seam: Seam) -> Iterator[str]:
     if seam.before:
-        yield "once more: " + "; ".join(plan.steps[index].text for index in seam.before)
+        again = (brought_back(plan.steps[index]).text for index in seam.before)
+        yield f"once more: {'; '.join(again)}"
     if seam.start < len(plan.steps):
         step = plan.steps[seam.start]
         yield f"goes on at {step.path}: {step.text} (step {seam.start + 1} of {len(plan.steps)})"

@@ -5,7 +5,7 @@ from rigrunner.engine.by_hand import run_by_hand
 from rigrunner.engine.overrides import Override
 from rigrunner.engine.pausing import Choice, Decision, Interference, Paused, Pauses, StopNow
 from rigrunner.engine.run import RunSummary, run_plan
-from rigrunner.engine.seam import Seam, find_seam, passed_over, streams_before
+from rigrunner.engine.seam import Seam, brought_back, find_seam, passed_over, streams_before
 
 __all__ = [
     "AnswerSource",
@@ -19,6 +19,7 @@ __all__ = [
     "Seam",
     "StopNow",
     "UnattendedAnswers",
+    "brought_back",
     "find_seam",
     "passed_over",
     "run_by_hand",

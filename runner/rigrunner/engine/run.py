@@ -193,7 +193,7 @@ class Run:
 
     def _begin(self, run_id: str) -> int:
         """Put the start on record, and return the first step."""
-        self._tell_start(run_id, range(len(self._plan.steps)))
+        self._tell_start(run_id, self._plan.steps)
         for each in self._overrides:
             told = {"by": each.by, "reason": each.reason, "subject": each.subject}
             self._session.emit(Intervention, action="override", **told)
@@ -204,25 +204,25 @@ class Run:
 
         Nothing here is left out: without its zero and its drives the rest would not be comparable.
         """
-        self._tell_start(run_id, (*seam.before, *range(seam.start, len(self._plan.steps))))
+        before = [brought_back(self._plan.steps[index]) for index in seam.before]
+        self._tell_start(run_id, (*before, *self._plan.steps[seam.start :]))
         known = {"by": seam.by, "subject": seam.subject}
         self._session.emit(Intervention, action=RESUME_RUN, **known)
-        unpaused, steps = replace(self._session, pauses=None), self._plan.steps
-        for index in seam.before:
+        unpaused = replace(self._session, pauses=None)
+        for index, step in zip(seam.before, before, strict=True):
             unpaused.check(anew=True)
             self._begun = index
             try:
-                do_step(index, brought_back(steps[index]), unpaused, self.notes, self._tries)
+                do_step(index, step, unpaused, self.notes, self._tries)
             except PauseWantedError as wanted:
                 text = f"{wanted.message}, while the run was being taken up again"
                 raise AbortedError(text, by=wanted.by) from wanted
         return seam.start
 
-    def _tell_start(self, run_id: str, indices: Iterable[int]) -> None:
-        """Say that the steps of these indices are begun, and how long they take."""
-        steps = self._plan.steps
-        seconds = sum(steps[index].estimated_s for index in indices)
-        self._session.emit(RunStarted, run_id=run_id, steps=len(steps), estimated_s=seconds)
+    def _tell_start(self, run_id: str, to_do: Iterable[PlannedStep]) -> None:
+        """Say that these steps are begun, and how long they take."""
+        count, seconds = len(self._plan.steps), sum(step.estimated_s for step in to_do)
+        self._session.emit(RunStarted, run_id=run_id, steps=count, estimated_s=seconds)
 
     def _go_on(self, index: int, at: int) -> None:
         """Do a step on the way forward; `at` is how far the run has come."""

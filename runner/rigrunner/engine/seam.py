@@ -92,7 +92,7 @@ def brought_back(step: PlannedStep) -> PlannedStep:
         return step
     last = step.action.last
     text = f"Set {step.action.member} to {last.value:g} {last.unit}, where the scan left it"
-    return replace(step, action=last, text=text)
+    return replace(step, action=last, text=text, estimated_s=0.0)  # its way is not known
 
 
 def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[dict[str, float]]]:

@@ -146,6 +146,7 @@ def _file(stored: StoredRun, what: str) -> Path:
 
 
 def _subject(stored: StoredRun) -> str:
-    names = stored.info.recording_names
-    made = f"recordings made before: {', '.join(names)}" if names else "nothing recorded before"
-    return f"{how_it_ended(stored)}; {made}"
+    names, rows = stored.info.recording_names, len(stored.measurements)
+    made = [f"recordings made before: {', '.join(names)}"] if names else []
+    made += [f"rows measured before: {rows}"] if rows else []
+    return "; ".join((how_it_ended(stored), *(made or ["nothing recorded before"])))
