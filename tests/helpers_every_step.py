@@ -208,9 +208,11 @@ def moment_station(folder: Path, does: str) -> Path:
     )
 
 
-def planned_moment(folder: Path, name: str, does: str = "abort") -> Planned:
-    """Plan a shipped procedure in its short form."""
+def planned_moment(folder: Path, name: str, does: str = "abort", scan: str = "") -> Planned:
+    """Plan a shipped procedure in its short form; with a `scan` at the beginning of its main."""
     procedure, station = moment_procedure(folder, name), moment_station(folder, does)
+    if scan:
+        edited(procedure, procedure, scan=("\nmain:\n", f"\nmain:\n  - scan: {scan}\n"))
     return plan_run(procedure, station, load_registry(), SimulatedClock(START))
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from helpers_every_step import planned_moment, run_with_fault
 from rigrunner.api.calling import ThreadCaller
-from rigrunner.api.events import InterlockTripped, MadeSafe, RunEnded, StepStarted
-from rigrunner.plan.actions import Phase, Record
+from rigrunner.api.events import InterlockTripped, MadeSafe, RunEnded, StepEnded, StepStarted
+from rigrunner.plan.actions import Phase, Record, Scan
 
 PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")
 FAULTS = {
@@ -87,6 +87,19 @@ def test_an_interlock_that_makes_safe_does_so_before_the_teardown_at_every_step(
             at = events.index(of(events, MadeSafe)[0])
             teardown = [one for one in of(events[:at], StepStarted) if "teardown" in one.step]
             assert teardown == []
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_within_a_scan_the_rig_ends_safe_and_the_record_says_so(tmp_path, fault):
+    scan = "{set: tester.load, over: [50 N, 99 N], channels: [tester.temperature], settle: 2 s}"
+    planned = planned_moment(tmp_path, PROCEDURES[1], scan=scan)
+    (index,) = [at for at, one in enumerate(planned.plan.steps) if isinstance(one.action, Scan)]
+    events = run_with_fault(planned, index, fault, tmp_path / "runs")
+    assert_safe_on_record(events, may_hang=MOVING if fault == "hang" else ())
+    assert_torn_down(events, planned.plan)
+    assert outcome_of(events) == FAULTS[fault]
+    (ended,) = [one for one in of(events, StepEnded) if one.index == index]
+    assert not ended.ok
 
 
 @pytest.mark.parametrize("fault", FAULTS)

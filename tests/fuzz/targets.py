@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -25,6 +26,7 @@ from helpers_runfile import DOCUMENT, PLOT, header_of, recording, write_run
 from helpers_workflow import run
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceTimeoutError
+from rigrunner.api.events import Scanned, StepStarted
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import read_order
@@ -33,8 +35,8 @@ from rigrunner.proof.contents import content_in
 from rigrunner.proof.keys import new_key, read_private_key, read_public_keys
 from rigrunner.proof.seal import check_seal
 from rigrunner.proof.signature import check_signature, parse_signature, sign_files, signature_json
-from rigrunner.runfile import read, read_info, read_truth
-from rigrunner.runfile.codec import block_bytes, header_bytes
+from rigrunner.runfile import RunWriter, read, read_info, read_truth
+from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records
 from rigrunner.station import load_station
@@ -59,8 +61,9 @@ from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 from rigrunner_plugins.importers.tdms_file import TdmsImporter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
+    from rigrunner.api.events import Event
     from rigrunner.procedure import Procedure
 
 CHANNELS = {
@@ -152,23 +155,40 @@ def _journal_seeds(folder: Path) -> list[bytes]:
     return [RunFolder(writer.folder).events.read_bytes()]
 
 
+RECORDS = (Kind.HEADER, Kind.EVENT, Kind.TRUTH, Kind.ROW)
+
+
 def _record(path: Path) -> object:
-    """Read a journal of one good header and one record whose checksum is right."""
+    """Read a good header, the begin of a scan, and one record whose checksum is right."""
     kind, payload = path.read_bytes()[:1], path.read_bytes()[1:]
     files = RunFolder(path.parent / "run")
     files.journal.mkdir(parents=True, exist_ok=True)
     files.events.unlink(missing_ok=True)
     journal = JournalWriter(files.events)
     journal.append(Kind.HEADER, header_bytes(header_of()))
-    journal.append(Kind(1 + kind[0] % 3) if kind else Kind.EVENT, payload)
+    for event in _scan(points=1):
+        journal.append(Kind.EVENT, event_bytes(event))
+    journal.append(RECORDS[kind[0] % len(RECORDS)] if kind else Kind.EVENT, payload)
     journal.close()
     return read(files.path), read_truth(files.path)
 
 
 def _record_seeds(folder: Path) -> list[bytes]:
     writer = write_run(folder / "run", [recording(samples=200)])
-    records = read_records(RunFolder(writer.folder).events)
-    return [bytes([each.kind - 1]) + each.payload for each in records]
+    records = [*read_records(RunFolder(writer.folder).events)]
+    with RunWriter(folder / "scan", header_of()) as scanned:
+        for event, sink in product(_scan(points=2), scanned.sinks):
+            sink(event)
+    records += read_records(RunFolder(folder / "scan").events)
+    return [bytes([RECORDS.index(Kind(each.kind))]) + each.payload for each in records]
+
+
+def _scan(points: int) -> Iterator[Event]:
+    known = {"seq": 1, "monotonic_s": 0.5, "utc": "2026-03-01T12:00:00.000Z", "step": "main[0]"}
+    yield StepStarted(**known, index=0, action="scan", text="Scan", units={"tester.load": "N"})
+    for point in range(points):
+        where, found = {"tester.load": 10.0}, {"tester.torque": 0.5}
+        yield Scanned(**known, point=point, measurement="m", setpoints=where, values=found)
 
 
 def _block(path: Path) -> object:

@@ -11,8 +11,9 @@ from helpers_devices import FakeTester, Listener, NthCall, record, run
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
 from rigrunner.api.events import Alarm, Note, Outcome, Scanned, StepEnded, StepStarted
 from rigrunner.api.quantity import parse_quantity, unit
+from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import find_seam, streams_before
+from rigrunner.engine import UnattendedAnswers, find_seam, run_plan, streams_before
 from rigrunner.engine.seam import brought_back
 from rigrunner.plan.actions import (
     Interlock,
@@ -25,6 +26,7 @@ from rigrunner.plan.actions import (
     Settle,
     Terms,
 )
+from rigrunner.rig import Rig
 from rigrunner.runfile.attempts import last_measured
 
 LOADS = (10.0, 20.0, 30.0)
@@ -259,3 +261,73 @@ def test_a_run_that_was_broken_off_within_it_begins_it_anew():
     run(Press(), plan, critical=[more], seam=seam)
     found = last_measured([*listener.events[: at + 1], *more.events])
     assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
+
+
+def test_through_a_thread_it_is_the_same():
+    device = Press(non_blocking=False)
+    summary, listener = done(device, SCAN)
+    assert summary.outcome is Outcome.COMPLETED
+    assert rows(listener.of(Scanned)) == ALL
+    assert threading.main_thread().name not in device.threads
+
+
+def test_in_a_teardown_it_is_done_though_the_run_was_stopped():
+    stop = threading.Event()
+    stop.set()
+    steps = (
+        PlannedStep("main[0]", Phase.MAIN, SetDrive("tester", "load", 5.0, "N"), "", 1.0),
+        PlannedStep("teardown[0]", Phase.TEARDOWN, SCAN, "", 1.0),
+    )
+    listener = Listener()
+    summary = run(Press(), Plan(steps, ()), critical=[listener], stop=stop)
+    assert summary.outcome is Outcome.ABORTED
+    assert rows(listener.of(Scanned)) == ALL
+
+
+def test_a_sink_that_cannot_keep_a_point_ends_the_run_and_no_further_point_is_begun():
+    device, kept = Press(), []
+
+    def keep(event):
+        if isinstance(event, Scanned):
+            if event.point == 1:
+                raise DataError("the disk is full")
+            kept.append(event)
+
+    summary = run(device, plan_of((SCAN, Terms(tries=3))), critical=[keep])
+    assert summary.outcome is Outcome.ERROR
+    assert "the disk is full" in summary.reason
+    assert "set load 30" not in device.calls
+    assert device.calls.count("set load 10") == 1  # it is no failure of the step, to be tried again
+    assert len(kept) == 1
+
+
+def test_channels_of_two_devices_are_a_row():
+    class Room:
+        """A device that only reads."""
+
+        non_blocking = True
+        channels = (replace(FakeTester.channels[0], name="room", unit="K"),)
+        drives = ()
+
+        def connect(self, timeout_s):
+            return FakeTester().connect(timeout_s)
+
+        def make_safe(self):
+            return {}
+
+        def close(self):
+            """Nothing is held."""
+
+        def read(self, channels):
+            return dict.fromkeys(channels, 296.0)
+
+    scan = replace(SCAN, channels=("room.room", "tester.torque", "tester.load"))
+    listener, clock = Listener(), SimulatedClock()
+    rig = Rig({"tester": Press(), "room": Room()}, clock)
+    rig.connect()
+    bus, never = Bus([listener]), threading.Event()
+    run_plan(plan_of(scan), rig, bus, clock, UnattendedAnswers(), never, "two")
+    assert [dict(one.values) for one in listener.of(Scanned)] == [
+        {"room.room": 296.0, "tester.torque": 1e-3 * load, "tester.load": 1e-3 * load}
+        for load in LOADS
+    ]
