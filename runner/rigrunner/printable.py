@@ -13,8 +13,8 @@ def printable(text: str) -> str:
     That is control characters, with which a file could remove what was said of it, and marks that
     turn the order of letters. Spaces of any width, tabs and ends of lines stay.
     """
-    if text.isprintable():
-        return text
+    if text.replace("\n", "").replace("\t", "").isprintable():
+        return text  # as nearly all is: to look at each sign of a long result takes its time
     return "".join(each if _is_shown(each) else UNPRINTABLE for each in text)
 
 

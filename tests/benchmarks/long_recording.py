@@ -4,8 +4,8 @@ A run of five set-points at 100 kS/s on the simulated rig, three channels each (
 one more); the fourth set-point, 25 Hz, goes on. The whole command is measured in a process of its
 own, start-up and imports included: the time of its processor, and the most memory that it ever held
 (`ru_maxrss`). Each recording is 16-bit data of a real signal chain, repeated, in a file as a run
-leaves it. What each further sample takes from one size to the next is put against the same of the
-sizes before: 1 is linear.
+leaves it. Of two sizes that follow each other both take turns, and each turn gives what a further
+sample takes from the one to the other. That is put against the least of those before: 1 is linear.
 
 Up to an hour, 1.08 x 10^9 samples, here; `python tests/benchmarks/long_recording.py HOURS` takes
 any length.
@@ -18,6 +18,8 @@ import sys
 import tempfile
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import chain, pairwise, repeat
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,8 +68,11 @@ print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_
 AT_ONCE = 200_000
 FEW = 200_000
 LINEAR = at_most(1.25)
-LIMIT = "half is gzip, unpacked for each pass over a channel: 10 of the torque, 20 of the angle"
-ONE_BLOCK = "what fits in one block is unpacked once; from there on for each pass"
+LIMIT = "a third is gzip and SHA-256, a third splines onto the crank phase, a tenth running medians"
+NOTES = (
+    "up to 64 MB are read into memory: unpacked once",
+    "beyond, what is analysed is unpacked twice: for its digest, and to be kept on disk",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,28 +180,46 @@ def measure(scale: Scale) -> list[Figure]:
 
 def figures(sizes: tuple[int, ...]) -> list[Figure]:
     """Return time and memory of each size, and what each further sample takes."""
-    found: list[Figure] = []
-    taken: list[tuple[int, float]] = []
-    slope = None
-    for samples in sizes:
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name) / "run"
+    taken: dict[int, list[tuple[float, float]]] = {samples: [] for samples in sizes}
+    with tempfile.TemporaryDirectory() as name:
+        folders = {samples: Path(name) / str(samples) for samples in sizes}
+        for samples, folder in folders.items():
             long_run(folder, samples // CHANNELS)
-            seconds, memory = analysed(folder)
-        what = f"{samples:.3g} samples, {samples / CHANNELS / RATE_HZ:.4g} s"
-        taken.append((samples, seconds))
-        found += [
-            Figure(f"time, {what}", Spread.of([seconds]), "s"),
-            Figure(f"memory, {what}", Spread.of([memory]), "MB", target=at_most(MEMORY_MB, "MB")),
-        ]
-        if len(taken) > 1:
-            (few, before), (many, after) = taken[-2:]
-            each = Spread.of([(after - before) / (many - few) * 1e9])
-            ratio = each.per(slope.median) if slope else None
-            what = f"each further sample, {few:.3g} to {many:.3g}"
-            note = ONE_BLOCK if few < BLOCK * CHANNELS else LIMIT
-            found.append(Figure(what, each, "ns", ratio=ratio, target=LINEAR, note=note))
-            slope = each
+        for some in [*pairwise(sizes)] or [sizes]:
+            for _ in range(turns(max(some))):
+                for samples in some:
+                    taken[samples].append(analysed(folders[samples]))
+    return [each for some in taken.items() for each in of_size(*some)] + of_further(taken)
+
+
+def turns(samples: int) -> int:
+    """Return how often a size is analysed after the one before: short ones differ by little."""
+    return max(1, min(9, round(3e8 / samples)))
+
+
+def of_size(samples: int, taken: list[tuple[float, float]]) -> list[Figure]:
+    what = f"{samples:.3g} samples, {samples / CHANNELS / RATE_HZ:.4g} s"
+    seconds, memory = (Spread.of(each) for each in zip(*taken, strict=True))
+    return [
+        Figure(f"time, {what}", seconds, "s"),
+        Figure(f"memory, {what}", memory, "MB", target=at_most(MEMORY_MB, "MB")),
+    ]
+
+
+def of_further(taken: dict[int, list[tuple[float, float]]]) -> list[Figure]:
+    """Return what each further sample takes, from one size to the next."""
+    found: list[Figure] = []
+    least = inf
+    for (few, many), note in zip(pairwise(taken), chain(NOTES, repeat(LIMIT)), strict=False):
+        count = turns(many)  # the last of the smaller size, the first of the larger one
+        times = zip(taken[few][-count:], taken[many][:count], strict=True)
+        each = Spread.of((b - a) / (many - few) * 1e9 for (a, _), (b, _) in times)
+        what, ratio = f"each further sample, {few:.3g} to {many:.3g}", each.per(least)
+        target = LINEAR if found else None
+        found.append(
+            Figure(what, each, "ns", ratio=ratio if found else None, target=target, note=note)
+        )
+        least = min(least, each.median)
     return found
 
 
@@ -207,7 +230,7 @@ def work() -> list[Work]:
         patch.setattr(waveforms, "MOST_ROWS", 64)
         two, four = (_peak_bytes(count * FEW) for count in (2, 4))
     return [
-        Work("bytes for a sample of a block, at most at once", two / FEW, 220),
+        Work("bytes for a sample of a block, at most at once", two / FEW, 110),
         Work("the same of four blocks, over that of two", four / two, 1.1),
     ]
 

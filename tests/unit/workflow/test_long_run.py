@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import pytest
 
 from helpers_long import short_blocks
@@ -18,15 +20,24 @@ def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, mo
     short_blocks(monkeypatch, 2000)
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
     longest, read_slice = [], StoredSamples.__getitem__
+    unpacked, unpack = Counter(), StoredSamples._unpacked
 
     def noted(self, which):
         part = read_slice(self, which)
         longest.append(len(part))
         return part
 
+    def counted(self, which):
+        part = unpack(self, which)
+        unpacked[self.place, self.samples] += len(part)
+        return part
+
     monkeypatch.setattr(StoredSamples, "__getitem__", noted)
+    monkeypatch.setattr(StoredSamples, "_unpacked", counted)
     found = analyse_run(loaded.folder, load_registry())
     assert 0 < max(longest) < 5000 < max(each.samples for each in stored.recordings)
+    assert unpacked, "and each channel once"
+    assert all(count == samples for (_, samples), count in unpacked.items())
     refuse_other_numbers(stored, found)
     assert found.headline.value == pytest.approx(whole.headline.value, rel=1e-6)
     assert [(each.name, each.ok, each.text) for each in found.checks] == [
