@@ -167,7 +167,7 @@ def _walked(
     means: list[float] = []
     edges = _edges(angle, starts)
     for some in cycle_groups(starts):
-        first = max(edges[some.start] - half - 1, 0)
+        first = max(edges[some.start] - half - 1, 0) // 2 * 2  # even, so that halves round alike
         part = angle[first : edges[some.stop] + half + 2]
         means += _means(part, edges[some.start : some.stop + 1] - first)
         own = slice(some.start, some.stop + (some.stop == len(starts) - 1))
