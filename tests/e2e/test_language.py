@@ -75,11 +75,17 @@ def test_measured_values_are_stored_with_their_setpoints_and_failed_ones_are_not
     tables = [
         (one.name, one.setpoints["tester.load"]) for one in open_run(wide[1]).data.measurements
     ]
-    assert tables == [("rest", 1000.0), ("still", 1000.0), ("still", 1000.0)]
+    assert tables == [
+        ("rest", 1000.0),
+        ("still", 1000.0),
+        ("still", 1000.0),
+        ("cell", 500.0),
+        ("cell", 1000.0),
+    ]
     shown = call("show", wide[1])
     assert "Measured: still" in shown.out
     listed = json.loads(call("show", wide[1], "--json").out)["measurements"]
-    assert [one["name"] for one in listed] == ["rest", "still", "still"]
+    assert [one["name"] for one in listed] == ["rest", "still", "still", "cell", "cell"]
 
 
 def test_the_journal_tells_of_notes_tries_and_calls(wide):
