@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import AbortedError
+from rigrunner.api.errors import AbortedError, DeviceError
 from rigrunner.api.events import Alarm, Intervention, Note
 from rigrunner.engine.pausing import Choice, Decision, Paused
 from rigrunner.engine.points import may_be_skipped, point_at, point_name, unrepeatable
@@ -86,14 +86,19 @@ class _Break:
             return decision.reason
         return f"{self.point}: {decision.reason}" if decision.reason else self.point
 
+    def _may_be_skipped(self) -> bool:
+        try:
+            return may_be_skipped(self.steps, self.index, self.session.rig.standing)
+        except DeviceError:  # where a drive stands is not known
+            return False
+
     def _choices(self) -> Iterator[Choice]:
         yield Choice.RESUME
         if self.session.guard.may_be_overridden():
             yield Choice.OVERRIDE
         if not unrepeatable(self.steps, range(point_at(self.steps, self.index).start, self.index)):
             yield Choice.REPEAT
-        is_main = self.steps[self.index].phase is Phase.MAIN
-        if is_main and may_be_skipped(self.steps, self.index, self.session.rig.standing):
+        if self.steps[self.index].phase is Phase.MAIN and self._may_be_skipped():
             yield Choice.SKIP
         yield Choice.NOTE
         yield Choice.ABORT

@@ -77,12 +77,11 @@ def may_be_skipped(
             left.pop(drive, None)
             if step.phase is not Phase.TEARDOWN:  # the teardown of a call is done all the same
                 left[drive] = action.ends[-1]
-    astray = {drive for drive, value in left.items() if not isclose(standing(*drive), value)}
     for step in steps[point.stop :]:
         if isinstance(action := step.action, LEADING):
-            astray.discard((action.role, action.drive))
-        if astray and isinstance(action, _READING):
-            return False
+            left.pop((action.role, action.drive), None)
+        if isinstance(action, _READING):
+            return all(isclose(standing(*drive), value) for drive, value in left.items())
     return True
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from helpers_devices import FakeTester, Listener, plan_of, record, run
 from helpers_pausing import Patient, Person, decided, pausing_run, sweep
+from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import Alarm, Intervention, Note, Outcome, StepEnded, StepStarted
 from rigrunner.api.quantity import unit
 from rigrunner.engine import Choice, Interference
@@ -139,6 +140,29 @@ def test_a_step_that_leads_a_drive_to_where_the_rest_needs_it_is_not_skipped(
     summary, _, person, _ = pausing_run(at, *choices[not offered :], plan=plan)
     assert (Choice.SKIP in person.seen[0].choices) is offered
     assert (summary.outcome is Outcome.COMPLETED) is offered
+
+
+def test_a_drive_that_cannot_be_read_back_while_paused_ends_nothing():
+    """Who mends a cable while the run is paused goes on."""
+
+    def before(call):
+        if call == "read_back load" and broken:
+            raise DeviceLostError("cable")
+
+    broken = [True]
+
+    class Mender(Person):
+        def decide(self, paused, watch):
+            broken.clear()
+            return super().decide(paused, watch)
+
+    person, listener = Mender([decided(Choice.RESUME)]), Listener()
+    person.pausing = True
+    plan = plan_of((), (SetDrive("tester", "load", 5.0, "N"), record("a", load=5.0)))
+    device = FakeTester(before=before)
+    summary = run(device, plan, critical=[listener], pauses=person, clock=person.clock)
+    assert summary.outcome is Outcome.COMPLETED
+    assert Choice.SKIP not in person.seen[0].choices
 
 
 def test_the_last_point_of_a_sweep_is_skipped_only_where_its_drive_is_led_anew():
