@@ -10,7 +10,6 @@ import struct
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import lru_cache
 from time import monotonic
 from typing import TYPE_CHECKING, BinaryIO
 from zlib import crc32
@@ -50,12 +49,6 @@ class Record:
     end: int
 
 
-@lru_cache(maxsize=256)
-def _begun_sum(length: int, kind: int) -> int:
-    """Return the checksum of a record up to its payload; most records are as long as another."""
-    return crc32(_pack(length, kind, 0))
-
-
 class JournalWriter:
     """Appends records. A record that was not written whole is taken back; raises OSError."""
 
@@ -78,7 +71,7 @@ class JournalWriter:
     def append(self, kind: Kind, payload: bytes) -> None:
         """Append one record, in one write; the system has it on return."""
         length = len(payload)
-        record = _pack(length, kind, crc32(payload, _begun_sum(length, kind))) + payload
+        record = _pack(length, kind, crc32(payload, crc32(_pack(length, kind, 0)))) + payload
         length += _HEAD_BYTES
         try:
             written = self._file.write(record)
