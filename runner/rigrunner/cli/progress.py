@@ -182,11 +182,13 @@ def new_bar() -> Progress:
         TextColumn,
         TimeRemainingColumn,
     )
+    from rich.table import Column  # noqa: PLC0415  (heavy, and for a terminal alone)
 
     return Progress(
         TextColumn("{task.percentage:>3.0f} %"),
         BarColumn(bar_width=20),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[step]}", markup=False),
+        TextColumn("{task.fields[step]}", markup=False, table_column=Column(ratio=1, no_wrap=True)),
         console=Console(stderr=True),
+        expand=True,  # else a long text takes the room of the bar, and not what is left of it
     )

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import pytest
 
@@ -63,6 +64,16 @@ def test_of_a_quick_scan_a_terminal_is_told_a_point_now_and_then(monkeypatch):
     last = [line for line in shown.splitlines() if "point" in line][-1]
     assert "point 413: set load to 1000 N" in last  # it is told each tenth of a second
     assert show([STARTED, STEP, *rows], io.StringIO(), monkeypatch).count("\n") == 2
+
+
+def test_a_long_text_takes_what_the_bar_leaves(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "80")
+    long = replace(STEP, text=f"Scan tester.load, reading {', '.join(['tester.torque'] * 9)}")
+    shown = show([STARTED, long], Terminal(), monkeypatch)
+    (last, *_) = [line for line in reversed(shown.splitlines()) if "Scan" in line]
+    assert "25 %" in last
+    assert "━" in last
 
 
 def test_an_alarm_is_shown_on_a_terminal_too(monkeypatch):
