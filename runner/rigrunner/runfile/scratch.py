@@ -1,7 +1,7 @@
 """Samples that were unpacked once, kept on disk for the next time that they are asked for.
 
-An analysis goes over its channels some twenty times, and to unpack them takes ten times as long as
-to read them. The file is in the system's folder for such (`TMPDIR`), has no name, and is gone with
+An analysis goes over a channel six or seven times, and to unpack it takes ten times as long as to
+read it. The file is in the system's folder for such (`TMPDIR`), has no name, and is gone with
 its process, however that ends. Nothing depends on it: what is not there is unpacked again.
 """
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 KEPT = 1 << 21
 """Samples that are kept to be sorted, once no more than these come into question."""
-SLACK = 4
+SLACK = 1.5
 """Times KEPT that a bracket keeps different values before it gives up; it is laid to hold KEPT."""
 WIDE = 0.03
 """Of all values, on either side: the most that a bracket is laid to hold of few."""
