@@ -86,9 +86,10 @@ def _may_come_again(step: PlannedStep, *, done: bool) -> bool:
 def brought_back(step: PlannedStep) -> PlannedStep:
     """Return what brings the rig to where a completed step left it: of a scan its last set-point.
 
-    What the scan found stands.
+    What the scan found stands; but setup is done once more as it is, with what it measures.
     """
-    if not isinstance(step.action, Scan):
+    is_setup = step.phase is Phase.SETUP and step.terms.repeatable
+    if is_setup or not isinstance(step.action, Scan):
         return step
     last = step.action.last
     text = f"Set {step.action.member} to {last.value:g} {last.unit}, where the scan left it"

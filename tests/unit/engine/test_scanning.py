@@ -234,6 +234,23 @@ def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_aga
     }
 
 
+@pytest.mark.parametrize(("repeatable", "loads"), [(True, LOADS), (False, LOADS[-1:])])
+def test_in_a_setup_it_is_done_once_more_as_setup_is(repeatable, loads):
+    setup = PlannedStep("setup[0]", Phase.SETUP, SCAN, "", 1.0, Terms(repeatable=repeatable))
+    plan = Plan((setup, PlannedStep("main[0]", Phase.MAIN, record("a"), "", 1.0)), ())
+    listener = Listener()
+    run(Press(), plan, critical=[listener])
+    at = next(n for n, one in enumerate(listener.events) if getattr(one, "step", "") == "main[0]")
+    seam = find_seam(plan.steps, listener.events[: at + 1], "Ada")
+    device, more = Press(), Listener()
+    run(device, plan, critical=[more], seam=seam)
+    assert [c for c in device.calls if c.startswith("set load")] == [
+        f"set load {load:g}" for load in loads
+    ]
+    found = last_measured([*listener.events[: at + 1], *more.events])
+    assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
+
+
 def test_one_that_must_not_be_done_twice_leaves_the_drive_where_it_was_and_is_not_begun_anew():
     once = (SCAN, Terms(repeatable=False))
     plan = plan_of(once, SetDrive("tester", "frequency", 5.0, "Hz"), record("a"))
