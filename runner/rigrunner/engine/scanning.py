@@ -26,8 +26,7 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
     the devices raise, with the set-point.
     """
     emit, member, others, table = session.emit, action.member, action.setpoints, action.name
-    limits, settle_s, check = action.limits, action.settle_s, session.check
-    clear = clear_ranges(limits)
+    settle_s, check, clear = action.settle_s, session.check, clear_ranges(action.limits)
     move, read = _mover(action, session), _reader(action, session)
     values: Mapping[str, float] = NONE
     for point, value in enumerate(action.values):
@@ -41,7 +40,7 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
             remarks: list[str] = []
             for name, least, greatest in clear:  # written out: there may be thousands in a second
                 if not least <= values[name] <= greatest:
-                    remarks = judge(limits, values)
+                    remarks = _judged(path, action, point, values, session)
                     break
         except (DeviceError, DataError) as error:
             error.message = f"at {where_at(action, point)}: {error.message}"
@@ -60,6 +59,21 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
         }
         emit(Scanned, row)
     return Measured(values, action.units, NONE)
+
+
+def _judged(
+    path: str, action: Scan, point: int, values: Mapping[str, float], session: Session
+) -> list[str]:
+    """Return which values are marginal; what is beyond limits has no row, but is on record."""
+    try:
+        return judge(action.limits, values)
+    except DataError:
+        found = ", ".join(
+            f"{name} {value!r} {action.units[name]}" for name, value in values.items()
+        )
+        text = f"at {where_at(action, point)}, beyond limits and no row of '{action.name}': {found}"
+        session.emit(Note, step=path, text=text)
+        raise
 
 
 def where_at(action: Scan, point: int) -> str:

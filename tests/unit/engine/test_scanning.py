@@ -135,6 +135,8 @@ def test_a_value_beyond_its_limit_ends_it_and_the_points_before_count():
     assert "set load 30" not in device.calls
     assert rows(listener.of(Scanned)) == ALL[:1]
     assert len(last_measured(listener.events)) == 1
+    (note,) = listener.of(Note)  # with all digits: it was measured
+    assert note.text == f"{where}, beyond limits and no row of 'friction': tester.torque 0.02 N·m"
 
 
 def test_a_marginal_value_is_noted_with_its_set_point():
