@@ -9,7 +9,15 @@ import pytest
 from helpers_devices import FakeTester, Listener, plan_of, record, run
 from helpers_pausing import Patient, Person, decided, pausing_run, sweep
 from rigrunner.api.errors import DeviceLostError
-from rigrunner.api.events import Alarm, Intervention, Note, Outcome, StepEnded, StepStarted
+from rigrunner.api.events import (
+    Alarm,
+    Intervention,
+    Note,
+    Outcome,
+    Scanned,
+    StepEnded,
+    StepStarted,
+)
 from rigrunner.api.quantity import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
@@ -23,8 +31,10 @@ from rigrunner.plan.actions import (
     Scan,
     SetDrive,
     Settle,
+    Terms,
     Zero,
 )
+from rigrunner.runfile.attempts import last_measured
 
 SECOND = "main[0].sweep[1]"
 ZERO = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)
@@ -140,6 +150,29 @@ def test_a_step_that_leads_a_drive_to_where_the_rest_needs_it_is_not_skipped(
     summary, _, person, _ = pausing_run(at, *choices[not offered :], plan=plan)
     assert (Choice.SKIP in person.seen[0].choices) is offered
     assert (summary.outcome is Outcome.COMPLETED) is offered
+
+
+@pytest.mark.parametrize(("settle_s", "told"), [(0.1, [0, 1, 2]), (0.0, [0, 0, 1, 2])])
+def test_a_scan_that_a_pause_broke_off_begins_anew(settle_s, told):
+    """While it settles at its first point, or between that and the next one."""
+    plan = plan_of((), (replace(SCAN, settle_s=settle_s), record("a", load=30.0)))
+    summary, listener, _, device = pausing_run("main[0]", decided(Choice.RESUME), plan=plan)
+    assert summary.outcome is Outcome.COMPLETED
+    assert [one.point for one in listener.of(Scanned)] == told
+    assert [one.setpoints["tester.load"] for one in last_measured(listener.events)] == [10, 20, 30]
+    assert [c for c in device.calls if c.startswith("set load")][:4] == [
+        "set load 10", "set load 10", "set load 20", "set load 30",
+    ]  # fmt: skip
+    assert summary.passed_over == ()
+
+
+def test_a_scan_that_must_not_be_done_twice_is_aborted_by_a_pause():
+    step = PlannedStep("main[0]", Phase.MAIN, SCAN, "", 1.0, Terms(repeatable=False))
+    summary, listener, person, device = pausing_run("main[0]", plan=Plan((step,), ()))
+    assert summary.outcome is Outcome.ABORTED
+    assert "inside a step that cannot be repeated" in summary.reason
+    assert (len(listener.of(Scanned)), person.seen) == (0, [])
+    assert device.calls[-1] == "make_safe"
 
 
 def test_a_drive_that_cannot_be_read_back_while_paused_ends_nothing():
