@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from contextlib import ExitStack, contextmanager
 from queue import Full, Queue
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import Samples
@@ -15,12 +16,13 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event, EventSink
     from rigrunner.workflow.prepare import Planned
 
-MOST_WAITING = 1000
+MOST_WAITING = 100_000
 """Events; of samples one counts as many as it has units of this size."""
-UNIT_BYTES = 256_000
+UNIT_BYTES = 2560
 """So that what waits for a listener never takes more than 256 MB, however fast the rig samples."""
 PATIENCE_S = 0.5
-"""How long the run waits, once, for a listener that does not keep up; then that one is dropped."""
+"""How long the run waits, in all, for a listener that does not keep up; then that one is dropped.
+One that is a little too slow would hold the run to its pace, were it waited for anew each time."""
 LAST_WORDS_S = 5.0
 """How long a listener may take for what is left when the run is over."""
 
@@ -37,18 +39,27 @@ class Detached:
         self._waiting = _Weighed(most_waiting)
         self._failure: Exception | None = None
         self._given_up = False
+        self._patience_s = PATIENCE_S
         self._thread = threading.Thread(target=self._work, name=f"listener {name}", daemon=True)
         self._thread.start()
 
     def __call__(self, event: Event) -> None:
-        """Take one event and return, at the latest after PATIENCE_S."""
+        """Take one event and return, at the latest after what is left of PATIENCE_S."""
         if self._failure is not None:
             raise self._failure
         try:
-            self._waiting.put(event, timeout=PATIENCE_S)
+            self._waiting.put_nowait(event)
+        except Full:
+            self._wait_for_room(event)
+
+    def _wait_for_room(self, event: Event) -> None:
+        began_s = monotonic()
+        try:
+            self._waiting.put(event, timeout=self._patience_s)
         except Full:
             self._given_up = True
             raise TimeoutError("it does not keep up with the run") from None
+        self._patience_s = max(self._patience_s - (monotonic() - began_s), 0.0)
 
     def close(self) -> None:
         """Let it have what is waiting, and let go of it."""

@@ -153,6 +153,37 @@ def test_one_that_hangs_holds_up_nothing():
     assert taken == ["one"]
 
 
+def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
+    """Each event finds room before half a second is over, and the run would wait 200 times."""
+    detached = Detached("slow", lambda _event: time.sleep(0.02), most_waiting=2)
+
+    def run():
+        for number in range(200):
+            detached(number)
+
+    began = time.monotonic()
+    with pytest.raises(TimeoutError, match="it does not keep up"):
+        run()
+    assert time.monotonic() - began < 2.0
+    detached.close()
+    wait_until(no_listener_is_left)
+
+
+def test_what_comes_in_thousands_at_once_waits_its_turn():
+    taken, go_on = [], threading.Event()
+
+    def sink(event):
+        go_on.wait(10)
+        taken.append(event)
+
+    detached = Detached("later", sink)
+    for number in range(20_000):
+        detached(number)
+    go_on.set()
+    detached.close()
+    assert taken == list(range(20_000))
+
+
 def test_what_waits_at_the_end_is_still_handed_over():
     taken = []
 
@@ -177,7 +208,7 @@ def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over():
 
     stamp = {"monotonic_s": 0.0, "utc": "", "recording": "a"}
     block = Block(1e6, 0, 0.0, {"tester.torque": np.zeros(128_000)})
-    detached = Detached("slow", sink, most_waiting=20)  # a block counts as five
+    detached = Detached("slow", sink, most_waiting=1600)  # a block counts as 401
     for seq in range(5):
         detached(Samples(seq=seq, block=block, **stamp))
     with pytest.raises(TimeoutError, match="it does not keep up"):
@@ -186,7 +217,7 @@ def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over():
     detached.close()
 
     all_of_them = []
-    detached = Detached("quick", lambda event: all_of_them.append(event.seq), most_waiting=20)
+    detached = Detached("quick", lambda event: all_of_them.append(event.seq), most_waiting=1600)
     for seq in range(50):
         detached(Samples(seq=seq, block=block, **stamp))
     detached.close()
