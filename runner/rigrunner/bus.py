@@ -34,26 +34,26 @@ class Bus:
         self.failure: Exception | None = None
         """The first error of a critical sink: what came after it may not be on record."""
 
-    def emit(self, event: Event) -> list[str]:
+    def emit(self, event: Event) -> tuple[str, ...]:
         """Hand out the event and say, in words, which guarded sinks were dropped by it.
 
         The first error of a critical sink is raised after all others have had the event.
         """
-        failures: list[Exception] = []
-        dropped: list[str] = []
+        failures: tuple[Exception, ...] = ()
+        dropped: tuple[str, ...] = ()
         for sink in self._critical:
             try:
                 sink(event)
             except Exception as error:  # noqa: BLE001  (raised again once all sinks have the event)
                 self._critical = _without(sink, self._critical)
-                failures.append(error)
+                failures += (error,)
         for sink in self._guarded:
             try:
                 sink(event)
             except Exception as error:  # noqa: BLE001  (a stranger's listener may raise anything)
                 self._guarded = _without(sink, self._guarded)
                 why = f"{type(error).__name__}: {error}"
-                dropped.append(f"{_name(sink)} failed and was dropped: {why}")
+                dropped += (f"{_name(sink)} failed and was dropped: {why}",)
         if failures:
             self.failure = self.failure or failures[0]
             raise failures[0]
@@ -65,6 +65,8 @@ def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, 
     return tuple(one for one in sinks if one is not sink)
 
 
+_new, _set = object.__new__, object.__setattr__
+"""To make an event as its `__init__` would; looked up once, since there are thousands a second."""
 SET_BACK = timedelta(seconds=1)
 """A time server moves a clock by less."""
 
@@ -155,8 +157,8 @@ class EventStamp:
             if list(whole) != list(vars(kind(**whole))):
                 raise TypeError(f"{kind.__name__} is not whole: {', '.join(whole)}")
             self._seen.add(kind)
-        event = kind.__new__(kind)
-        object.__setattr__(event, "__dict__", whole)
+        event = _new(kind)
+        _set(event, "__dict__", whole)
         return event
 
     def _look(self, now_s: float) -> None:

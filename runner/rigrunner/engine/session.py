@@ -68,6 +68,28 @@ class Session:
         if self.timeout_s is not None:
             self.check_time()
 
+    def checker(self) -> Callable[[], None]:
+        """Return what checks anew, again and again within this step.
+
+        Where nothing but the stop token can keep the step from going on, it looks at that alone.
+        """
+        if (
+            self._telling is not None
+            or self.is_ending
+            or self.guard.watching
+            or self.pauses is not None
+            or self.timeout_s is not None
+        ):
+            return partial(self.check, anew=True)
+        stop = self.stop
+        is_set = stop.is_set
+
+        def look() -> None:
+            if is_set():
+                raise stopped(stop)
+
+        return look
+
     def watch(self, *, anew: bool = False) -> None:
         """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
         if self._telling is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -19,19 +20,35 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """What all drives of a rig have in common."""
+
+    rules: DriveRules
+    patience: Patience
+    clock: Clock
+    set_points: dict[str, float]
+    """Where drives stand, 'role.drive', as far as that is known without reading them back."""
+    standing: Callable[[str], float]
+    """Tells where a drive stands; reads it back where that is not known."""
+
+
 class HeldDrive:
     """Sets a drive and reads it back; raises DeviceErrors that name the role."""
 
-    def __init__(self, role: Role, name: str, rules: DriveRules, patience: Patience) -> None:
+    def __init__(self, role: Role, name: str, shared: Shared) -> None:
         """Look up; raise DeviceRejectedError if there is no such drive, or it cannot be set."""
+        rules, patience = shared.rules, shared.patience
         self.member = f"{role.name}.{name}"
         self.name = name
         self.info = role.drive(name)
-        self.allowed = rules.narrowed(self.member, self.info)
-        self.least, self.greatest = self.allowed.minimum, self.allowed.maximum
-        own, rate_per_s = self.info.rate_per_s, self.allowed.rate_per_s
+        self._allowed = rules.narrowed(self.member, self.info)
+        self._least, self._greatest = self._allowed.minimum, self._allowed.maximum
+        own, rate_per_s = self.info.rate_per_s, self._allowed.rate_per_s
         self.led_rate_per_s = None if rate_per_s == own else rate_per_s
         """How fast the drive is to be led, as the station says; None: it moves by itself."""
+        self._rules, self._set_points = rules, shared.set_points
+        self._standing, self._clock = shared.standing, shared.clock
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
@@ -41,14 +58,27 @@ class HeldDrive:
         self._limit_s = patience.answer_s + self.info.longest_s
         self._set, self._read_back = f"set {name}", f"read back {name}"
 
-    def move(
-        self, value: float, timeout_s: float | None, clock: Clock, meanwhile: Callable[[], None]
-    ) -> float:
-        """Set the drive, wait for it, and return what it reads back; that agrees."""
-        if self._is_quick:
-            actual = self._move_inline(value)
+    def move(self, timeout_s: float | None, meanwhile: Callable[[], None], value: float) -> float:
+        """Set the drive within its limits, wait for it, and return what it reads back; that agrees.
+
+        The value comes last, so that a drive can be held with all else.
+        """
+        if self._rules.combinations or not self._least <= value <= self._greatest:
+            self._rules.check(self.member, self._allowed, value, self._standing)
+        self._set_points.pop(self.member, None)  # not known until it is read back
+        if self._is_quick:  # as two calls of the role, without what those take
+            what = self._set
+            try:
+                self._device.set(self.name, value)
+                what = self._read_back
+                actual = self._device.read_back(self.name)
+            except BaseException as error:
+                self._role.name_error(error, what)
+                raise
+            if type(actual) is not float:
+                actual = self._as_number(actual)
         else:
-            self._move_and_wait(value, timeout_s, clock, meanwhile)
+            self._move_and_wait(value, timeout_s, meanwhile)
             actual = self.read_back()
         if not abs(actual - value) <= self._deviation:
             unit = self.info.unit
@@ -57,22 +87,11 @@ class HeldDrive:
                 f" but reads back {actual:g} {unit}",
                 hint=f"allowed: within {self._deviation:g} {unit}",
             )
+        self._set_points[self.member] = value
         return actual
 
-    def _move_inline(self, value: float) -> float:
-        """Set a drive whose calls do not wait, and read it back: two calls of the role in one."""
-        what = self._set
-        try:
-            self._device.set(self.name, value)
-            what = self._read_back
-            actual = self._device.read_back(self.name)
-        except BaseException as error:
-            self._role.name_error(error, what)
-            raise
-        return actual if type(actual) is float else self._as_number(actual)
-
     def _move_and_wait(
-        self, value: float, timeout_s: float | None, clock: Clock, meanwhile: Callable[[], None]
+        self, value: float, timeout_s: float | None, meanwhile: Callable[[], None]
     ) -> None:
         limit_s = self._limit_s if timeout_s is None else timeout_s
         if self._approaching is None:
@@ -86,7 +105,7 @@ class HeldDrive:
                 value,
                 call=partial(self._role.caller.call, timeout_s=self._answer_s),
                 move=self._begin,
-                clock=clock,
+                clock=self._clock,
                 limit_s=limit_s,
                 meanwhile=meanwhile,
             )

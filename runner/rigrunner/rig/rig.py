@@ -17,7 +17,7 @@ from rigrunner.api.devices import (
 )
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.drives import staying_away
-from rigrunner.rig.held import HeldDrive
+from rigrunner.rig.held import HeldDrive, Shared
 from rigrunner.rig.reading import (
     HeldChannels,
     found_of_stream,
@@ -69,6 +69,7 @@ class Rig:
         self._paused: list[str] = []
         self._patience = patience or Patience()
         self._roles = {name: Role(name, device) for name, device in self.devices.items()}
+        self._shared = Shared(self._rules, self._patience, clock, self._set_points, self._standing)
         self._drives: dict[tuple[str, str], HeldDrive] = {}
         self._channels: dict[tuple[str, tuple[str, ...]], HeldChannels] = {}
 
@@ -114,28 +115,13 @@ class Rig:
         needs and `Patience` adds, or for `timeout_s`. `meanwhile` is called again and again while
         a drive that can be asked is on its way; what it raises ends the waiting.
         """
-        return self._lead(self._held(role, drive), timeout_s, meanwhile, value)
+        return self._held(role, drive).move(timeout_s, meanwhile, value)
 
     def setter(
         self, role: str, drive: str, timeout_s: float | None, meanwhile: Callable[[], None]
     ) -> Callable[[float], float]:
         """Return what sets one drive as `set` does, again and again."""
-        return partial(self._lead, self._held(role, drive), timeout_s, meanwhile)
-
-    def _lead(
-        self,
-        held: HeldDrive,
-        timeout_s: float | None,
-        meanwhile: Callable[[], None],
-        value: float,
-    ) -> float:
-        if self._rules.combinations or not held.least <= value <= held.greatest:
-            self._rules.check(held.member, held.allowed, value, self._standing)
-        # where it stands is not known until it is read back
-        self._set_points.pop(held.member, None)
-        actual = held.move(value, timeout_s, self.clock, meanwhile)
-        self._set_points[held.member] = value
-        return actual
+        return partial(self._held(role, drive).move, timeout_s, meanwhile)
 
     def led_rate_per_s(self, role: str, drive: str) -> float | None:
         """Return how fast a drive is to be led, as the station says; None: it moves by itself."""
@@ -307,7 +293,7 @@ class Rig:
     def _held(self, role: str, drive: str) -> HeldDrive:
         held = self._drives.get((role, drive))
         if held is None:
-            held = HeldDrive(self._roles[role], drive, self._rules, self._patience)
+            held = HeldDrive(self._roles[role], drive, self._shared)
             self._drives[role, drive] = held
         return held
 
