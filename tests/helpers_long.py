@@ -9,6 +9,5 @@ def short_blocks(monkeypatch, block: int = BLOCK) -> None:
     """Take recordings of more than `block` samples in pieces of that size."""
     for name in ("blocks", "cycles", "order", "pulses", "spikes"):
         monkeypatch.setattr(f"rigrunner.signal.{name}.BLOCK", block)
-    for name in ("blocks", "extremes"):
-        monkeypatch.setattr(f"rigrunner.signal.{name}.STEP", block)
+    monkeypatch.setattr("rigrunner.signal.blocks.STEP", block)
     monkeypatch.setattr("rigrunner.signal.extremes.CACHED", block)

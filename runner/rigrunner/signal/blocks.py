@@ -19,12 +19,18 @@ if TYPE_CHECKING:
 BLOCK = 1 << 21
 """Samples that are taken whole: 16 MB, and a few times that while they are looked at."""
 STEP = 1 << 19
-"""Samples of longer ones that are read together: 4 MB, which stay in the processor's caches."""
+"""Samples of longer ones that are read from a file together: 4 MB stay in the processor's caches
+from where they are unpacked to where they are looked at."""
+
+
+def step_of(values: Samples) -> int:
+    """Return how many samples are taken at once."""
+    return BLOCK if isinstance(values, np.ndarray) or len(values) <= BLOCK else STEP
 
 
 def steps(values: Samples) -> Iterator[tuple[int, int]]:
     """Yield where each block begins and ends."""
-    step = STEP if len(values) > BLOCK else BLOCK
+    step = step_of(values)
     for at in range(0, len(values), step):
         yield at, min(at + step, len(values))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.signal.blocks import STEP
+from rigrunner.signal.blocks import step_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,7 @@ def extremes(values: Samples, edges: IntArray) -> tuple[Array, Array]:
     """
     if len(edges) < 2:  # noqa: PLR2004  (a part has two ends)
         return np.empty(0), np.empty(0)
-    first, count = int(edges[0]), int(edges[-1] - edges[0])
+    first, count, step = int(edges[0]), int(edges[-1] - edges[0]), step_of(values)
     # Parts are cut where the cached stretches end, and put together again at the end.
     cuts = np.arange(0, count, CACHED)
     starts = np.sort(np.concatenate([edges[:-1] - first, cuts]), kind="stable")
@@ -35,9 +35,9 @@ def extremes(values: Samples, edges: IntArray) -> tuple[Array, Array]:
     within = starts % CACHED
     pieces = np.append(np.searchsorted(starts, cuts), len(starts))
     for k, at in enumerate(cuts.tolist()):
-        if at % STEP == 0:
-            block = values[first + at : first + min(at + STEP, count)]
-        cached, mine = block[at % STEP :][:CACHED], slice(pieces[k], pieces[k + 1])
+        if at % step == 0:
+            block = values[first + at : first + min(at + step, count)]
+        cached, mine = block[at % step :][:CACHED], slice(pieces[k], pieces[k + 1])
         np.minimum.reduceat(cached, within[mine], out=least[mine])
         np.maximum.reduceat(cached, within[mine], out=greatest[mine])
     own = np.searchsorted(starts, edges[:-1] - first)
