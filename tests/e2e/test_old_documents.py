@@ -1,0 +1,191 @@
+"""Documents of version 0.1.0 stay readable, and are verified as stated in their README."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from helpers_cli import call
+from helpers_forgery import resealed
+from rigrunner.analysis.revisions import OWN
+from rigrunner.certificate.content import REVISION
+from rigrunner.proof.contents import content_in
+from rigrunner.registry import Registry, load_registry
+from rigrunner.runfile import read
+from rigrunner.workflow.packing.unpack import unpack
+from rigrunner.workflow.verifying.certificate import Means, verify_certificate
+
+OLD = Path(__file__).parents[1] / "data" / "0.1.0"
+RUN = "20260301T120000Z_SSPB-STT-1000_DEMO-0001"
+MEAN_NM, MEAN_U_NM = 0.729, 0.011
+"""As the certificate prints it, read with a text editor when it was put here."""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Unpack the run of that time."""
+    folder = tmp_path_factory.mktemp("old") / "runs"
+    unpack(OLD / "run.zip", folder)
+    return folder
+
+
+def test_a_pack_and_its_run_are_read(runs):
+    stored = read(runs / RUN)
+    assert [each.name for each in stored.recordings] == [
+        *("001_8Hz", "002_15Hz", "003_25Hz", "004_35Hz"),
+    ]
+    assert stored.no_load is not None
+    assert stored.no_load.digest == read(OLD / "no_load" / "run.h5").digest
+
+
+DIGESTS = {
+    OLD.parent / "format-1" / "run.h5": (
+        *("3ffd9e8e7390cafc2770c192fe948c557e9e5e62830db3bb8ba5d26b9f6b09bf", 1),
+    ),
+    OLD / "no_load" / "run.h5": (
+        *("320a125f1e6b0a0bfedf0f888063dfbbf96defc75c3464d342ac3aff18bd1d27", 2),
+    ),
+    OLD / "table" / "run.h5": (
+        *("fe4e7e3bf4c527ff2d4ce15c8dd8fd6bd8c6e78edab6fc742f4bfd7a226b0987", 2),
+    ),
+}
+"""As version 0.1.0 computed them, and the format of the file."""
+
+
+@pytest.mark.parametrize("path", DIGESTS, ids=lambda path: path.parent.name)
+def test_the_digest_of_a_run_is_what_it_was_by_its_format(path):
+    stored = read(path)
+    assert (stored.digest, stored.info.format) == DIGESTS[path]
+
+
+def test_rows_of_old_are_read_and_verified():
+    rows = read(OLD / "table" / "run.h5").measurements
+    assert [each.name for each in rows] == ["rest", "loads", "loads", "loads", "after"]
+    assert rows[-1].values["tester.load"] == pytest.approx(500.0737, abs=1e-3)
+    done = call("verify", OLD / "table" / "run.h5")
+    assert (done.code, done.out.splitlines()[0]) == (0, "MATCH"), done.out
+
+
+def test_a_run_is_analysed_to_the_numbers_of_its_certificate(runs):
+    done = call("analyse", runs / RUN, "--json")
+    found = json.loads(done.out)["headline"]["compensated"]
+    assert found["value"] == pytest.approx(MEAN_NM, abs=5e-4)
+    assert found["expanded_uncertainty_95"] == pytest.approx(MEAN_U_NM, abs=5e-4)
+
+
+AMENDMENT = OLD / "certificates" / "SPECIMEN-DEMO-2026-0002.json"
+ORIGINAL = AMENDMENT.with_name("SPECIMEN-DEMO-2026-0001.json")
+LETTERHEAD = ("--letterhead", OLD / "letterhead")
+
+
+def revisions():
+    """Return the revisions of whatever made the documents of that version, as installed now."""
+    registry = load_registry()
+    content = json.loads(AMENDMENT.read_text("utf-8"))
+    settings = content["method"]["analysis"]
+    methods = [
+        ("outlier_rule", settings["outliers"]["name"]),
+        *(("fit", each["name"]) for each in settings["fits"]),
+        *(("compensation", each["name"]) for each in settings["compensations"]),
+    ]
+    layouts = {registry.revision("certificate_format", name) for name in ("html", "pdf")}
+    return layouts, {REVISION, *OWN.values(), *(registry.revision(*each) for each in methods)}
+
+
+def test_a_certificate_of_old_never_differs(runs):
+    """Where a layout or a method has improved since, that is what is said."""
+    done = call("verify", AMENDMENT, "--runs", runs, *LETTERHEAD)
+    layouts, methods = revisions()
+    code = 12 if layouts != {1} else 13 if methods != {1} else 0
+    assert (done.code, "DIFFERS" in done.out) == (code, False), done.out
+
+
+def test_a_run_of_old_never_differs(runs):
+    done = call("verify", runs / RUN)
+    code = 0 if revisions()[1] - {REVISION} <= {1} else 13
+    assert (done.code, "DIFFERS" in done.out) == (code, False), done.out
+
+
+def test_the_signature_of_old_proves_its_pages(runs):
+    """The original was replaced since: that is what its first line says."""
+    words = ("--runs", runs, "--trust", OLD / "lab.key.pub")
+    done = call("verify", ORIGINAL, *words, *LETTERHEAD)
+    assert done.code == 11, done.out
+    assert done.out.startswith(
+        f"REPLACED: {ORIGINAL.stem} is no longer in force: {AMENDMENT.stem} replaced it"
+    )
+    assert "PAGE NOT PROVEN" not in done.out
+    assert "DIFFERS" not in done.out
+
+
+@pytest.mark.parametrize("suffix", [".json", ".html", ".pdf"])
+def test_the_content_of_every_form_of_old_is_read(suffix):
+    path = AMENDMENT.with_suffix(suffix)
+    found = content_in(path.read_bytes(), suffix, path.name)
+    assert found.results.headline.value == pytest.approx(MEAN_NM, abs=5e-4)
+    assert (found.evidence.revisions, found.appearance.layouts) == ({}, {})
+
+
+def improved(kind):
+    """Return the installed plugins with another revision of all of a kind."""
+    plugins = load_registry().plugins
+    return Registry(
+        replace(each, record=replace(each.record, revision=99)) if each.kind == kind else each
+        for each in plugins
+    )
+
+
+def test_pages_of_a_layout_that_improved_are_not_proven_but_searched_for_the_results(
+    runs, tmp_path
+):
+    registry = improved("certificate_format")
+    means = Means(run=runs / RUN, runs=runs, registry=registry, letterhead=OLD / "letterhead")
+    found = verify_certificate(AMENDMENT, means)
+    assert found.differences == []
+    assert found.unproven == [
+        f"{AMENDMENT.stem}{suffix}: its layout has revision 1, installed is 99; version"
+        " 0.1.1.dev770+source.g38e4435ed of rigrunner_reports makes it again"
+        for suffix in (".html", ".pdf")
+    ]
+    trusting = Means(run=runs / RUN, runs=runs, registry=registry, trusted=[OLD / "lab.key.pub"])
+    assert verify_certificate(ORIGINAL, trusting).unproven == []
+
+    page = tmp_path / AMENDMENT.with_suffix(".html").name
+    page.write_bytes(AMENDMENT.with_suffix(".html").read_bytes())
+    shown, mark, data = page.read_bytes().partition(b'id="certificate">')
+    page.write_bytes(shown.replace(b"0.729", b"0.427") + mark + data)
+    resealed(page, lambda content: content)
+    found = verify_certificate(page, means)
+    assert any("it does not show '0.729' of its content" in each for each in found.differences)
+
+
+def test_results_are_derived_again_where_only_the_content_has_another_revision(
+    runs, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("rigrunner.workflow.verifying.revisions.REVISION", 99)
+    means = Means(run=runs / RUN, runs=runs, registry=load_registry())
+    forged = tmp_path / AMENDMENT.name
+    for old, new, differs in (
+        (b"", b"", []),
+        (b'"printed": "0.729"', b'"printed": "0.427"', ["results/headline/printed: '0.427'"]),
+        (b'"verdict": "pass"', b'"verdict": "fail"', ["verdict: 'fail' is recorded, 'pass'"]),
+    ):
+        forged.write_bytes(AMENDMENT.read_bytes())
+        resealed(forged, lambda content, old=old, new=new: content.replace(old, new, 1))
+        found = verify_certificate(forged, means)
+        assert "certificate revision 1, installed 99" in found.not_recomputed[0]
+        assert len(found.differences) == len(differs), found.differences
+        assert all(each in found.differences[0] for each in differs)
+
+
+def test_numbers_of_methods_that_improved_are_not_recomputed(runs):
+    registry = improved("compensation")
+    means = Means(run=runs / RUN, runs=runs, registry=registry, letterhead=OLD / "letterhead")
+    found = verify_certificate(AMENDMENT, means)
+    assert found.differences == []
+    assert "compensation 'template_inverse' revision 1, installed 99; version" in "".join(
+        found.not_recomputed
+    )
