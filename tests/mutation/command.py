@@ -1,0 +1,303 @@
+"""Chooses mutants by a seed, tries each, and prints the score and what no test noticed."""
+# ruff: noqa: T201  (a command: this is its output)
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections import Counter
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from mutation.mutants import Mutant, mutated, sample
+from mutation.record import Known, record
+from mutation.trial import SURVIVED, UNTESTED, Change, Collected, Patience, Verdict, try_anew
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+SOURCES = (
+    "runner/rigrunner/rig",
+    "runner/rigrunner/rig_state",
+    "runner/rigrunner/engine",
+    "runner/rigrunner/interlock.py",
+    "runner/rigrunner/plan/drives.py",
+    "runner/rigrunner/analysis/decision.py",
+    "runner/rigrunner/api/limits.py",
+    "runner/rigrunner/runfile",
+    "runner/rigrunner/api/driver.py",
+    "runner/rigrunner/api/lines.py",
+    "runner/rigrunner/api/line_link.py",
+    "runner/rigrunner/api/calling.py",
+)
+TESTS = (
+    "tests/unit/analysis/test_decision.py",
+    "tests/unit/analysis/test_evidence.py",
+    "tests/unit/analysis/test_limits.py",
+    "tests/unit/analysis/test_rules.py",
+    "tests/unit/api",
+    "tests/unit/engine",
+    "tests/unit/plan",
+    "tests/unit/rig",
+    "tests/unit/rig_state",
+    "tests/unit/runfile",
+    "tests/unit/station",
+    "tests/unit/workflow/reanalysis/test_selection.py",
+    "tests/unit/workflow/test_resume.py",
+    "tests/unit/workflow/test_rig_lock.py",
+    "tests/unit/workflow/test_salvaging.py",
+)
+"""Where the rules of these modules are tested; tests of whole commands take a hundred times as long
+and run each line in passing."""
+PACKAGES = ("runner", "plugins", "reports")
+"""Where the packages stand that tests import."""
+UNCHANGED = 50
+"""How many tests must pass without a change before any is made."""
+EQUIVALENT = Path(__file__).with_name("equivalent.toml")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Return 1 if a mutant survived that is not listed as equivalent."""
+    given = _parser().parse_args(arguments)
+    root = given.root.resolve()
+    os.chdir(root)
+    places = [str(root / each) for each in given.packages]
+    sys.path[:0] = places
+    os.environ["PYTHONPATH"] = os.pathsep.join(places)  # for programs that tests start
+    given.tests = [each for each in given.tests if Path(each).exists()]
+    paths = [path for each in given.sources for path in _modules(root / each)]
+    mutants = sample(root, paths, given.mutants, given.seed)
+    numbered = {n: each for n, each in enumerate(mutants, 1) if n in (given.only or [n])}
+    known = _known(paths, given.tests, given.keep)
+    equivalent = _equivalent(given.equivalent)
+    print(f"commit {_commit()}, seed {given.seed}, {len(mutants)} mutants, {len(known)} tests")
+    began = time.monotonic()
+    outcomes = _tried(numbered, known, root, given, equivalent)
+    _summarise(outcomes, equivalent, time.monotonic() - began)
+    return int(any(not v.is_found and (m.path, m.change) not in equivalent for m, v in outcomes))
+
+
+def _tried(
+    numbered: Mapping[int, Mutant],
+    known: Sequence[Known],
+    root: Path,
+    given: argparse.Namespace,
+    equivalent: Mapping[tuple[str, str], str],
+) -> list[tuple[Mutant, Verdict]]:
+    """Try all mutants: quickly where a function changes; what survives that, with all anew.
+
+    What is done once, when a module is imported, notices only the second.
+    """
+    patience = Patience(given.times, given.more)
+    functions: dict[int, Any] = {}
+    changes: dict[int, Change] = {}
+    for number, mutant in numbered.items():
+        tree = mutated(mutant, (root / mutant.path).read_text(encoding="utf-8"))
+        changes[number] = Change(_module(mutant.path, given.packages), root / mutant.path, tree)
+        changed = changes[number].functions()
+        if changed is not None:
+            functions[number] = changed
+
+    def tests_of(number: int) -> list[Known]:
+        mutant = numbered[number]
+        lines = mutant.lines if number in functions else (1, sys.maxsize)
+        found = (each for each in known if each.runs(str(root / mutant.path), *lines))
+        return _within(found, given.budget)
+
+    def try_functions(collected: Collected) -> Iterator[tuple[int, Verdict]]:
+        _must_pass(collected, known[:UNCHANGED], patience)
+        killers = set[str]()
+        for number, changed in functions.items():
+            verdict = collected.try_functions(changed, tests_of(number), patience)
+            if verdict.is_found:
+                killers.add(verdict.by)
+                _tell(number, numbered[number], verdict, "", told=given.verbose)
+            yield number, verdict
+        _must_pass(collected, [each for each in known if each.name in killers], patience)
+
+    quick = dict(_apart(lambda: _collected(try_functions, given.tests)))
+    verdicts = {number: Verdict(*quick[number]) for number in functions}
+    for number, mutant in numbered.items():
+        if number not in verdicts or verdicts[number].outcome == SURVIVED:
+            verdict = verdicts[number] = try_anew(changes[number], tests_of(number), patience)
+            told = given.verbose or not verdict.is_found
+            _tell(number, mutant, verdict, _why(equivalent, mutant), told=told)
+        elif not verdicts[number].is_found:
+            _tell(number, mutant, verdicts[number], _why(equivalent, mutant), told=True)
+    return [(mutant, verdicts[number]) for number, mutant in numbered.items()]
+
+
+def _collected(
+    try_them: Callable[[Collected], Iterator[tuple[int, Verdict]]], tests: Sequence[str]
+) -> list[Any]:
+    """Collect the tests, and return what becomes of the mutants; [] if they cannot be collected."""
+    found: list[Any] = []
+
+    def use(collected: Collected) -> None:
+        for number, verdict in try_them(collected):
+            found.append((number, [verdict.outcome, verdict.by, verdict.tests]))
+
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
+        options = ["-qq", "-s", "-p", "no:cacheprovider", f"--basetemp={folder}/pytest"]
+        sys.dont_write_bytecode = True
+        if pytest.main([*options, *tests], plugins=[Collected(use)]):
+            return []
+    return found
+
+
+def _must_pass(collected: Collected, tests: Sequence[Known], patience: Patience) -> None:
+    """Run tests without a change: one that fails then has told nothing of any mutant."""
+    verdict = collected.try_functions([], tests, patience)
+    if tests and verdict.outcome != SURVIVED:
+        print(verdict.said)
+        pytest.exit(f"without a change: {verdict.outcome} {verdict.by}", returncode=70)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.mutation",
+        description="Changes the sources in small ways, one after the other, and says which"
+        " changes make no test fail.",
+    )
+    add = parser.add_argument
+    add("--mutants", type=int, default=400, help="how many (400)")
+    add("--seed", type=int, default=18, help="which ones; the same seed, the same ones (18)")
+    add("--only", type=int, nargs="+", help="these numbers alone, as they were printed")
+    add("--verbose", action="store_true", help="print the ones that a test noticed too")
+    add("--root", type=Path, default=Path(), help="the checkout (the present folder)")
+    add("--packages", nargs="+", default=PACKAGES, help="its folders of packages")
+    add("--sources", nargs="+", default=SOURCES, help="files and folders to change")
+    add("--tests", nargs="+", default=TESTS, help="files and folders of tests")
+    add("--equivalent", type=Path, default=EQUIVALENT, help="mutants that no test can find")
+    add("--keep", type=Path, help="a file for which test runs which line, used again")
+    add("--budget", type=float, default=60.0, help="most seconds of tests for a mutant (60)")
+    add("--times", type=float, default=10.0, help="a test has failed after its time x this (10)")
+    add("--more", type=float, default=20.0, help="and so many seconds (20)")
+    return parser
+
+
+def _modules(path: Path) -> Iterable[Path]:
+    return [path] if path.is_file() else sorted(path.rglob("*.py"))
+
+
+def _module(path: str, packages: Sequence[str]) -> str:
+    """Return the name by which a file is imported."""
+    package = next(each for each in packages if path.startswith(f"{each}/"))
+    parts = Path(path).relative_to(package).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _known(paths: Sequence[Path], tests: Sequence[str], keep: Path | None) -> list[Known]:
+    """Return the tests, quickest first, as they were kept or recorded now."""
+    contents = [*(path.read_bytes() for path in paths), *(each.encode() for each in tests)]
+    digest = sha256(b"".join(contents)).hexdigest()
+    if keep and keep.exists():
+        stored = json.loads(keep.read_text(encoding="utf-8"))
+        if stored["sources"] == digest:
+            return [_restored(*each) for each in stored["tests"]]
+    stored = {"sources": digest, "tests": _apart(lambda: _recorded(paths, tests))}
+    if keep:
+        keep.write_text(json.dumps(stored), encoding="utf-8")
+    return [_restored(*each) for each in stored["tests"]]
+
+
+def _restored(name: str, seconds: float, lines: Mapping[str, Iterable[int]]) -> Known:
+    return Known(name, seconds, {file: set(numbers) for file, numbers in lines.items()})
+
+
+def _recorded(paths: Sequence[Path], tests: Sequence[str]) -> list[Any]:
+    """Run the tests, and return of each its name, its time and its lines."""
+    found = record([str(path) for path in paths], ["-p", "no:cacheprovider", *tests])
+    return [
+        (each.name, each.seconds, {file: sorted(n) for file, n in each.lines.items()})
+        for each in found
+    ]
+
+
+def _apart(work: Callable[[], Any]) -> Any:
+    """Return what a function gives, as of JSON, in a process of its own.
+
+    This one must not import the sources.
+    """
+    reads, writes = os.pipe()
+    sys.stdout.flush()
+    child = os.fork()
+    if child == 0:
+        os.close(reads)
+        with os.fdopen(writes, "w", encoding="utf-8") as pipe:
+            json.dump(work(), pipe)
+        sys.stdout.flush()
+        os._exit(0)
+    os.close(writes)
+    with os.fdopen(reads, encoding="utf-8") as pipe:
+        text = pipe.read()
+    os.waitpid(child, 0)
+    found = json.loads(text)
+    if not found:
+        sys.exit("no score: the tests fail without a change")
+    return found
+
+
+def _within(tests: Iterable[Known], budget_s: float) -> list[Known]:
+    """Return the first tests that take no longer in all, at least one."""
+    chosen, spent_s = list[Known](), 0.0
+    for each in tests:
+        spent_s += each.seconds
+        if chosen and spent_s > budget_s:
+            break
+        chosen.append(each)
+    return chosen
+
+
+def _equivalent(path: Path) -> dict[tuple[str, str], str]:
+    if not path.exists():
+        return {}
+    entries = tomllib.loads(path.read_text(encoding="utf-8")).get("mutant", [])
+    return {(each["file"], each["change"]): each["why"] for each in entries}
+
+
+def _commit() -> str:
+    asked = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+    )
+    return asked.stdout.strip() or "of no repository"
+
+
+def _why(equivalent: Mapping[tuple[str, str], str], mutant: Mutant) -> str:
+    return equivalent.get((mutant.path, mutant.change), "")
+
+
+def _tell(number: int, mutant: Mutant, verdict: Verdict, why: str, *, told: bool) -> None:
+    if not told:
+        return
+    by = f" ({verdict.by})" if verdict.by else f" ({verdict.tests} tests)"
+    outcome = f"equivalent: {why}" if why and not verdict.is_found else f"{verdict.outcome}{by}"
+    print(f"{number} {mutant.path}:{mutant.lines[0]} {mutant.operator}: {outcome}")
+    print(f"    {mutant.change}", flush=True)
+
+
+def _summarise(
+    outcomes: Sequence[tuple[Mutant, Verdict]],
+    equivalent: dict[tuple[str, str], str],
+    seconds: float,
+) -> None:
+    counts = Counter[str]()
+    for mutant, verdict in outcomes:
+        listed = (mutant.path, mutant.change) in equivalent and not verdict.is_found
+        counts["equivalent" if listed else verdict.outcome] += 1
+    found = sum(verdict.is_found for _, verdict in outcomes)
+    asked = len(outcomes) - counts["equivalent"]
+    print(", ".join(f"{count} {name}" for name, count in counts.most_common()))
+    left = counts[SURVIVED] + counts[UNTESTED]
+    share = f"{found / asked:.1%}" if asked else "none"
+    print(f"score {share}: {found} of {asked} noticed, {left} not; {seconds / 60:.0f} min")

@@ -1,0 +1,301 @@
+"""Small changes of a module's syntax tree, each of which should make a test fail.
+
+Left alone is what decides nothing: annotations, decorators, texts, and what only a type checker
+reads.
+"""
+
+from __future__ import annotations
+
+import ast
+import random
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+_BOUNDARY = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
+_NEGATED = {
+    ast.Lt: ast.GtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.LtE,
+    ast.GtE: ast.Lt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.Is: ast.IsNot,
+    ast.IsNot: ast.Is,
+    ast.In: ast.NotIn,
+    ast.NotIn: ast.In,
+}
+_ARITHMETIC = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+    ast.Mod: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+}
+_LEFT_ALONE = {"annotation", "returns", "decorator_list", "type_comment", "msg"}
+LONGEST = 70
+"""Characters of code that a mutant's name shows."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of one file: found again by its place in the tree, named by what it changes."""
+
+    path: str
+    """Relative to the root of the sources, with '/'."""
+    scope: str
+    """The function or class that it is in, such as 'HeldDrive.move'."""
+    operator: str
+    old: str
+    new: str
+    lines: tuple[int, int]
+    """The first and the last line whose tests are run."""
+    node: int
+    variant: int
+
+    @property
+    def change(self) -> str:
+        """Return how a list of equivalent mutants names it; lines may move."""
+        return f"{self.scope}: {self.old} -> {self.new}"
+
+
+@dataclass(frozen=True)
+class _Site:
+    """A node that can be changed, where it hangs, and the statement that it is in."""
+
+    node: ast.AST
+    parent: ast.AST
+    field: str
+    index: int | None
+    scope: tuple[str, ...]
+    statement: ast.stmt
+    known: frozenset[str]
+    """Names that have a value before this statement of a function."""
+
+    def replace(self, new: ast.AST) -> None:
+        """Hang another node there."""
+        if self.index is None:
+            setattr(self.parent, self.field, new)
+        else:
+            getattr(self.parent, self.field)[self.index] = new
+
+
+def mutants_of(root: Path, path: Path) -> list[Mutant]:
+    """Return all mutants of a file."""
+    source = path.read_text(encoding="utf-8")
+    found, seen = [], dict[tuple[str, str, str], int]()
+    for number, site in enumerate(_sites(ast.parse(source))):
+        for variant, (operator, new) in enumerate(_variants(site)):
+            texts = _shown(site.node), _shown(new)
+            scope = ".".join(site.scope) or "module"
+            seen[scope, *texts] = count = seen.get((scope, *texts), 0) + 1
+            lines = _lines(site)
+            change = f"{texts[1]} #{count}" if count > 1 else texts[1]
+            relative = path.relative_to(root).as_posix()
+            found.append(
+                Mutant(relative, scope, operator, texts[0], change, lines, number, variant)
+            )
+    return found
+
+
+def sample(root: Path, paths: Iterable[Path], count: int, seed: int) -> list[Mutant]:
+    """Return that many mutants, all equally likely; the same for the same sources and seed."""
+    all_of_them = [each for path in sorted(paths) for each in mutants_of(root, path)]
+    chosen = random.Random(seed).sample(all_of_them, min(count, len(all_of_them)))  # noqa: S311  (no secret)
+    return sorted(chosen, key=lambda each: (each.path, each.lines, each.node, each.variant))
+
+
+def mutated(mutant: Mutant, source: str) -> ast.Module:
+    """Return the changed tree."""
+    tree = ast.parse(source)
+    site = next(each for number, each in enumerate(_sites(tree)) if number == mutant.node)
+    _, new = list(_variants(site))[mutant.variant]
+    site.replace(ast.copy_location(new, site.node))
+    return ast.fix_missing_locations(tree)
+
+
+def _shown(node: ast.AST) -> str:
+    text = " ".join(ast.unparse(node).split())
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def _lines(site: _Site) -> tuple[int, int]:
+    """Return the lines of a simple statement, or of the changed part of a compound one."""
+    body = getattr(site.statement, "body", None)
+    if body is None:
+        return site.statement.lineno, site.statement.end_lineno or site.statement.lineno
+    if isinstance(site.node, ast.ExceptHandler):
+        return site.node.lineno, site.node.end_lineno or site.node.lineno
+    inside = site.node is site.statement  # the test of an if or while
+    last = body[0].lineno - 1 if inside else site.node.end_lineno
+    first = site.statement.lineno if inside else site.node.lineno
+    return first, max(first, last or first)
+
+
+def _sites(tree: ast.Module) -> Iterator[_Site]:
+    """Yield all nodes that may be changed, always in the same order."""
+    yield from _walk(tree, (), None, set())
+
+
+def _walk(
+    parent: ast.AST, scope: tuple[str, ...], statement: ast.stmt | None, known: set[str]
+) -> Iterator[_Site]:
+    for field, value in ast.iter_fields(parent):
+        if field in _LEFT_ALONE:
+            continue
+        several = isinstance(value, list)
+        for index, node in enumerate(value if several else [value]):
+            if not isinstance(node, ast.AST) or _decides_nothing(node):
+                continue
+            inside, at, names = scope, statement, known
+            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef):
+                inside, names = (*scope, node.name), set[str]()
+            if isinstance(node, ast.stmt):
+                at = node
+            if at is not None:
+                place = index if several else None
+                yield _Site(node, parent, field, place, inside, at, frozenset(known))
+            yield from _walk(node, inside, at, names)
+            if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.For):
+                known.update(_names(node))
+
+
+def _names(statement: ast.stmt) -> Iterator[str]:
+    for node in ast.walk(statement):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+
+
+def _decides_nothing(node: ast.AST) -> bool:
+    match node:
+        case ast.JoinedStr() | ast.Import() | ast.ImportFrom():
+            return True
+        case ast.If(test=ast.Name(id="TYPE_CHECKING")):
+            return True
+        case ast.Expr(value=ast.Constant()):
+            return True
+        case ast.Assign(targets=[ast.Name(id="__all__" | "__slots__")]):
+            return True
+        case ast.Call(func=ast.Name(id="TypeVar")):
+            return True
+    return False
+
+
+def _variants(site: _Site) -> Iterator[tuple[str, ast.AST]]:
+    """Yield what can stand in a node's place, each with the name of the change."""
+    node = site.node
+    yield from _of_expression(node)
+    yield from _of_statement(node, site.known)
+    yield from _of_test(node)
+    in_filter = isinstance(site.parent, ast.comprehension) and site.field == "ifs"
+    if in_filter and not isinstance(node, ast.Compare | ast.UnaryOp):
+        yield "negated condition", ast.UnaryOp(ast.Not(), node)
+
+
+def _of_expression(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+    match node:
+        case ast.Compare():
+            yield from _of_comparison(node)
+        case ast.BinOp(left, operator, right) if type(operator) in _ARITHMETIC:
+            if not any(map(_is_text, (left, right))):
+                yield "arithmetic", ast.BinOp(left, _ARITHMETIC[type(operator)](), right)
+        case ast.UnaryOp(ast.Not(), operand):
+            yield "not left out", operand
+        case ast.UnaryOp(ast.USub(), operand):
+            yield "sign", operand
+        case ast.BoolOp(operator, values):
+            other = ast.And() if isinstance(operator, ast.Or) else ast.Or()
+            yield "and/or", ast.BoolOp(other, values)
+            for at in range(len(values)):
+                left = [*values[:at], *values[at + 1 :]]
+                yield (
+                    "condition left out",
+                    left[0] if len(left) == 1 else ast.BoolOp(operator, left),
+                )
+        case ast.Constant(value):
+            yield from (("constant", ast.Constant(other)) for other in _other_numbers(value))
+
+
+def _of_comparison(node: ast.Compare) -> Iterator[tuple[str, ast.AST]]:
+    for at, operator in enumerate(node.ops):
+        for name, table in (("boundary", _BOUNDARY), ("negated comparison", _NEGATED)):
+            if type(operator) in table:
+                others = [*node.ops[:at], table[type(operator)](), *node.ops[at + 1 :]]
+                yield name, ast.Compare(node.left, others, node.comparators)
+
+
+def _other_numbers(value: object) -> tuple[bool | float, ...]:
+    """Return what a constant may be changed to; a limit that is doubled might still be met."""
+    match value:
+        case bool():
+            return (not value,)
+        case int():
+            return (value + 1,)
+        case float():
+            return (value * 100 if value else 1.0,)
+    return ()
+
+
+def _of_statement(node: ast.AST, known: frozenset[str]) -> Iterator[tuple[str, ast.AST]]:
+    match node:
+        case ast.Expr(ast.Call()):
+            yield "call removed", ast.Pass()
+        case ast.Raise():
+            yield "raise removed", ast.Pass()
+        case ast.Return(ast.expr() as value) if not _is_none(value):
+            yield "value not returned", ast.Return(ast.Constant(None))
+        case ast.Assign(targets) if all(_has_value(each, known) for each in targets):
+            yield "assignment removed", ast.Pass()
+        case ast.AugAssign(target, operator, value):
+            yield "assignment removed", ast.Pass()
+            if type(operator) in _ARITHMETIC and not _is_text(value):
+                yield "arithmetic", ast.AugAssign(target, _ARITHMETIC[type(operator)](), value)
+        case ast.ExceptHandler(type=ast.expr() as kind, name=name, body=body):
+            if not (isinstance(kind, ast.Name) and kind.id == "BaseException"):
+                wide = ast.Name("BaseException", ast.Load())
+                yield "except widened", ast.ExceptHandler(wide, name, body)
+
+
+def _of_test(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+    match node:
+        case (
+            ast.If(test=ast.Compare() | ast.UnaryOp(op=ast.Not()))
+            | ast.While(test=ast.Compare() | ast.UnaryOp(op=ast.Not()) | ast.Constant())
+            | ast.IfExp(test=ast.Compare() | ast.UnaryOp(op=ast.Not()))
+        ):
+            return  # negated where the comparison stands
+        case ast.If(test, body, orelse):
+            yield "branch swapped", ast.If(ast.UnaryOp(ast.Not(), test), body, orelse)
+        case ast.While(test, body, orelse):
+            yield "branch swapped", ast.While(ast.UnaryOp(ast.Not(), test), body, orelse)
+        case ast.IfExp(test, body, orelse):
+            yield "branch swapped", ast.IfExp(test, orelse, body)
+
+
+def _is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.JoinedStr) or (
+        isinstance(node, ast.Constant) and isinstance(node.value, str | bytes)
+    )
+
+
+def _is_none(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and node.value is None
+
+
+def _has_value(target: ast.expr, known: frozenset[str]) -> bool:
+    """Say whether the target is there without the assignment, which else would be a NameError."""
+    match target:
+        case ast.Name(name):
+            return name in known
+        case ast.Attribute() | ast.Subscript():
+            return True
+        case ast.Tuple(elements):
+            return all(_has_value(each, known) for each in elements)
+    return False

@@ -1,0 +1,121 @@
+"""Which tests run which lines of the sources, and how long each takes."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable
+
+Lines = dict[str, set[int]]
+"""Line numbers by file."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A test that passed: its time, and what it ran."""
+
+    name: str
+    seconds: float
+    lines: Lines
+
+    def runs(self, file: str, first: int, last: int) -> bool:
+        """Say whether the test runs one of these lines."""
+        return any(first <= line <= last for line in self.lines.get(file, ()))
+
+
+class Recorder:
+    """A plugin of pytest that watches lines; a shared fixture's count for all who use it."""
+
+    def __init__(self, files: Iterable[str]) -> None:
+        self._files = frozenset(files)
+        self._lines: dict[str, Lines] = defaultdict(lambda: defaultdict(set))
+        self._present = self._lines[""]
+        self._seconds: dict[str, float] = defaultdict(float)
+        self._fixtures: dict[str, set[str]] = {}
+        self._failed: set[str] = set()
+
+    def __enter__(self) -> Self:
+        threading.settrace(self._called)
+        sys.settrace(self._called)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        sys.settrace(None)
+        threading.settrace(None)  # type: ignore[arg-type]
+
+    def known(self) -> list[Known]:
+        """Return the tests that passed."""
+        found = []
+        for name in self._seconds.keys() - self._failed:
+            lines: Lines = defaultdict(set)
+            for part in {name, *self._fixtures.get(name, ())}:
+                for file, numbers in self._lines.get(part, {}).items():
+                    lines[file] |= numbers
+            found.append(Known(name, self._seconds[name], dict(lines)))
+        return sorted(found, key=lambda each: (each.seconds, each.name))
+
+    def _called(self, frame: Any, _event: str, _argument: object) -> Callable[..., Any] | None:
+        file = frame.f_code.co_filename
+        if file not in self._files:
+            return None
+
+        def ran(frame: Any, event: str, _argument: object) -> Callable[..., Any]:
+            if event == "line":
+                self._present[file].add(frame.f_lineno)
+            return ran
+
+        return ran
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Watch for this test."""
+        self._present = self._lines[item.nodeid]
+        found = getattr(item, "_fixtureinfo", None)
+        self._fixtures[item.nodeid] = {
+            _name(each)
+            for several in (found.name2fixturedefs if found else {}).values()
+            for each in several
+            if each.scope != "function"
+        }
+        sys.settrace(self._called)  # a test may have ended it
+        try:
+            return (yield)
+        finally:
+            self._present = self._lines[""]
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(
+        self, fixturedef: pytest.FixtureDef[Any]
+    ) -> Generator[None, object, object]:
+        """Watch for a fixture that several tests share."""
+        before = self._present
+        if fixturedef.scope != "function":
+            self._present = self._lines[_name(fixturedef)]
+        try:
+            return (yield)
+        finally:
+            self._present = before
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Take the time; leave out what did not pass."""
+        self._seconds[report.nodeid] += report.duration
+        if report.outcome != "passed" or hasattr(report, "wasxfail"):
+            self._failed.add(report.nodeid)
+
+
+def _name(fixture: pytest.FixtureDef[Any]) -> str:
+    return f"fixture {fixture.baseid}::{fixture.argname}"
+
+
+def record(files: Iterable[str], arguments: list[str]) -> list[Known]:
+    """Run tests once, and return what each runs; quickest first."""
+    with Recorder(files) as recorder:
+        pytest.main([*arguments, "-q", "--no-header"], plugins=[recorder])
+    return recorder.known()

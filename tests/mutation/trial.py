@@ -1,0 +1,307 @@
+"""One mutant against its tests, in a process of its own that leaves nothing behind.
+
+The change exists in the memory of that process alone; temporary files go with its folder. A changed
+function is put in the place of the original in a process that has collected all tests, which takes
+little beside the tests themselves. What changes a module or a class itself is tried in a process
+that has imported nothing of the sources as yet.
+"""
+
+from __future__ import annotations
+
+import gc
+import inspect
+import os
+import select
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections import defaultdict
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from importlib.abc import MetaPathFinder
+from importlib.machinery import SourceFileLoader
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    import ast
+    from collections.abc import Callable, Sequence
+    from importlib.machinery import ModuleSpec
+
+    from mutation.record import Known
+
+KILLED, HUNG, DIED, SURVIVED, UNTESTED = "killed", "hung", "died", "survived", "no test runs it"
+_SAID = "said"
+"""The file of what a process prints."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a mutant, and which test said so."""
+
+    outcome: str
+    by: str = ""
+    tests: int = 0
+    said: str = ""
+    """What its process printed."""
+
+    @property
+    def is_found(self) -> bool:
+        """Whether a test noticed the change."""
+        return self.outcome in {KILLED, HUNG, DIED}
+
+
+@dataclass(frozen=True)
+class Patience:
+    """When a test takes so long that it has failed: by its time, and so many seconds beyond."""
+
+    times: float
+    more_s: float
+    between_s: float = 300.0
+    """For collecting tests, and for what follows upon the last."""
+
+    def limit_s(self, test: Known) -> float:
+        """Return how long a test may take."""
+        return self.times * test.seconds + self.more_s
+
+
+@dataclass(frozen=True)
+class Change:
+    """A module, the file that it is in, and the tree that it is made of instead."""
+
+    module: str
+    path: Path
+    tree: ast.Module
+
+    def code(self) -> CodeType:
+        """Return what the module is made of."""
+        return compile(self.tree, str(self.path), "exec", dont_inherit=True)
+
+    def functions(self) -> list[tuple[CodeType, CodeType]] | None:
+        """Return the functions that differ, old and new; None where more than functions does."""
+        source = self.path.read_bytes()
+        return _differing(compile(source, str(self.path), "exec", dont_inherit=True), self.code())
+
+
+def _differing(old: CodeType, new: CodeType) -> list[tuple[CodeType, CodeType]] | None:
+    found: list[tuple[CodeType, CodeType]] = []
+    if old.co_code != new.co_code or len(old.co_consts) != len(new.co_consts):
+        return None
+    for one, other in zip(old.co_consts, new.co_consts, strict=True):
+        if not isinstance(one, CodeType) or not isinstance(other, CodeType):
+            if one != other or type(one) is not type(other):
+                return None
+        elif one.co_flags & inspect.CO_OPTIMIZED:
+            if one != other:
+                found.append((one, other))
+        elif (inside := _differing(one, other)) is None:  # the body of a class
+            return None
+        else:
+            found += inside
+    return found if old.co_names == new.co_names else None
+
+
+class _Changed(SourceFileLoader):
+    def __init__(self, change: Change) -> None:
+        super().__init__(change.module, str(change.path))
+        self._change = change
+
+    def get_code(self, fullname: str) -> CodeType:  # noqa: ARG002  (the one that it was made for)
+        return self._change.code()
+
+
+class _Finder(MetaPathFinder):
+    """Finds the changed module before its file is found."""
+
+    def __init__(self, change: Change) -> None:
+        self._change = change
+
+    def find_spec(self, name: str, *_: object) -> ModuleSpec | None:
+        if name != self._change.module:
+            return None
+        path = self._change.path
+        folder = [str(path.parent)] if path.name == "__init__.py" else None
+        return spec_from_file_location(
+            name, path, loader=_Changed(self._change), submodule_search_locations=folder
+        )
+
+
+class _Telling:
+    """A plugin of pytest that tells which test is run, and whether it failed."""
+
+    tell: Callable[[str], None]
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self.tell(f"begun {nodeid}")
+
+    def pytest_runtest_logfinish(self, nodeid: str) -> None:
+        self.tell(f"ended {nodeid}")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self.tell(f"failed {report.nodeid}")
+
+
+class _Chosen(_Telling):
+    """Runs the chosen tests in their order."""
+
+    def __init__(self, names: Sequence[str], tell: Callable[[str], None]) -> None:
+        self._place = {name: number for number, name in enumerate(names)}
+        self.tell = tell
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = [each for each in items if each.nodeid in self._place]
+        items.sort(key=lambda each: self._place[each.nodeid])
+
+
+def try_anew(change: Change, tests: Sequence[Known], patience: Patience) -> Verdict:
+    """Run the tests until one fails, with the sources imported anew."""
+    names = [each.name for each in tests]
+
+    def work(tell: Callable[[str], None], folder: Path) -> int:
+        sys.dont_write_bytecode = True
+        sys.meta_path.insert(0, _Finder(change))
+        files = dict.fromkeys(name.split("::")[0] for name in names)
+        options = ["-x", "-q", "-s", "-p", "no:cacheprovider", f"--basetemp={folder / 'pytest'}"]
+        return int(pytest.main([*options, *files], plugins=[_Chosen(names, tell)]))
+
+    return _in_child(work, tests, patience)
+
+
+class Collected(_Telling):
+    """A plugin of pytest that collects all tests, and leaves it to `use` which of them are run."""
+
+    def __init__(self, use: Callable[[Collected], None]) -> None:
+        self._use = use
+        self._items: dict[str, pytest.Item] = {}
+        self._functions: dict[tuple[str, str, int], list[FunctionType]] = defaultdict(list)
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Look up what is there, and hand over."""
+        self._items = {each.nodeid: each for each in session.items}
+        gc.unfreeze()
+        for each in gc.get_objects():
+            if isinstance(each, FunctionType):
+                self._functions[_place(each.__code__)].append(each)
+        gc.freeze()
+        self._use(self)
+        return True
+
+    def try_functions(
+        self,
+        changed: Sequence[tuple[CodeType, CodeType]],
+        tests: Sequence[Known],
+        patience: Patience,
+    ) -> Verdict:
+        """Run the tests until one fails, with other functions in the place of some."""
+        if not all(self._functions[_place(old)] for old, _ in changed):
+            return Verdict(UNTESTED)
+        chosen = [self._items[each.name] for each in tests if each.name in self._items]
+
+        def work(tell: Callable[[str], None], _: Path) -> int:
+            self.tell = tell
+            for old, new in changed:
+                for function in self._functions[_place(old)]:
+                    function.__code__ = new
+            for item, following in zip(chosen, [*chosen[1:], None], strict=True):
+                item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
+            return 0
+
+        return _in_child(work, tests, patience)
+
+
+def _place(code: CodeType) -> tuple[str, str, int]:
+    return code.co_filename, code.co_qualname, code.co_firstlineno
+
+
+def _in_child(
+    work: Callable[[Callable[[str], None], Path], int], tests: Sequence[Known], patience: Patience
+) -> Verdict:
+    if not tests:
+        return Verdict(UNTESTED)
+    folder = Path(tempfile.mkdtemp(prefix="mutant-"))
+    reads, writes = os.pipe()
+    sys.stdout.flush()
+    child = os.fork()
+    if child == 0:
+        os.close(reads)
+        _be_child(work, folder, writes)
+    os.close(writes)
+    try:
+        verdict = _watch(child, reads, tests, patience)
+        said = (folder / _SAID).read_text(encoding="utf-8", errors="replace")
+        return replace(verdict, said=said)
+    finally:
+        os.close(reads)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _be_child(
+    work: Callable[[Callable[[str], None], Path], int], folder: Path, writes: int
+) -> None:
+    os.setsid()  # so that its threads and programs end with it
+    status = 70
+    try:
+        os.environ.update(TMPDIR=str(folder), RIGRUNNER_LOCKS=str(folder), HOME=str(folder))
+        tempfile.tempdir = None
+        said = os.open(folder / _SAID, os.O_RDWR | os.O_CREAT)
+        for number, file in enumerate((os.open(os.devnull, os.O_RDONLY), said, said)):
+            os.dup2(file, number)
+        status = work(lambda text: os.write(writes, f"{text}\n".encode()) and None, folder)
+    except BaseException:  # noqa: BLE001  (a mutant may raise anything)
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _watch(child: int, reads: int, tests: Sequence[Known], patience: Patience) -> Verdict:
+    """Return what the child says; end it once a test failed or takes too long."""
+    allowed_s = {each.name: patience.limit_s(each) for each in tests}
+    test, heard, began = "", b"", set[str]()
+    until_s = time.monotonic() + patience.between_s
+    while True:
+        ready, _, _ = select.select([reads], [], [], max(until_s - time.monotonic(), 0.0))
+        if not ready:
+            _end(child, within_s=0.0)
+            return Verdict(HUNG, test, len(began))
+        piece = os.read(reads, 65536)
+        if not piece:
+            break
+        *lines, heard = (heard + piece).split(b"\n")
+        for line in lines:
+            kind, _, name = line.decode().partition(" ")
+            if kind == "failed":
+                _end(child, within_s=0.0)
+                return Verdict(KILLED, name, len(began))
+            test = name
+            began.add(name)
+            limit_s = allowed_s[name] if kind == "begun" else patience.between_s
+            until_s = time.monotonic() + limit_s
+    code = _end(child, within_s=1.0)
+    if code == 0 and len(began) == len(tests):
+        return Verdict(SURVIVED, "", len(began))
+    return Verdict(DIED, test, len(began))
+
+
+def _end(child: int, *, within_s: float) -> int:
+    """End a process and all that it started; return its exit code, negative for a signal."""
+    until_s = time.monotonic() + within_s
+    found, status = os.waitpid(child, os.WNOHANG)
+    while not found and time.monotonic() < until_s:
+        time.sleep(0.01)
+        found, status = os.waitpid(child, os.WNOHANG)
+    with suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)
+    if not found:
+        _, status = os.waitpid(child, 0)
+    return os.waitstatus_to_exitcode(status)
