@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -12,10 +14,12 @@ from helpers_every_step import FAST
 from helpers_terminal import PROGRAM, Terminal
 from helpers_workflow import edited
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded, StepEnded
+from rigrunner.ending import ENDING, SUSPENDING, signal_name
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure, find_station
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals of Unix")
+REALTIME = range(getattr(signal, "SIGRTMIN", 0), getattr(signal, "SIGRTMAX", 0) + 1)
 STANDSTILL = {"tester.frequency": 0.0, "tester.load": 0.0}
 
 
@@ -57,12 +61,19 @@ def interventions(run) -> list[tuple[str, str]]:
     return [(one.action, one.by) for one in run.events if isinstance(one, Intervention)]
 
 
-@pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGTERM, 20), (signal.SIGHUP, 20), (signal.SIGINT, 130)]
+ENDED_BY = (
+    *((number, 20) for number in (*ENDING, *SUSPENDING) if number not in REALTIME[1:-1]),
+    (signal.SIGINT, 130),
 )
+
+
+@pytest.mark.parametrize(("number", "code"), ENDED_BY, ids=signal_name)
 def test_a_signal_aborts_an_unattended_run(lab, number, code):
+    """SIGTSTP and its like as well, where no shell could let the program go on."""
     command = [*PROGRAM, *arguments("--unattended")]
-    with subprocess.Popen(command, cwd=lab, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, cwd=lab, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
         for line in process.stderr:
             if "Record" in line:
                 break
@@ -72,6 +83,74 @@ def test_a_signal_aborts_an_unattended_run(lab, number, code):
     run = stored(lab)
     assert run.info.outcome == "aborted"
     assert interventions(run)[-1][0] == "abort"
+    if number != signal.SIGINT:
+        assert signal_name(number) in run.info.reason
+
+
+def test_the_page_of_faults_has_every_signal():
+    page = (Path(__file__).parents[2] / "docs/reference/faults.md").read_text(encoding="utf-8")
+    table = page.partition("## Signals")[2].partition("\n## ")[0]
+    handled = {signal_name(each) for each in (*ENDING, *SUSPENDING)} - {
+        signal_name(each) for each in REALTIME[1:-1]
+    }
+    named = set(re.findall(r"SIG[A-Z0-9]+", table))
+    assert handled <= named
+    every = {each.name for each in signal.Signals} - {"SIGCLD", "SIGPOLL", "SIGIOT"}
+    assert every <= named | {"SIGBREAK"}
+
+
+def test_a_signal_that_was_ignored_at_the_start_stays_so(lab):
+    ignoring = ("nohup", *PROGRAM, *arguments("--unattended"))
+    with subprocess.Popen(ignoring, cwd=lab, stderr=subprocess.PIPE, text=True) as process:
+        for line in process.stderr:
+            if "Record" in line:
+                break
+        process.send_signal(signal.SIGHUP)
+        process.stderr.read()
+        assert process.wait(timeout=30) == 0
+    assert stored(lab).info.outcome == "completed"
+
+
+def test_ctrl_z_makes_safe_before_the_program_is_suspended_and_fg_tells_what_became_of_it(lab):
+    shell = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal((), str(lab), shell) as terminal:
+        terminal.type("PS1='prompt> '\n")
+        terminal.wait_for("prompt> ")
+        terminal.type(" ".join((*PROGRAM, *arguments("--set", "operator=Ada"))) + "\n")
+        terminal.wait_for("[yes/no]")
+        terminal.type("yes\n")
+        terminal.wait_for("Record")
+        terminal.press_ctrl_z()
+        terminal.wait_for("SIGTSTP")
+        terminal.wait_for("Stopped")
+        run = stored(lab)  # it is sealed, and the rig safe, while the program is suspended
+        assert run.info.outcome == "aborted"
+        assert "SIGTSTP" in run.info.reason
+        terminal.wait_for("prompt> ")
+        terminal.type("fg\n")
+        terminal.wait_for("Continued. The run ended as aborted")
+        terminal.wait_for("tester.frequency 0")
+        terminal.wait_for("prompt> ")
+        terminal.type("echo code=$?\n")
+        terminal.wait_for("code=20")
+
+
+def test_ctrl_z_while_jogging_makes_safe_before_the_program_is_suspended(lab):
+    shell = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal((), str(lab), shell) as terminal:
+        terminal.type("PS1='prompt> '\n")
+        terminal.wait_for("prompt> ")
+        terminal.type(" ".join((*PROGRAM, "jog", "rig.yaml", "tester", "--realtime")) + "\n")
+        terminal.wait_for("tester>")
+        terminal.type("set frequency 5 Hz\n")
+        terminal.wait_for("reads back 5")
+        terminal.press_ctrl_z()
+        terminal.wait_for("Stopped")
+        assert "tester is safe" in terminal.passed
+        terminal.wait_for("prompt> ")
+        terminal.type("fg\n")
+        terminal.wait_for("Continued.")
+        terminal.wait_for("prompt> ")
 
 
 def test_ctrl_c_pauses_and_every_decision_is_on_record(lab):

@@ -67,7 +67,11 @@ def amended(
             "statements": letterhead.statements,
             "authorisation": issue.authorisation,
             "evidence": original.evidence.model_copy(update={"issued_with": dict(issue.software)}),
-            "appearance": Appearance(language=letterhead.language, files=dict(letterhead.files)),
+            "appearance": Appearance(
+                language=letterhead.language,
+                files=dict(letterhead.files),
+                layouts=dict(issue.layouts),
+            ),
         }
     )
 

@@ -157,7 +157,7 @@ def _show_help(jog: Jog) -> None:
 def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
     """Return a line; None at the end of the input. Interlocks are watched meanwhile."""
     prompt(question)
-    with stop.while_asking():
+    with stop.while_asking(), jog.person():
         while not line_may_be_read(LOOK_EVERY_S):
             jog.look()
         line = sys.stdin.readline()

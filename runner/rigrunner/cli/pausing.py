@@ -6,6 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
+from rigrunner.api.texts import name_of, refused_character
 from rigrunner.cli.keyboard import line_may_be_read
 from rigrunner.cli.output import message, prompt
 from rigrunner.engine.pausing import Choice, Decision
@@ -63,9 +64,15 @@ class TerminalPauses:
 
     def _reason(self, choice: Choice, watch: Callable[[], None]) -> str:
         question = "Your note: " if choice is Choice.NOTE else "Why? "
-        while not (reason := self._answer(question, watch)):
-            message("Please give it in words: it goes on record.")
-        return reason
+        while True:
+            reason = self._answer(question, watch)
+            refused = refused_character(reason)
+            if refused:
+                message(f"Please type it anew, without the character {name_of(refused[0])}.")
+            elif reason:
+                return reason
+            else:
+                message("Please give it in words: it goes on record.")
 
     def _answer(self, question: str, watch: Callable[[], None]) -> str:
         prompt(question)

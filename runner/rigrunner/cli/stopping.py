@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, ExitCode
 from rigrunner.api.events import Event, RunEnded, RunStarted
-from rigrunner.ending import ENDING, Consoles
+from rigrunner.ending import ENDING, SUSPENDING, Consoles, signal_name, take_signals
 from rigrunner.engine.pausing import PauseWantedError, StopNow
 
 if TYPE_CHECKING:
@@ -32,9 +32,10 @@ class InterruptedRunError(AbortedError):
 
 
 class SignalStop:
-    """A stop token that SIGTERM, SIGHUP and Ctrl-C set, and where Ctrl-C asks for a pause first.
+    """A stop token that signals and Ctrl-C set, and where Ctrl-C asks for a pause first.
 
-    It listens to the run's events: outside of a run Ctrl-C ends the program as ever.
+    It listens to the run's events: outside of a run Ctrl-C ends the program as ever. Ctrl-Z ends
+    the run too; the program is suspended once the rig is safe and closed.
     """
 
     def __init__(self, *, attended: bool = False) -> None:
@@ -44,6 +45,10 @@ class SignalStop:
         self._running = self._asking = self._is_let_be = False
         self._presses = 0
         self._consoles = Consoles()
+        self.suspended_by = ""
+        """The signal that suspends the program in the end; empty for none."""
+        self.ended = ""
+        """How the run ended, in words."""
 
     def __call__(self, event: Event) -> None:
         """Take note of whether a run is going on."""
@@ -51,6 +56,7 @@ class SignalStop:
             self._running, self._is_let_be = True, False
         elif isinstance(event, RunEnded):
             self._running = False
+            self.ended = _how_it_ended(event)
 
     def is_set(self) -> bool:
         """Return True once the run is to stop."""
@@ -88,7 +94,20 @@ class SignalStop:
     def handle(self, number: int, _frame: FrameType | None) -> None:
         """Take a signal: set the token; while a person is asked, raise AbortedError."""
         self._consoles.silence_closed()
-        self._stop(AbortedError(f"stopped by {signal.Signals(number).name}", by="signal"))
+        self._stop(AbortedError(f"stopped by {signal_name(number)}", by="signal"))
+
+    def suspend(self, number: int, _frame: FrameType | None) -> None:
+        """Take Ctrl-Z: end the run as SIGTERM does; `stop_on_signals` then suspends the program.
+
+        A program that is suspended watches no interlock, so that the rig must be safe before.
+        """
+        name = signal_name(number)
+        if self.suspended_by:
+            _say("The rig is being made safe, then the program is suspended; please wait.")
+        else:
+            _say(f"{name}: the run is aborted and the rig made safe before this is suspended.")
+        self.suspended_by = name
+        self._stop(AbortedError(f"aborted by {name}, before it was suspended", by="signal"))
 
     def interrupt(self, _number: int, _frame: FrameType | None) -> None:
         """Take a Ctrl-C: pause, then abort, then stop at once; after that the rig is made safe."""
@@ -174,13 +193,34 @@ def until(stop: SignalStop, seconds: float | None) -> Until:
 
 @contextmanager
 def _handled(stop: SignalStop) -> Iterator[SignalStop]:
-    former = {number: signal.signal(number, stop.handle) for number in ENDING}
+    former = take_signals(ENDING, stop.handle)
+    if not isinstance(stop, BatchStop):  # which has no rig: it may be suspended at once
+        former |= take_signals(SUSPENDING, stop.suspend)
     former[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
     try:
         yield stop
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)
+        if stop.suspended_by:
+            _suspend(stop.ended)
+
+
+def _suspend(ended: str) -> None:
+    """Suspend this program as Ctrl-Z would have, and say what became of it when it goes on.
+
+    Without a shell that could continue it the system ignores this, and the program ends.
+    """
+    _say(f"{ended}Suspended: the rig is closed. 'fg' goes on to the end of the program.")
+    os.kill(os.getpid(), signal.SIGTSTP)
+    _say(f"Continued. {ended or 'The rig was closed before the program was suspended. '}")
+
+
+def _how_it_ended(event: RunEnded) -> str:
+    read_back = ", ".join(f"{name} {value:g}" for name, value in event.read_back.items())
+    drives = f" Drives read back: {read_back}." if read_back else ""
+    reason = f": {event.reason}" if event.reason else ""
+    return f"The run ended as {event.outcome}{reason}.{drives} "
 
 
 def _say(text: str) -> None:

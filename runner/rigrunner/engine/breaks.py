@@ -65,7 +65,8 @@ class _Break:
         while True:
             choices = tuple(self._choices())
             paused = Paused(self.path, self.point, why, moving, choices)
-            decision = pauses.decide(paused, self.session.watch)
+            with self.session.rig.person():
+                decision = pauses.decide(paused, self.session.watch)
             match decision.choice:
                 case Choice.ABORT:
                     return decision

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.bus import Bus
     from rigrunner.engine.overrides import Override
-    from rigrunner.engine.pausing import Pauses
+    from rigrunner.engine.pausing import Interference, Pauses
     from rigrunner.engine.run import RunSummary
     from rigrunner.plan.actions import Interlock, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
@@ -42,17 +42,18 @@ def run_by_hand(  # noqa: PLR0917  (the things that a run is made of)
     *,
     interlocks: Sequence[Interlock],
     pauses: Pauses,
+    before: Sequence[Interference] = (),
 ) -> RunSummary:
     """Do the steps as they come, on a connected rig, and return how it ended; never raises.
 
     `steps` is given the session, to look at the rig between steps. What fails is on record, and
     ends it unless the step's terms say otherwise; an interlock that would pause a run ends it too.
-    In the end the rig is made safe, whatever happened.
+    In the end the rig is made safe, whatever happened. What happened `before` it is on record too.
     """
     emit = Emitter(bus, clock)
     session = Session(rig, emit, UnattendedAnswers(), stop, Guard(interlocks, rig, emit), pauses)
     notes = Notes(bus, emit, stop)
-    run = _ByHand(Plan((), tuple(interlocks)), session, notes, overrides)
+    run = _ByHand(Plan((), tuple(interlocks)), session, notes, overrides, before=before)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.follow, steps, run_id))
@@ -73,6 +74,8 @@ class _ByHand(Run):
         try:
             for index, step in enumerate(steps(self._session)):
                 self._session.check(anew=True)
-                do_step(index, step, self._session, self.notes, tries)
+                self.notes.stopped_at = do_step(index, step, self._session, self.notes, tries)
+                if self.notes.stopped_at:
+                    break
         except PauseWantedError as wanted:
             raise AbortedError(wanted.message, by=wanted.by) from wanted

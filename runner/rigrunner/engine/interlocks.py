@@ -26,9 +26,9 @@ _ROUNDING_S = 1e-9
 class InterlockError(AbortedError):
     """An interlock ends the run; `makes_safe`: the rig is made safe before the teardown."""
 
-    def __init__(self, interlock: Interlock, text: str) -> None:
-        super().__init__(text, by=f"interlock {interlock.name}")
-        self.makes_safe = interlock.does == "make_safe"
+    def __init__(self, text: str, by: str, *, makes_safe: bool) -> None:
+        super().__init__(text, by=by)
+        self.makes_safe = makes_safe
 
 
 class Guard:
@@ -88,7 +88,7 @@ class Guard:
         for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
             if each.interlock.does == "pause":
                 raise PauseWantedError(each.text, by=f"interlock {each.interlock.name}")
-            raise InterlockError(each.interlock, each.text)
+            raise _error(each.interlock, each.text)
 
     def allow(self, role: str, drive: str, value: float) -> None:
         """Raise InterlockError if a set-point leads away from safe and is forbidden now."""
@@ -97,7 +97,7 @@ class Guard:
         for each in against:
             if self._rig.leads_away(role, drive, value):
                 text = f"{member} may not be set to {value:g}: {each.text}"
-                raise InterlockError(each.interlock, text)
+                raise _error(each.interlock, text)
 
     def _read(self, watch: Watch) -> None:
         role, channel = split_member(watch.interlock.member)
@@ -117,6 +117,11 @@ class Guard:
                 self._emit(InterlockTripped, source=f"interlock {interlock.name}", **known, **more)
             else:
                 self._emit(InterlockCleared, step=f"interlock {interlock.name}", **known)
+
+
+def _error(interlock: Interlock, text: str) -> InterlockError:
+    makes_safe = interlock.does == "make_safe"
+    return InterlockError(text, f"interlock {interlock.name}", makes_safe=makes_safe)
 
 
 _GRAVEST = ("make_safe", "abort", "pause")

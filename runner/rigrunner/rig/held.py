@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Clock, Patience
     from rigrunner.rig.role import Role
+    from rigrunner.rig_state import RigMarks
     from rigrunner.station.drive_rules import DriveRules
 
 _T = TypeVar("_T")
@@ -31,6 +32,8 @@ class Shared:
     """Where drives stand, 'role.drive', as far as that is known without reading them back."""
     standing: Callable[[str], float]
     """Tells where a drive stands; reads it back where that is not known."""
+    marks: RigMarks | None = None
+    """Where it is kept, for whoever comes after this process, that a drive is energised."""
 
 
 class HeldDrive:
@@ -49,6 +52,7 @@ class HeldDrive:
         """How fast the drive is to be led, as the station says; None: it moves by itself."""
         self._rules, self._set_points = rules, shared.set_points
         self._standing, self._clock = shared.standing, shared.clock
+        self._mark = shared.marks.before_set(role.name, self.info) if shared.marks else None
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
@@ -66,6 +70,8 @@ class HeldDrive:
         if self._rules.combinations or not self._least <= value <= self._greatest:
             self._rules.check(self.member, self._allowed, value, self._standing)
         self._set_points.pop(self.member, None)  # not known until it is read back
+        if self._mark is not None:
+            self._mark(value)
         if self._is_quick:  # as two calls of the role, without what those take
             what = self._set
             try:
@@ -114,6 +120,10 @@ class HeldDrive:
         """Call what begins to move the drive."""
         moving = self._role.moving(what, function, self._answer_s)
         return self._role.caller.call(what, moving, self._answer_s)
+
+    def stands_at(self, actual: float, value: float) -> bool:
+        """Say whether a read-back is the set-point within the drive's tolerance."""
+        return abs(actual - value) <= self._deviation
 
     def read_back(self) -> float:
         """Return where the drive is read back to stand."""

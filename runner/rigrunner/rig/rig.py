@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from functools import partial
+from threading import Thread
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from rigrunner.api.calling import blocks_of
+from rigrunner.api.cleanup import add_beside, do_all, error_text
 from rigrunner.api.devices import (
     CountsStreams,
     Identity,
@@ -18,6 +21,8 @@ from rigrunner.api.devices import (
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.drives import staying_away
 from rigrunner.rig.held import HeldDrive, Shared
+from rigrunner.rig.messages import DeviceMessages
+from rigrunner.rig.pulse import NotedClock
 from rigrunner.rig.reading import (
     HeldChannels,
     found_of_stream,
@@ -31,12 +36,15 @@ from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
     from types import TracebackType
 
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Clock, Device, DriveInfo, StopToken
+    from rigrunner.rig.pulse import Pulse
     from rigrunner.rig.safe_state import SafetyReport
+    from rigrunner.rig_state import RigMarks
 
 _T = TypeVar("_T")
 
@@ -59,17 +67,26 @@ class Rig:
         patience: Patience | None = None,
         safe_order: Sequence[str] = (),
         rules: DriveRules | None = None,
+        *,
+        marks: RigMarks | None = None,
+        pulse: Pulse | None = None,
     ) -> None:
         self.devices = dict(devices)
-        self.clock = clock
+        self.clock: Clock = clock if pulse is None else NotedClock(clock, pulse)
+        self._pulse = pulse
+        self.messages = DeviceMessages()
+        """What the drivers tell beside their answers; those of who made the devices, if he has."""
         self._safe_order = tuple(safe_order)
         self._rules = rules or DriveRules()
         self._connected: set[str] = set()
         self._set_points: dict[str, float] = {}
         self._paused: list[str] = []
         self._patience = patience or Patience()
-        self._roles = {name: Role(name, device) for name, device in self.devices.items()}
-        self._shared = Shared(self._rules, self._patience, clock, self._set_points, self._standing)
+        self._roles = {name: Role(name, device, pulse) for name, device in self.devices.items()}
+        self._marks = marks
+        self._shared = Shared(
+            self._rules, self._patience, clock, self._set_points, self._standing, marks
+        )
         self._drives: dict[tuple[str, str], HeldDrive] = {}
         self._channels: dict[tuple[str, tuple[str, ...]], HeldChannels] = {}
 
@@ -91,7 +108,7 @@ class Rig:
         except Exception as second:
             if error is None:
                 raise
-            error.add_note(f"closing the rig failed too: {second}")
+            add_beside(error, f"closing the rig failed too: {error_text(second)}")
 
     def connect(self) -> dict[str, Identity]:
         """Connect all and return who answered; if one fails, make safe and close all, and raise."""
@@ -100,6 +117,30 @@ class Rig:
         except BaseException as error:
             self.__exit__(type(error), error, None)
             raise
+
+    def connect_each(self) -> dict[str, str]:
+        """Connect what answers, all at the same time; return why each other device was not."""
+        failed: dict[str, str] = {}
+
+        def connect(role: str) -> None:
+            try:
+                self._connect(role)
+            except BaseException as error:  # noqa: BLE001  (told; the others have their turn)
+                failed[role] = error_text(error)
+
+        limit_s = 3 * self._patience.connect_s
+        tries = {role: Thread(target=connect, args=(role,), daemon=True) for role in self.devices}
+        for each in tries.values():
+            each.start()
+        for role, each in tries.items():
+            each.join(limit_s)
+            if each.is_alive():  # a device that is called inline has no time limit
+                failed[role] = f"'connect' did not return within {limit_s:.3g} s"
+        return dict(failed)
+
+    def person(self) -> AbstractContextManager[None]:
+        """Say for a while that a person is asked, and may take any time."""
+        return nullcontext() if self._pulse is None else self._pulse.person()
 
     def set(
         self,
@@ -138,6 +179,27 @@ class Rig:
     def read_back(self, role: str, drive: str) -> float:
         """Return where a drive is read back to stand."""
         return self._held(role, drive).read_back()
+
+    def drives_astray(self, but: Container[str] = ()) -> Iterator[tuple[str, str]]:
+        """Read back each drive that was set; yield each that is elsewhere, and where, in words.
+
+        A read-back that does not agree is confirmed by another one. Left out are the devices that
+        are named in `but`, and all while the rig is paused. Raises a DeviceError.
+        """
+        if self._paused:
+            return
+        for member, value in tuple(self._set_points.items()):
+            role, drive = split_member(member)
+            if role in but:
+                continue
+            held = self._held(role, drive)
+            if held.stands_at(held.read_back(), value):
+                continue
+            actual = held.read_back()
+            if not held.stands_at(actual, value):
+                unit, deviation = held.info.unit, held.info.allowed_deviation
+                found = f"{member} was set to {value:g} {unit} and reads back {actual:g} {unit}"
+                yield member, f"{found}, allowed is within {deviation:g} {unit}"
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
         """Say whether a set-point is farther from the safe value than where the drive stands."""
@@ -228,7 +290,8 @@ class Rig:
         Idempotent, and in the order that was given: first the drives and devices that it names,
         then the other devices, those that move in cycles before those that do not. A drive counts
         as safe once it is read back at its safe value. A call that was given up is waited for then:
-        if it comes back, its device is made safe once more, and else it is not safe.
+        if it comes back, its device is made safe once more, and else it is not safe. What is safe
+        is taken out of the marker of the energised rig.
         """
         answer_s = self._patience.answer_s
         self._paused.clear()
@@ -236,36 +299,40 @@ class Rig:
         given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
 
         def made_safe(role: str, drive: str) -> SafetyReport:
-            return make_safe(role, drive, self.devices[role], self._roles[role].caller, answer_s)
+            device, caller = self.devices[role], self._roles[role].caller
+            connected = role in self._connected
+            return make_safe(role, drive, device, caller, answer_s, connected=connected)
 
         reports = [
             made_safe(role, drive)
             for role, drive in safe_places(self._safe_order, self.devices)
             if not drive or role in self._connected
         ]
-        return tuple(
+        left = tuple(
             after_late_call(each, late, partial(made_safe, each.role, ""))
             if not each.drive and (late := given_up.get(each.role))
             else each
             for each in reports
         )
+        if self._marks is not None:
+            self._marks.confirm([each.role for each in left if not each.drive and each.safe])
+        return left
 
     def close(self) -> None:
-        """Close every device; the first error is raised after all were tried."""
-        errors: list[Exception] = []
-        for role in self._roles.values():
-            try:
-                with role.named():
-                    role.caller.call_urgently("close", role.device.close, self._patience.answer_s)
-            except Exception as error:  # noqa: BLE001  (raised below, after the others)
-                errors.append(error)
+        """Close every device; the first error is raised after all were tried, with the others."""
+        do_all(*(partial(self._close, role) for role in self._roles.values()))
+
+    def _close(self, role: Role) -> None:
+        try:
+            with role.named("close"):
+                role.caller.call_urgently("close", role.device.close, self._patience.answer_s)
+        finally:
             role.caller.stop()
-        if errors:
-            raise errors[0]
 
     def _connect(self, role: str) -> Identity:
         limit_s, connect = self._patience.connect_s, self.devices[role].connect
-        identity = self._call(role, "connect", lambda: connect(limit_s), 2 * limit_s)
+        longest_s = math.inf if math.isinf(self._patience.answer_s) else 2 * limit_s
+        identity = self._call(role, "connect", lambda: connect(limit_s), longest_s)
         self._connected.add(role)
         refuse_unnamed(role, identity)
         self._roles[role].look_anew()

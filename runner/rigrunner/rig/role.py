@@ -13,12 +13,14 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
 )
+from rigrunner.rig.pulse import NotedCaller
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from rigrunner.api.calling import Caller, MovingCall
     from rigrunner.api.devices import Device, DriveInfo
+    from rigrunner.rig.pulse import Pulse
 
 _T = TypeVar("_T")
 
@@ -30,11 +32,13 @@ class Role:
     to ask whether something is of a Protocol takes longer than to set a drive that does not wait.
     """
 
-    def __init__(self, name: str, device: Device) -> None:
+    def __init__(self, name: str, device: Device, pulse: Pulse | None = None) -> None:
         self.name = name
         self.device = device
         self._inline = device.non_blocking
         self.caller: Caller = InlineCaller() if self._inline else ThreadCaller(name)
+        if pulse is not None and not self._inline:
+            self.caller = NotedCaller(self.caller, pulse)
         self._abilities: dict[type[Any], object] = {}
         self._drives: dict[str, DriveInfo] = {}
         self._moving = MovingCalls()

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.calling import ThreadCaller
+from rigrunner.api.cleanup import error_text
 from rigrunner.api.devices import Settable
-from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.rig.drives import agrees, as_number
 from rigrunner.yamlfile.names import split_member
 
@@ -85,26 +87,62 @@ def safe_places(order: Sequence[str], devices: Mapping[str, Device]) -> list[tup
 
 
 def make_safe(
-    role: str, drive: str, device: Device, caller: Caller, answer_s: float
+    role: str, drive: str, device: Device, caller: Caller, answer_s: float, *, connected: bool
 ) -> SafetyReport:
     """Make a device safe, or one of its drives, and read back; never raises.
 
-    `answer_s` is how long it is waited for beyond the time that the drives need.
+    `answer_s` is how long it is waited for beyond the time that the drives need. Where the
+    `make_safe` of a connected device fails, each of its drives is set by itself: what fails need
+    not have come to all of them.
     """
-    infos = [info for info in device.drives if drive in ("", info.name)]
-    timeout_s = answer_s + sum(info.longest_s for info in infos)
-    work = device.make_safe if not drive else lambda: _set_safe(device, drive)
     for _ in range(_ATTEMPTS):
         try:
-            given = caller.call_urgently("make safe", work, timeout_s)
-            read_back = {name: as_number(value) for name, value in given.items()}
-            return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive)
+            return _made_safe(role, drive, device, caller, answer_s, connected=connected)
         except KeyboardInterrupt:
             continue  # impatience must not leave a rig half safe
-        except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
-            there = not isinstance(error, NoRigError)
-            return SafetyReport(role, {}, (f"make safe failed: {_words(error)}",), drive, there)
     return SafetyReport(role, {}, ("make safe was interrupted from the keyboard",), drive)
+
+
+def _made_safe(
+    role: str, drive: str, device: Device, caller: Caller, answer_s: float, *, connected: bool
+) -> SafetyReport:
+    infos: list[DriveInfo] = []
+    work = partial(_set_safe, device, drive) if drive else device.make_safe
+    try:
+        infos += [info for info in device.drives if drive in ("", info.name)]
+        timeout_s = answer_s + sum(info.longest_s for info in infos)
+        given = caller.call_urgently("make safe", work, timeout_s)
+        read_back = {name: as_number(value) for name, value in given.items()}
+        return SafetyReport(role, read_back, tuple(_unsafe(infos, read_back)), drive)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
+        there = not isinstance(error, NoRigError)
+        problems = [f"make safe failed: {error_text(error)}"]
+        read_back = {}
+        if there and connected and not drive and isinstance(device, Settable):
+            read_back, more = _drive_by_drive(infos, device, caller, answer_s)
+            problems += more
+        return SafetyReport(role, read_back, tuple(problems), drive, there)
+
+
+def _drive_by_drive(
+    infos: Iterable[DriveInfo], device: Device, caller: Caller, answer_s: float
+) -> tuple[dict[str, float], list[str]]:
+    """Set each drive to its safe value; return what was read back, and what speaks against."""
+    read_back: dict[str, float] = {}
+    problems: list[str] = []
+    for info in infos:
+        work, timeout_s = partial(_set_safe, device, info.name), answer_s + info.longest_s
+        try:
+            given = caller.call_urgently("make safe", work, timeout_s)
+            read_back[info.name] = as_number(given[info.name])
+            problems += _unsafe([info], read_back)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001  (reported; the next drive has its turn)
+            problems.append(f"{info.name} cannot be made safe: {error_text(error)}")
+    return read_back, problems
 
 
 def after_late_call(
@@ -132,7 +170,10 @@ def _set_safe(device: Device, drive: str) -> Mapping[str, float]:
 
 
 def _moves_in_cycles(device: Device) -> bool:
-    return any(info.sets_cycle_frequency for info in device.drives)
+    try:
+        return any(info.sets_cycle_frequency for info in device.drives)
+    except BaseException:  # noqa: BLE001  (whatever a driver raises, each device must be made safe)
+        return False
 
 
 def _unsafe(infos: Sequence[DriveInfo], read_back: Mapping[str, float]) -> Iterator[str]:
@@ -144,7 +185,3 @@ def _unsafe(infos: Sequence[DriveInfo], read_back: Mapping[str, float]) -> Itera
 
 def _value(info: DriveInfo, read_back: Mapping[str, float]) -> str:
     return f"{read_back[info.name]:g} {info.unit}" if info.name in read_back else "nothing"
-
-
-def _words(error: BaseException) -> str:
-    return str(error) if isinstance(error, DeviceError) else f"{type(error).__name__}: {error}"

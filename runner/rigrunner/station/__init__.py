@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from rigrunner.station.loading import LoadedStation, load_station, parse_station
+from rigrunner.station.loading import (
+    InconsistentStationError,
+    LoadedStation,
+    load_station,
+    parse_station,
+)
 from rigrunner.station.model import DeviceBinding, ListenerBinding, Station
 
 __all__ = [
     "DeviceBinding",
+    "InconsistentStationError",
     "ListenerBinding",
     "LoadedStation",
     "Station",

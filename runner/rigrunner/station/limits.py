@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.quantity import si_symbol
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.api.settings import AnyQuantity, ListOf, PlainText, Settings
 from rigrunner.yamlfile.names import Member
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Combination(Settings):
         ListOf[Annotated[dict[Member, AnyQuantity], Field(min_length=2)]], Field(min_length=1)
     ]
     """Corners: up to all values of one of them, in magnitude, the drives may go together."""
-    reason: str = ""
+    reason: PlainText = ""
     """Why, for those who are refused."""
 
     @model_validator(mode="after")

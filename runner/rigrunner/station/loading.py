@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.station.mending import as_if_mended
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
+from rigrunner.yamlfile.names import is_name_or_member
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from rigrunner.api.instruments import Instrument, TorqueInstrument
@@ -31,6 +33,8 @@ class LoadedStation:
     digest: str
     """SHA-256 of the text in UTF-8, hexadecimal."""
     text: str
+    time_limits: bool = True
+    """Whether a call of a device is given up that takes too long; not under a debugger."""
 
     @property
     def register(self) -> dict[str, Instrument]:
@@ -41,6 +45,14 @@ class LoadedStation:
     def instruments(self) -> dict[str, TorqueInstrument]:
         """The torque transducers of the register by channel."""
         return torque_instruments(self.model.instruments)
+
+
+class InconsistentStationError(InvalidFileError):
+    """A station of which parts are wrong; `loaded` has others in their place, to look further."""
+
+    def __init__(self, problems: Iterable[Problem], loaded: LoadedStation) -> None:
+        super().__init__(problems)
+        self.loaded = loaded
 
 
 def load_station(path: Path) -> LoadedStation:
@@ -54,23 +66,43 @@ def parse_station(text: str, name: str) -> LoadedStation:
     Raises InvalidFileError with all that is wrong.
     """
     document = parse(text, name)
-    model = validate(Station, document)
-    problems = list(_register_problems(model, document))
-    if problems:
+    problems: list[Problem] = []
+    model: Station | None = None
+    try:
+        model = validate(Station, document)
+    except InvalidFileError as error:
+        problems = list(error.problems)
+        model, more = as_if_mended(document, problems)
+        problems += more
+    sure = not any(each.field.startswith("devices") for each in problems)
+    problems += _register_problems(document, sure_of_roles=sure)
+    if model is None:
         raise InvalidFileError(problems)
-    return LoadedStation(model, document, hashlib.sha256(text.encode()).hexdigest(), text)
+    loaded = LoadedStation(model, document, hashlib.sha256(text.encode()).hexdigest(), text)
+    if problems:
+        raise InconsistentStationError(problems, loaded)
+    return loaded
 
 
-def _register_problems(station: Station, document: Document) -> Iterator[Problem]:
+def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[Problem]:
+    """Yield what is wrong with the channels of the register, also where other parts are wrong.
+
+    Where the devices are, a role that is not among them follows from that.
+    """
+    devices = document.part(("devices",))
+    roles = list(devices) if isinstance(devices, dict) else []
     seen: set[str] = set()
-    for index, instrument in enumerate(station.instruments):
+    for index in range(len(document.part(("instruments",)) or ())):
         path = ("instruments", index, "channel")
+        channel = document.part(path)
+        if not isinstance(channel, str) or not is_name_or_member(channel):
+            continue
         where, field = document.where(path), dotted(path)
-        role = instrument.channel.partition(".")[0]
-        if role not in station.devices:
-            near = difflib.get_close_matches(role, station.devices, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"roles: {', '.join(station.devices)}"
+        role = channel.partition(".")[0]
+        if sure_of_roles and role not in roles:
+            near = difflib.get_close_matches(role, roles, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"roles: {', '.join(roles)}"
             yield Problem(f"there is no device in the role '{role}'", where, field, hint)
-        if instrument.channel in seen:
-            yield Problem(f"'{instrument.channel}' is registered twice", where, field)
-        seen.add(instrument.channel)
+        if channel in seen:
+            yield Problem(f"'{channel}' is registered twice", where, field)
+        seen.add(channel)

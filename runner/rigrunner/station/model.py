@@ -8,7 +8,7 @@ from pydantic import Field
 
 from rigrunner.api.instruments import AnyInstrument
 from rigrunner.api.rig import RigDescription
-from rigrunner.api.settings import ListOf, Settings
+from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.station.safety import Safety
 from rigrunner.yamlfile.names import Identifier, Name, Text
 
@@ -22,6 +22,9 @@ class DeviceBinding(Settings):
     """The plugin that drives it."""
     settings: dict[str, Any] = Field(default_factory=dict)
     """What the plugin is told."""
+    shared: YesNo = False
+    """Whether a run on another station of this machine may reach the same instrument meanwhile: a
+    room's thermometer, or a PLC of two rigs whose drives are not the same."""
 
 
 class ListenerBinding(Settings):
@@ -53,7 +56,7 @@ class Station(Settings):
     """How runs name it."""
     title: Text
     """One line for lists and for the report."""
-    description: str = ""
+    description: PlainText = ""
     """In as many words as it takes."""
     rig: RigDescription
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]

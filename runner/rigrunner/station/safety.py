@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from rigrunner.api.settings import ListOf, PositiveDuration, Settings
+from rigrunner.api.settings import ListOf, PositiveDuration, Settings, YesNo
 from rigrunner.interlock import Interlock
 from rigrunner.station.limits import Combination, DriveLimits
 from rigrunner.yamlfile.names import Member, is_name_or_member
@@ -30,6 +30,8 @@ class Waiting(Settings):
 class Safety(Settings):
     """How the rig is made safe, and what keeps it so."""
 
+    guardian: YesNo = True
+    """Whether a second process makes the rig safe when that of a run dies or hangs."""
     order: ListOf[Annotated[str, AfterValidator(_place_in_order)]] = ()
     """In which order drives (role.drive) and whole devices (role) are made safe; the others follow.
     Unless told, what moves in cycles comes first."""

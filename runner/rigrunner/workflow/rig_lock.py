@@ -1,160 +1,161 @@
-"""One run at a time on a rig: a lock of the operating system, which no dead process holds."""
+"""One run at a time on a rig: by the station's id, and by where its instruments are reached."""
 
 from __future__ import annotations
 
-import json
+import hashlib
 import os
-import stat
-import sys
-from contextlib import contextmanager, nullcontext, suppress
+import socket
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from filelock import FileLock, Timeout
 
 from rigrunner.api.errors import DeviceError
 from rigrunner.clock import utc_text
+from rigrunner.rig_state import (
+    Busy,
+    Holder,
+    Owner,
+    RigMarks,
+    canonical,
+    hold,
+    read_markers,
+    shared_folder,
+)
+from rigrunner.workflow.guardian.guarded import real_roles
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from contextlib import AbstractContextManager
+    from pathlib import Path
 
     from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
     from rigrunner.workflow.prepare import Planned
 
-VARIABLE = "RIGRUNNER_LOCKS"
-"""Names the folder of locks, such as one that several containers share, in place of the usual."""
-FOLDER = "rigrunner-rigs"
-EVERYONE = 0o1777
-"""Of the folder: everyone makes locks in it, and nobody removes those of others (sticky)."""
-FOR_ALL = 0o666
-"""Of its files: the next run may be another person's, and has to open them."""
-_UNFOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Somebody may have put a link there, or a pipe that nobody reads."""
 
+@dataclass(frozen=True)
+class Place:
+    """Where the instrument of a role is reached."""
 
-def rig_lock(planned: Planned) -> AbstractContextManager[None]:
-    """Hold the rig of a planned run; no rig is touched where the run is a replay."""
-    if planned.tape is not None and planned.tape.replays:
-        return nullcontext()
-    return station_lock(planned.station, planned.registry, planned.procedure.model.id)
+    role: str
+    written: str
+    """As the station has it: 'serial:/dev/ttyUSB0'."""
+    addresses: frozenset[str]
+    """The same in the one spelling that others have too."""
 
 
 @contextmanager
-def station_lock(station: LoadedStation, registry: Registry, what: str) -> Iterator[None]:
+def rig_lock(planned: Planned) -> Iterator[RigMarks | None]:
+    """Hold the rig of a planned run; no rig is touched where the run is a replay."""
+    if planned.tape is not None and planned.tape.replays:
+        yield None
+        return
+    with station_lock(planned.station, planned.registry, planned.procedure.model.id) as marks:
+        yield marks
+
+
+@contextmanager
+def station_lock(
+    station: LoadedStation, registry: Registry, what: str
+) -> Iterator[RigMarks | None]:
     """Hold the station's rig for this process; raise DeviceError where another one has it.
 
-    The station's id names the rig, for everyone on this machine, and `what` says what it is held
-    for. A station of simulators alone is not locked: each process simulates a rig of its own.
+    The station's id names the rig, for everyone on this machine, and so does each place where an
+    instrument of it is reached. `what` says what it is held for. Gives what keeps the marker of the
+    energised rig. A station of simulators alone is not locked and has no marker: each process
+    simulates a rig of its own. Raises DeviceError also where another station left one of the
+    instruments energised.
     """
-    if _simulated(station, registry):
-        yield
+    real = real_roles(station, registry)
+    if not real:
+        yield None
         return
-    lock_file = lock_folder() / f"{station.model.id}.lock"
-    lock = FileLock(lock_file, timeout=0, mode=FOR_ALL)
-    try:
-        lock.acquire()
-    except Timeout as error:
-        raise DeviceError(
-            f"the rig of station {station.model.id} is in use{_holder_text(lock_file)}",
-            hint="wait for that run, or stop it; two rigs need two station ids",
-        ) from error
-    except OSError as error:
-        raise DeviceError(f"the rig cannot be locked: {error}", hint=f"see {lock_file}") from error
-    try:
-        _write_holder(lock_file, what)
-        yield
-    finally:
-        with suppress(OSError):
-            _holder(lock_file).unlink()
-        lock.release()
+    now, station_id, process = utc_text(datetime.now(UTC)), station.model.id, os.getpid()
+    places = list(_places(station, registry, real))
+    folder = shared_folder()
+    holder = Holder(station_id, what, process, now)
+    with ExitStack() as held:
+        own = folder / f"{station_id}.lock"
+        locks = {own: _take(held, own, holder, f"the rig of station {station_id}")}
+        taken: set[str] = set()
+        for place in places:
+            named = f"the instrument of '{place.role}' at {place.written}"
+            for address in sorted(place.addresses - taken):
+                lock = folder / f"{_file_name(address)}.lock"
+                locks[lock] = _take(held, lock, holder, named)
+            taken |= place.addresses
+        _refuse_left_by_others(station_id, places)
+        owner = Owner(
+            station=station_id,
+            station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, no path of ours)
+            procedure=what,
+            process=process,
+            host=socket.gethostname(),
+            since=now,
+            plugins={role: station.model.devices[role].plugin for role in real},
+            addresses=_by_role(places),
+        )
+        yield RigMarks(owner, real, locks)
 
 
-def lock_folder() -> Path:
-    """Return the folder of locks that everyone on this machine shares.
-
-    Raises DeviceError where a link or a file stands in its place.
-    """
-    named = os.environ.get(VARIABLE)
-    folder = Path(named) if named else _everyones() / FOLDER
-    try:
-        folder.mkdir(exist_ok=True)
-        if sys.platform != "win32":  # there the folder above it says who may do what
-            _open_to_all(folder)
-    except OSError as error:
-        raise DeviceError(
-            f"the rig cannot be locked: {folder} is no folder for locks: {error.strerror}",
-            hint="remove what stands there",
-        ) from error
-    return folder
+def _places(station: LoadedStation, registry: Registry, roles: list[str]) -> Iterator[Place]:
+    """Yield where the instruments are reached that no other run may reach meanwhile."""
+    for role in roles:
+        binding = station.model.devices[role]
+        if binding.shared:
+            continue
+        for written in registry.physical_addresses(binding.plugin, binding.settings):
+            yield Place(role, written, canonical(written))
 
 
-def _everyones() -> Path:
-    """Return where all may write: the folder for temporary files may be one person's own.
-
-    It is on Windows and macOS, and where TMPDIR says so; two persons would hold two locks.
-    """
-    if sys.platform == "win32":
-        return Path(os.environ.get("PUBLIC", "C:/Users/Public"))
-    return Path("/tmp")  # noqa: S108  (everyone's is what is wanted)
-
-
-def _open_to_all(folder: Path) -> None:
-    """Let everyone make locks in a folder; whoever put a link there gains nothing by it."""
-    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        with suppress(PermissionError):  # another person made it, and opened it to all
-            os.fchmod(opened, EVERYONE)
-    finally:
-        os.close(opened)
-
-
-def _simulated(station: LoadedStation, registry: Registry) -> bool:
-    devices = station.model.devices.values()
-    return all(registry.is_simulated(each.plugin, each.settings) for each in devices)
-
-
-def _holder(lock_file: Path) -> Path:
-    return lock_file.with_suffix(".json")
-
-
-def _write_holder(lock_file: Path, what: str) -> None:
-    content = {
-        "process": os.getpid(),
-        "procedure": what,
-        "since": utc_text(datetime.now(UTC)),
+def _by_role(places: list[Place]) -> dict[str, tuple[str, ...]]:
+    return {
+        place.role: tuple(
+            sorted(each for other in places if other.role == place.role for each in other.addresses)
+        )
+        for place in places
     }
-    with suppress(OSError):  # it tells who holds the rig; what holds it is the lock
-        _write_plain(_holder(lock_file), json.dumps(content).encode())
 
 
-def _write_plain(path: Path, content: bytes) -> None:
-    """Write a file in a folder where others write too; raise OSError for what is no file of ours.
-
-    That is a link, or a file with a second name: writing to it would change another one. An
-    existing file is not opened as one to be made: in such folders Linux refuses it to others.
-    """
-    flags = os.O_WRONLY | _UNFOLLOWED
+def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
+    """Hold a lock; return its descriptor, -1 if it has none."""
     try:
-        opened = os.open(path, flags | os.O_CREAT | os.O_EXCL, FOR_ALL)
-        with suppress(AttributeError):  # Windows has it not
-            os.fchmod(opened, FOR_ALL)
-    except FileExistsError:
-        opened = os.open(path, flags)
-    with os.fdopen(opened, "wb") as file:
-        known = os.fstat(file.fileno())
-        if not stat.S_ISREG(known.st_mode) or known.st_nlink > 1:
-            raise OSError(f"{path} is a link")
-        file.truncate()
-        file.write(content)
+        (descriptor,) = held.enter_context(hold([lock_file], holder))
+    except Busy as busy:
+        raise DeviceError(
+            f"{named} is in use{_holder_text(busy.holder, holder)}",
+            hint="wait for that run, or stop it; two rigs need two station ids, and instruments of"
+            " their own",
+        ) from busy
+    except OSError as error:
+        text = f"the rig cannot be locked: {error}"
+        raise DeviceError(text, hint=f"see {lock_file}") from error
+    return descriptor
 
 
-def _holder_text(lock_file: Path) -> str:
+def _refuse_left_by_others(station_id: str, places: list[Place]) -> None:
+    """Raise DeviceError where a run on another station left one of these instruments energised."""
+    for marker in read_markers():
+        if marker.station == station_id or marker.owner is None or marker.safe_by:
+            continue
+        theirs = {each for some in marker.owner.addresses.values() for each in some}
+        for place in places:
+            if place.addresses & theirs:
+                raise DeviceError(
+                    f"the instrument of '{place.role}' at {place.written} is not known to be safe:"
+                    f" {marker.text}",
+                    hint=f"'rigrunner devices {marker.owner.station_file}' makes it safe first",
+                )
+
+
+def _file_name(address: str) -> str:
+    """Return the name of an address's lock: no station's id begins with a dot."""
+    return f".{hashlib.sha256(address.encode()).hexdigest()[:24]}"
+
+
+def _holder_text(other: Holder | None, own: Holder) -> str:
     """Return who holds the lock in words; '' where it cannot be told."""
-    try:
-        found = json.loads(_holder(lock_file).read_text(encoding="utf-8"))
-        return f": {found['procedure']}, process {found['process']}, since {found['since']}"
-    except (OSError, ValueError, KeyError, TypeError):
+    if other is None:
         return ""
+    station = "" if other.station == own.station else f" on station {other.station}"
+    return f": {other.procedure}{station}, process {other.process}, since {other.since}"

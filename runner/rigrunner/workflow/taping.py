@@ -56,6 +56,7 @@ def on_tape(
         update={
             "procedure": TapedFile(id=procedure.model.id, sha256=_digest("\0".join(texts))),
             "attended": attended,
+            "watches_drives": tape.watches_drives,
             "inputs": dict(inputs),
             "overrides": tuple(TapedOverride(**asdict(each)) for each in overrides),
         }

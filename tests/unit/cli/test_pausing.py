@@ -37,6 +37,7 @@ def decide(monkeypatch, typed: str):
         ("\nre\nrep\n", Choice.REPEAT, ""),
         ("skip\n\n\nit squeals\n", Choice.SKIP, "it squeals"),
         ("note\noil on it\n", Choice.NOTE, "oil on it"),
+        ("note\nli\N{RIGHT-TO-LEFT OVERRIDE}o\n\x1b[8m\noil\n", Choice.NOTE, "oil"),
         ("override\nabort\n", Choice.ABORT, ""),
     ],
 )

@@ -60,6 +60,11 @@ def watched(interlock, *values, step_s=1.0):
         ({"maximum": 5.0, "minimum": -5.0}, [0, -6, 6, 0], [(1, "tripped"), (3, "cleared")]),
         ({"maximum": 5.0, "debounce_s": 2.0}, [6, 6, 5, 6, 6, 6], [(5, "tripped")]),
         ({"maximum": 5.0, "hysteresis": 2.0}, [6, 4, 3], [(0, "tripped"), (2, "cleared")]),
+        (
+            {"maximum": inf, "minimum": 5.0, "hysteresis": 2.0},
+            [4, 6, 7],
+            [(0, "tripped"), (2, "cleared")],
+        ),
         ({"maximum": 5.0, "latched": True}, [6, 0, 0], [(0, "tripped")]),
         ({"maximum": inf, "rate_per_s": 2.0}, [0, 2, 4.1, 4.1], [(2, "tripped"), (3, "cleared")]),
         ({"maximum": inf, "rate_per_s": 2.0}, [0, -2.5], [(1, "tripped")]),
@@ -299,3 +304,80 @@ def test_a_condition_lasts_as_long_as_its_samples_at_their_rate(samples, trips):
     values[100 : 100 + samples] = 9.0
     guard.feed("tester", Block(1000.0, 0, 1.0, {"torque": values}))
     assert bool(guard.tripped) is trips
+
+
+def test_a_block_without_samples_says_nothing_of_a_watched_channel():
+    rig = Rig({"tester": FakeTester()}, SimulatedClock())
+    rig.connect()
+    guard = Guard([HOT], rig, lambda *_args, **_more: None)
+    guard.feed("tester", Block(1000.0, 0, 0.0, {"load": np.zeros(0)}))
+    assert not guard.tripped
+    guard.feed("tester", Block(1000.0, 0, 0.0, {"load": np.array([9e3])}))
+    assert [each.interlock for each in guard.tripped] == [HOT]
+
+
+def test_every_interlock_is_read_before_each_step_also_one_that_is_not_due_yet():
+    seldom = replace(HOT, every_s=1e6)
+    plan = plan_of((), [Settle(1.0), SetDrive("tester", "frequency", 5.0, "Hz")], ())
+    summary, _, device = run_with(seldom, steps_over_at(0.5), plan)
+    assert summary.outcome is Outcome.ABORTED
+    assert "set frequency 5" not in device.calls
+
+
+def test_an_interlock_that_trips_in_the_teardown_is_put_on_record():
+    plan = plan_of((), (), [Settle(2.0), SetDrive("tester", "load", 0.0, "N")])
+    summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)
+    assert summary.outcome is Outcome.COMPLETED
+    assert [one.interlock for one in listener.of(InterlockTripped)] == ["hot"]
+    assert "set load 0" in device.calls
+
+
+def test_a_rate_and_a_debounce_count_from_the_very_moment():
+    """Times that binary fractions hold exactly: what lasts as long as the debounce trips."""
+    lasting = replace(HOT, maximum=5.0, debounce_s=0.5)
+    watch = Watch(lasting, 0.0)
+    for now_s in (0.0, 0.25, 0.5):
+        assert not watch.tripped
+        watch.take_one(9.0, now_s)
+    assert watch.tripped
+
+
+def test_a_rate_is_told_from_readings_no_closer_than_the_interlock_looks():
+    """Two readings within `every` would take noise for a change; one at `every` is looked at."""
+    quick = replace(HOT, maximum=inf, rate_per_s=2.0, every_s=0.5)
+    early, due = Watch(quick, 0.0), Watch(quick, 0.0)
+    for watch, now_s in ((early, 0.25), (due, 0.5)):
+        watch.take_one(0.0, 0.0)
+        watch.take_one(9.0, now_s)
+    assert (early.tripped, due.tripped) == (False, True)
+
+
+def test_a_jump_is_told_from_the_reading_before_and_not_from_the_first():
+    watch = Watch(replace(HOT, maximum=inf, rate_per_s=50.0), 0.0)
+    for now_s in range(100):
+        watch.take_one(1000.0, float(now_s))
+    assert not watch.tripped
+    watch.take_one(2000.0, 100.0)
+    assert watch.tripped
+
+
+def test_an_interlock_that_is_not_due_is_not_read():
+    device, clock = FakeTester(), SimulatedClock()
+    rig = Rig({"tester": device}, clock)
+    rig.connect()
+    guard = Guard([replace(HOT, every_s=1.0)], rig, lambda *_args, **_more: None)
+    for _ in range(3):
+        guard.check()
+        guard.look()  # as in a teardown, where nothing is raised
+    assert device.calls.count("read load") == 1
+    clock.sleep(1.0)
+    guard.check()
+    assert device.calls.count("read load") == 2
+
+
+def test_what_is_told_is_the_value_that_tripped_it_and_then_the_one_that_cleared_it():
+    watch = Watch(HOT, 0.0)
+    watch.take_one(3000.0, 1.0)
+    assert watch.text == "tester.load is 3000 N, above 2000 N"
+    watch.take_one(1000.0, 2.0)
+    assert watch.text == "tester.load is 1000 N again"

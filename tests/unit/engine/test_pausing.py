@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_devices import FakeTester, Listener, plan_of, record, run
+from helpers_devices import MAIN, FakeTester, Listener, plan_of, record, run
 from helpers_pausing import Patient, Person, decided, pausing_run, sweep
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import (
@@ -21,7 +21,7 @@ from rigrunner.api.events import (
 from rigrunner.api.quantity import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
-from rigrunner.engine.points import point_at
+from rigrunner.engine.points import point_at, settles_before
 from rigrunner.plan.actions import (
     Interlock,
     Phase,
@@ -34,7 +34,7 @@ from rigrunner.plan.actions import (
     Terms,
     Zero,
 )
-from rigrunner.runfile.attempts import last_measured
+from rigrunner.runfile.attempts import measured
 
 SECOND = "main[0].sweep[1]"
 ZERO = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)
@@ -159,7 +159,7 @@ def test_a_scan_that_a_pause_broke_off_begins_anew(settle_s, told):
     summary, listener, _, device = pausing_run("main[0]", decided(Choice.RESUME), plan=plan)
     assert summary.outcome is Outcome.COMPLETED
     assert [one.point for one in listener.of(Scanned)] == told
-    assert [one.setpoints["tester.load"] for one in last_measured(listener.events)] == [10, 20, 30]
+    assert [one.setpoints["tester.load"] for one in measured(listener.events).rows] == [10, 20, 30]
     assert [c for c in device.calls if c.startswith("set load")][:4] == [
         "set load 10", "set load 10", "set load 20", "set load 30",
     ]  # fmt: skip
@@ -327,6 +327,7 @@ def test_an_outer_point_has_the_inner_ones_inside():
     assert point_at(steps, 1) == range(3)
     assert point_at(steps, 6) == range(7)
     assert point_at(steps, 7) == range(7, 8)
+    assert point_at(inner[:3], 0) == range(3)  # the last step is not before the first
 
 
 class Talkative(Person):
@@ -350,3 +351,38 @@ def test_what_else_a_person_did_is_put_on_record_also_in_the_teardown():
     assert {(one.action, one.subject) for one in told} == {("take over", "from Bob")}
     begun = next(one for one in listener.of(StepStarted) if one.step == end.path)
     assert any(one.seq > begun.seq for one in told)
+
+
+def test_all_settling_since_the_drive_was_last_set_is_done_again():
+    plan = plan_of((), [Settle(9.0), MAIN[1], Settle(0.1), Settle(0.2), record("a")], ())
+    assert settles_before(plan.steps, 4) == [2, 3]
+    assert settles_before(plan.steps, 1) == []
+
+
+def test_a_run_is_over_when_its_last_point_is_skipped_and_no_teardown_follows():
+    plan = Plan(sweep(1).steps[:3])
+    point = plan.steps[0].points[0]
+    summary, _, _, _ = pausing_run(f"{point}.record", decided(Choice.SKIP, "worn"), plan=plan)
+    assert summary.outcome is Outcome.COMPLETED
+    assert summary.passed_over == (f"{point}: skipped by Ada: worn",)
+
+
+def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends():
+    class Asked(Talkative):
+        def decide(self, paused, watch):
+            before = self.count
+            decision = super().decide(paused, watch)
+            told.append(self.count - before)
+            return decision
+
+    told: list[int] = []
+    listener, person = Listener(), Asked([decided(Choice.RESUME)])
+
+    def notice(event):
+        if isinstance(event, StepStarted) and event.step == SECOND + ".settle":
+            person.pausing = not person.seen
+
+    listener.before = notice
+    plan = sweep()
+    run(FakeTester(), plan, critical=[listener], pauses=person, clock=person.clock)
+    assert told == [1]

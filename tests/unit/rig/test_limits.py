@@ -8,7 +8,8 @@ import pytest
 
 from helpers_devices import FakeTester
 from helpers_pausing import Patient
-from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.api.devices import DriveInfo
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
@@ -76,6 +77,34 @@ def test_a_drive_that_cannot_be_read_back_lets_no_other_one_move():
     assert "set frequency 1" not in device.calls
 
 
+def test_a_drive_whose_setting_failed_counts_as_it_reads_back():
+    """It may have moved all the same: its last set-point says nothing of where it stands."""
+
+    def late(call):
+        if call == "read_back load" and device.drives_at["load"] == 1900.0 and not answered:
+            answered.append(call)
+            raise DeviceTimeoutError("no answer in time")
+
+    answered: list[str] = []
+    device = FakeTester(before=late, drives_at={"load": 0.0, "frequency": 0.0})
+    rig = rig_of(device, combinations=(PAIR,))
+    rig.set("tester", "load", 0.0)
+    with pytest.raises(DeviceTimeoutError):
+        rig.set("tester", "load", 1900.0)
+    with pytest.raises(DeviceRejectedError, match=r"35 Hz with tester\.load at 1900"):
+        rig.set("tester", "frequency", 35.0)
+    assert device.drives_at["frequency"] == 0.0
+
+
+@pytest.mark.parametrize(("off", "agrees"), [(0.5, True), (-0.5, True), (0.625, False)])
+def test_a_read_back_may_be_off_by_the_whole_tolerance(off, agrees):
+    drive = DriveInfo("load", "N", "radial load", 0.0, 3000.0, tolerance=0.5)
+    rig = rig_of(FakeTester(drives=(drive,), read_back_offset=off))
+    refused = pytest.raises(DeviceRejectedError, match="load was set to 10 N but reads back")
+    with nullcontext() if agrees else refused:
+        assert rig.set("tester", "load", 10.0) == 10.0 + off
+
+
 def test_a_slower_rate_is_known_and_a_faster_one_is_the_devices():
     rig = rig_of(FakeTester(), drives={"tester.load": DriveLimits(rate="100 N/s")})
     assert rig.led_rate_per_s("tester", "load") == 100.0
@@ -103,3 +132,9 @@ def test_what_was_made_safe_is_not_gone_on_with():
     rig.make_safe()
     rig.resume()
     assert "resume" not in patient.calls
+
+
+@pytest.mark.parametrize(("value", "away"), [(7.0, False), (6.0, False), (7.5, True)])
+def test_a_set_point_leads_away_if_it_is_farther_from_safe_than_where_the_drive_stands(value, away):
+    rig = rig_of(FakeTester(drives_at={"load": 7.0, "frequency": 0.0}))
+    assert rig.leads_away("tester", "load", value) is away

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from asyncio import CancelledError
 from contextlib import closing
 from decimal import Decimal
@@ -26,7 +27,8 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
 )
 from rigrunner.clock import SimulatedClock
-from rigrunner.rig import Patience, Rig
+from rigrunner.rig import Patience, Rig, SafetyReport
+from rigrunner.rig.safe_state import note_unsafe
 
 NEVER = threading.Event()
 
@@ -372,3 +374,39 @@ def test_what_leads_away_from_safe_is_told_by_the_distance_to_the_safe_value(kel
     rig.connect()
     rig.set("tester", "heater", 280.0)
     assert rig.leads_away("tester", "heater", kelvin) is away
+
+
+@pytest.mark.parametrize("raised", [KeyboardInterrupt(), ZeroDivisionError("a bug")])
+def test_what_a_driver_raises_while_its_values_are_looked_at_stays_what_it_is(raised):
+    class Values(dict):
+        def get(self, *_):
+            raise raised
+
+    tester = FakeTester()
+    rig = rig_of(tester)
+    rig.connect()
+    tester.read = lambda _: Values(load=1.0)
+    with pytest.raises(type(raised)):
+        rig.read("tester", ["load"])
+
+
+def test_a_stream_may_take_its_duration_beyond_the_patience():
+    rig = Rig({"tester": FakeTester(non_blocking=False)}, SimulatedClock(), Patience(answer_s=2.0))
+    rig.connect()
+    blocks = list(rig.stream("tester", ["torque"], 4.0, NEVER))
+    rig.close()
+    assert sum(block.samples for block in blocks) == 4000
+
+
+def test_a_device_may_take_its_time_to_connect():
+    slow = FakeTester(non_blocking=False, before=lambda call: time.sleep(0.3 * (call == "connect")))
+    rig = Rig({"tester": slow}, SimulatedClock(), Patience(connect_s=100.0))
+    rig.connect()
+    rig.close()
+
+
+def test_that_a_rig_is_not_safe_stands_once_beside_an_error():
+    error, report = ValueError("first"), SafetyReport("tester", problems=("load stays",))
+    for _ in range(2):
+        note_unsafe(error, [report])
+    assert error.__notes__ == ["the rig is not safe: tester: load stays"]

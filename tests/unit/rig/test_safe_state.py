@@ -13,6 +13,7 @@ from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Patience, Rig
+from rigrunner.rig.safe_state import NoRigError
 
 OTHER_DRIVES = (replace(DRIVES[0], name="heater", safe_value=20.0, maximum=200.0),)
 
@@ -214,3 +215,148 @@ def test_a_teardown_that_was_refused_hides_no_set_that_may_still_come(late):
         "'set load' was given up and has not come back: it may still move the drive",
     )
     tester.let_go.set()
+
+
+class StopsHalfWay(FakeTester):
+    """A driver of somebody's own, whose `make_safe` stops at the first drive that fails."""
+
+    def __init__(self, error: BaseException, **more: object) -> None:
+        super().__init__(**more)
+        self.error = error
+        self.raised = 0
+
+    def make_safe(self):
+        self.raised += 1
+        raise self.error
+
+
+@pytest.mark.parametrize("non_blocking", [True, False])
+@pytest.mark.parametrize("error", [IndexError("bug"), SystemExit(1), DeviceLostError("cable")])
+def test_what_make_safe_of_a_device_raises_keeps_no_drive_from_its_safe_value(error, non_blocking):
+    told: list[str] = []
+    tester = StopsHalfWay(error, non_blocking=non_blocking)
+    rig = Rig({"tester": tester, "oven": Oven(told)}, SimulatedClock(), Patience(answer_s=5.0))
+    rig.connect()
+    rig.set("tester", "frequency", 10.0)
+    rig.set("tester", "load", 500.0)
+    reports = rig.make_safe()
+    assert tester.drives_at == {"frequency": 0.0, "load": 0.0}
+    assert told[-1] == "oven make_safe"
+    report = next(each for each in reports if each.role == "tester")
+    assert report.read_back == {"frequency": 0.0, "load": 0.0}
+    assert len(report.problems) == 1  # the device did not confirm all that it does to be safe
+    assert str(error) in report.problems[0]
+    rig.close()
+
+
+def test_in_a_replay_that_is_out_of_step_no_drive_is_set_by_itself():
+    tester = StopsHalfWay(NoRigError("the tape has no answer"))
+    rig = Rig({"tester": tester}, SimulatedClock())
+    rig.connect()
+    tester.calls.clear()
+    (report,) = rig.make_safe()
+    assert not report.there
+    assert report.problems == ("make safe failed: the tape has no answer",)
+    assert tester.calls == []
+
+
+def test_a_drive_that_cannot_be_read_back_is_not_set_but_left_to_its_device():
+    class Blind(FakeTester):
+        read_back = None
+
+    tester = Blind()
+    rig = Rig({"tester": tester}, SimulatedClock(), None, ("tester.load",))
+    rig.connect()
+    tester.calls.clear()
+    of_drive, of_device = rig.make_safe()
+    assert of_drive.problems == ("make safe failed: there is no drive 'load' that can be set",)
+    assert of_device.safe
+    assert tester.calls == ["make_safe"]
+
+
+def test_a_drive_that_fails_by_itself_too_keeps_no_other_one():
+    tester = StopsHalfWay(IndexError("bug"))
+    rig = Rig({"tester": tester}, SimulatedClock())
+    rig.connect()
+    rig.set("tester", "load", 500.0)
+
+    def refuse(call):
+        if call.startswith("set frequency"):
+            raise ZeroDivisionError("no rate")
+
+    tester.before = refuse
+    (report,) = rig.make_safe()
+    assert tester.drives_at["load"] == 0.0
+    assert report.read_back == {"load": 0.0}
+    assert "frequency cannot be made safe: ZeroDivisionError: no rate" in report.problems[1]
+
+
+@pytest.mark.parametrize(
+    "error", [AttributeError("no drives"), SystemExit(1), KeyboardInterrupt()], ids=repr
+)
+def test_a_device_that_cannot_list_its_drives_is_reported_and_the_others_are_made_safe(error):
+    class Mute(FakeTester):
+        broken = False
+
+        def __getattribute__(self, name):
+            if name == "drives" and object.__getattribute__(self, "broken"):
+                raise error
+            return super().__getattribute__(name)
+
+    told: list[str] = []
+    mute = Mute()
+    rig = Rig({"mute": mute, "oven": Oven(told)}, SimulatedClock())
+    rig.connect()
+    mute.broken = True
+    try:
+        reports = {each.role: each for each in rig.make_safe()}
+    finally:
+        mute.broken = False  # pytest looks at it, should this fail
+    assert told[-1] == "oven make_safe"
+    assert reports["oven"].safe
+    assert not reports["mute"].safe
+
+
+def test_every_device_is_closed_whatever_one_of_them_raises():
+    class Ends(FakeTester):
+        def close(self):
+            raise SystemExit(1)
+
+    class Closes(FakeTester):
+        closed = False
+
+        def close(self):
+            self.closed = True
+
+    last = Closes()
+    rig = Rig({"ends": Ends(), "last": last}, SimulatedClock())
+    rig.connect()
+    with pytest.raises(RuntimeError, match="ends"):
+        rig.close()
+    assert last.closed
+
+
+def test_a_drive_of_the_order_that_is_not_there_is_told_and_the_others_are_made_safe():
+    told, reports = made_safe(("tester.laod", "tester.load"))
+    assert reports[0].problems == ("make safe failed: there is no drive 'laod' that can be set",)
+    assert told[0] == "tester set load 0"
+    assert [one.safe for one in reports] == [False, True, True, True]
+
+
+def test_a_set_that_comes_back_while_it_is_waited_for_is_followed_by_making_safe_again(
+    late, monkeypatch
+):
+    tester, rig = late
+    rig._roles["tester"].caller.grace_s = 0.05
+    monkeypatch.setattr(ThreadCaller, "grace_s", 10.0)
+    monkeypatch.setattr(Late, "make_safe", released_soon)
+    (report,) = rig.make_safe()
+    assert report.safe
+    assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
+
+
+def released_soon(tester):
+    """Make safe; a moment later the set that was given up goes on."""
+    safe = FakeTester.make_safe(tester)
+    threading.Timer(0.05, tester.let_go.set).start()
+    return safe

@@ -14,11 +14,12 @@ from helpers_workflow import START, station_file
 from rigrunner.api.errors import DeviceError, ExitCode
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
+from rigrunner.rig_state import shared_folder
 from rigrunner.tape import RecordedTape, ReplayedTape
 from rigrunner.workflow.by_hand.station import ready_station
 from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.prepare import plan_run
-from rigrunner.workflow.rig_lock import lock_folder, rig_lock
+from rigrunner.workflow.rig_lock import rig_lock
 
 HOLD = """
 import sys, tempfile
@@ -77,18 +78,18 @@ def test_once_the_run_is_over_the_rig_is_free(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="TMPDIR is of POSIX")
 def test_who_has_temporary_files_of_ones_own_shares_the_locks_all_the_same(monkeypatch, tmp_path):
     monkeypatch.delenv("RIGRUNNER_LOCKS")
-    before = lock_folder()
+    before = shared_folder()
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    assert lock_folder() == before
-    assert not lock_folder().is_relative_to(tmp_path)
+    assert shared_folder() == before
+    assert not shared_folder().is_relative_to(tmp_path)
 
 
 def test_on_windows_the_locks_are_not_in_the_users_own_folder(monkeypatch, tmp_path):
     monkeypatch.delenv("RIGRUNNER_LOCKS")
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setenv("PUBLIC", str(tmp_path))
-    assert lock_folder() == tmp_path / "rigrunner-rigs"
+    assert shared_folder() == tmp_path / "rigrunner-rigs"
 
 
 def test_two_rigs_run_side_by_side(tmp_path):
@@ -106,7 +107,7 @@ def test_simulated_rigs_are_one_per_process_and_not_locked(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
 def test_a_killed_process_holds_no_rig(tmp_path):
     rig = planned(tmp_path / "one")
-    command = [sys.executable, "-c", HOLD, str(lock_folder() / "press-1.lock")]
+    command = [sys.executable, "-c", HOLD, str(shared_folder() / "press-1.lock")]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout.readline() == b"held\n"
         with pytest.raises(DeviceError, match="is in use "), rig_lock(rig):
@@ -161,9 +162,9 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="there the folder is 
 
 @POSIX
 def test_nobody_can_remove_the_lock_of_another_person():
-    assert stat.S_IMODE(lock_folder().stat().st_mode) == 0o1777
-    lock_folder().chmod(0o777)  # as an earlier version made it
-    assert stat.S_IMODE(lock_folder().stat().st_mode) == 0o1777
+    assert stat.S_IMODE(shared_folder().stat().st_mode) == 0o1777
+    shared_folder().chmod(0o777)  # as an earlier version made it
+    assert stat.S_IMODE(shared_folder().stat().st_mode) == 0o1777
 
 
 @POSIX
@@ -172,10 +173,10 @@ def test_a_link_in_the_folder_of_locks_leads_to_no_file_of_ours(tmp_path, put):
     """As another user of the machine could put it there beforehand."""
     ours = tmp_path / "ours"
     ours.write_text("precious")
-    getattr(lock_folder() / "press-1.json", put)(ours)
+    getattr(shared_folder() / "press-1.json", put)(ours)
     with rig_lock(planned(tmp_path / "one")):
         pass
-    getattr(lock_folder() / "press-2.lock", put)(ours)
+    getattr(shared_folder() / "press-2.lock", put)(ours)
     with suppress(DeviceError), rig_lock(planned(tmp_path / "two", "press-2")):
         pass
     assert ours.read_text() == "precious"
@@ -183,7 +184,7 @@ def test_a_link_in_the_folder_of_locks_leads_to_no_file_of_ours(tmp_path, put):
 
 @POSIX
 def test_a_pipe_in_place_of_the_holder_keeps_nobody_waiting(tmp_path):
-    os.mkfifo(lock_folder() / "press-1.json")
+    os.mkfifo(shared_folder() / "press-1.json")
     with rig_lock(planned(tmp_path / "one")):
         pass
 

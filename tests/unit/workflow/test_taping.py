@@ -175,7 +175,7 @@ def test_one_changed_command_is_the_first_difference(taped, tmp_path):
     number = next(n for n, line in enumerate(lines, 1) if "set frequency 20.0" in line)
     assert str(finished.error).startswith(
         f"tester: the replay differs from the tape: {folder}/tape/devices/tester.jsonl:{number}"
-        " has 'set frequency 20.0', asked was 'set frequency 21.0', after 'next block',"
+        " has 'set frequency 20.0', asked was 'set frequency 21.0', after 'read back load',"
     )
     assert str(finished.error).endswith("(the procedure is not the one of the tape)")
     assert len(read(finished.folder).recordings) == 2

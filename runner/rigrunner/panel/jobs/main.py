@@ -61,7 +61,8 @@ def main() -> None:
 
 def _done(job: Job, link: Link) -> object:
     try:
-        return _JOBS[job.kind](job, link)
+        with link.switch.interruptible():
+            return _JOBS[job.kind](job, link)
     except StopNow as stop:
         return Failed(f"{stop.reason}, before the run began", code="aborted")
     except InvalidFileError as error:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis.requirements import LEAST_CYCLES, SPARE_CYCLES
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Samples, StepEnded
@@ -18,13 +19,14 @@ from rigrunner.panel.jobs.overriding import overrides_of
 from rigrunner.panel.live.asked import LIVE
 from rigrunner.panel.process.news import Ended, LiveRecording, ManualNow, Planned
 from rigrunner.panel.process.orders import CloseManual, RecordManually, SetManually
-from rigrunner.panel.process.person import PanelPauses
+from rigrunner.panel.process.person import PanelPauses, PanelPerson
 from rigrunner.panel.view.manual import DriveView, ManualView
 from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
 from rigrunner.plan import Plan, PlannedStep
 from rigrunner.plan.actions import Phase, Record, SetDrive, Terms, Zero
 from rigrunner.workflow.by_hand.points import record_by_hand
+from rigrunner.workflow.by_hand.settling import settle_left
 from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
 
@@ -39,7 +41,7 @@ if TYPE_CHECKING:
     from rigrunner.workflow.prepare import Planned as PlannedRun
 
 LOOK_S = 2.0
-LEAST_CYCLES = 6
+CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
 """What is watched at a time: so long, and so many swings, are analysed together."""
 _GOES_ON = Terms(goes_on=True)
 
@@ -47,6 +49,8 @@ _GOES_ON = Terms(goes_on=True)
 def manual(job: Job, link: Link) -> Ended:
     """Let a person have the rig until the page is closed."""
     planned = planned_run(job.procedure, job.station, realtime=job.realtime)
+    person = PanelPerson(link.outbox, planned.clock, job.operator)
+    settle_left(job.station, person)
     source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
     if source is None or source.cycle_frequency_hz is None:
         raise DataError(
@@ -66,6 +70,7 @@ def manual(job: Job, link: Link) -> Ended:
         listeners=[link.switch, link.outbox, hand],
         operator=job.operator,
         overrides=tuple(overrides_of(planned, job)),
+        person=person,
     )
     live = None if finished.result is None else live_view(finished.result, final=True)
     return Ended(finished_view(finished), live)
@@ -174,7 +179,7 @@ class Hand:
         if not self.frequency_hz > 0:
             session.rig.clock.sleep(0.05)
             return
-        seconds = max(LOOK_S, LEAST_CYCLES / self.frequency_hz)
+        seconds = max(LOOK_S, CYCLES_SEEN / self.frequency_hz)
         role, channels = self.source.role, self.source.channels
         started_utc = utc_text(self.planned.clock.utc())
         blocks: list[Block] = []

@@ -43,8 +43,8 @@ def _items(planned: Planned, job: Job) -> Iterator[PreflightItem]:
     yield from calibrations(planned)
     yield _disk(planned, job.runs)
     try:
-        with rig_lock(planned):
-            yield from rig_items(planned)
+        with rig_lock(planned) as marks:
+            yield from rig_items(planned, marks)
     except RigrunnerError as error:
         yield PreflightItem(
             kind="device", name="rig", state="fail", text=error.message, mend=error.hint

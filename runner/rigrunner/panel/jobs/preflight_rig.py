@@ -3,34 +3,39 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.panel.view.sections import PreflightItem
 from rigrunner.plan.actions import Zero
-from rigrunner.rig import Patience, Rig
+from rigrunner.rig import Patience, Rig, unsafe_text
+from rigrunner.workflow.left_energised import standing_of, what_to_do
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from rigrunner.api.devices import Identity
     from rigrunner.plan.actions import Interlock
+    from rigrunner.rig_state import RigMarks
     from rigrunner.workflow.prepare import Planned
 
 _LOOK_S = 0.5
 """How long a zero is looked at, at most: the run itself takes its time."""
 
 
-def rig_items(planned: Planned) -> Iterator[PreflightItem]:
+def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[PreflightItem]:
     """Connect each device on its own, look, make it safe and close it."""
     safety = planned.station.model.safety
     patience = Patience(safety.patience.connect, safety.patience.answer)
+    if marks is not None and marks.left is not None:
+        yield _left(marks.left.text)
     with ExitStack() as held:
         rigs: dict[str, Rig] = {}
         for role, device in planned.devices.items():
-            rig = Rig({role: device}, planned.clock, patience)
+            rig = Rig({role: device}, planned.clock, patience, marks=marks)
             try:
                 identity = rig.connect()[role]
             except RigrunnerError as error:
@@ -40,6 +45,11 @@ def rig_items(planned: Planned) -> Iterator[PreflightItem]:
             held.callback(rig.make_safe)
             rigs[role] = rig
             yield _connected(role, identity)
+        if marks is not None:
+            for role in sorted(marks.roles & rigs.keys(), key=partial(_turn, safety.order)):
+                yield from _stands(role, rigs[role])
+            if marks.unconfirmed:
+                yield _unconfirmed(marks, planned.station.document.name)
         yield from _interlocks(planned, rigs)
         yield from _zeros(planned, rigs)
 
@@ -52,6 +62,40 @@ def _connected(role: str, identity: Identity) -> PreflightItem:
     )
     simulated = " (simulated)" if identity.simulated else ""
     return PreflightItem(kind="device", name=role, state="ok", text=f"{who}{simulated}")
+
+
+def _left(text: str) -> PreflightItem:
+    mend = "each drive is made safe here before anything else; see the items below"
+    return PreflightItem(kind="device", name="rig", state="warn", text=text, mend=mend)
+
+
+def _unconfirmed(marks: RigMarks, station_file: str) -> PreflightItem:
+    text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
+    mend = what_to_do(station_file)
+    return PreflightItem(kind="device", name="rig", state="fail", text=text, mend=mend)
+
+
+def _turn(order: Sequence[str], role: str) -> int:
+    """Return when a device has its turn to be made safe, as the station's order says."""
+    named = [each.partition(".")[0] for each in order]
+    return named.index(role) if role in named else len(named)
+
+
+def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
+    """Say how the drives of a device were found if they were not safe, and make it safe at once."""
+    found = [each.text for each in standing_of(rig, [role]) if not each.is_safe]
+    reports = rig.make_safe()
+    if problem := unsafe_text(reports):
+        text = "; ".join((*found, f"it could not be made safe: {problem}"))
+        mend = "switch it off by hand before anybody touches the rig"
+        yield PreflightItem(kind="device", name=role, state="fail", text=text, mend=mend)
+    elif found:
+        read = ", ".join(
+            f"{name} {value:g}" for each in reports for name, value in each.read_back.items()
+        )
+        text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
+        mend = "find out what left it on before anybody touches the rig"
+        yield PreflightItem(kind="device", name=role, state="warn", text=text, mend=mend)
 
 
 def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:

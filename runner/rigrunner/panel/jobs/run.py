@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.panel.jobs.overriding import overrides_of
 from rigrunner.panel.process.news import Analysing, Ended, Planned
-from rigrunner.panel.process.person import PanelAnswers, PanelPauses
+from rigrunner.panel.process.person import PanelAnswers, PanelPauses, PanelPerson
 from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
+from rigrunner.workflow.by_hand.settling import settle_left
 from rigrunner.workflow.inputs import answer_inputs, with_operator
 from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.planning import planned_run
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 def run(job: Job, link: Link) -> Ended:
     """Do the run; raise what keeps it from starting."""
     planned = planned_run(job.procedure, job.station, realtime=job.realtime)
+    person = PanelPerson(link.outbox, planned.clock, job.operator)
+    settle_left(job.station, person)
     overrides = tuple(overrides_of(planned, job))
     no_load = no_load_for(planned, job.runs, job.no_load)
     title = planned.procedure.model.title
@@ -39,6 +42,7 @@ def run(job: Job, link: Link) -> Ended:
         operator=job.operator,
         overrides=overrides,
         pauses=PanelPauses(link.send, link.inbox),
+        person=person,
         progress=lambda what, done, of: link.send(Analysing(what, done, of)),
     )
     live = None if finished.result is None else live_view(finished.result, final=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Literal
 
+from rigrunner.api.events import Alarm
+from rigrunner.bus import EventStamp
 from rigrunner.engine import Choice
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.session import stopped
@@ -14,6 +16,8 @@ from rigrunner.procedure.answers import Expected
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from rigrunner.api.devices import Clock
+    from rigrunner.api.events import EventSink
     from rigrunner.engine import Decision, Interference, Paused
     from rigrunner.panel.process.inbox import Inbox
     from rigrunner.panel.process.switch import Switch
@@ -61,6 +65,23 @@ class PanelAnswers:
             self._send(Answered(number))
         self.by = answer.by
         return answer.text
+
+
+class PanelPerson:
+    """Shows at the panel how a rig was left; it is made safe at once, whoever is in front of it."""
+
+    def __init__(self, take: EventSink, clock: Clock, operator: str) -> None:
+        self.by = operator or "operator"
+        self._take = take
+        self._stamp = EventStamp(clock)
+
+    def warn(self, text: str) -> None:
+        """Raise an alarm on every screen."""
+        self._take(self._stamp(Alarm, source="rig", text=text))
+
+    def agrees(self, question: str) -> bool:  # noqa: ARG002  (the Protocol's)
+        """Let the rig be made safe, as each preflight does."""
+        return True
 
 
 class PanelPauses:

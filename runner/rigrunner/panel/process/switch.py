@@ -5,13 +5,16 @@ from __future__ import annotations
 import _thread
 import signal
 import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Event, RunEnded
+from rigrunner.ending import ENDING, SUSPENDING, signal_name, take_signals
 from rigrunner.engine import StopNow
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from types import FrameType
 
 
@@ -19,21 +22,37 @@ class Switch:
     """A stop token for the run in the main thread, set from the thread that hears the panel.
 
     Abort sets the token: the run ends at the next block, with its teardown. Stop also interrupts
-    the main thread, as Ctrl-C does in a terminal: no device and no answer is waited for. Once the
-    run has ended the rig is safe, and what follows is not interrupted.
+    the main thread, as Ctrl-C does in a terminal: no device and no answer is waited for. It does so
+    only within `interruptible`, and not once the run has ended: the rig is safe then.
     """
 
     def __init__(self) -> None:
         self._event = threading.Event()
         self._reason: AbortedError | None = None
         self._stop: StopNow | None = None
-        self._armed = self._is_safe = False
+        self._armed = self._is_safe = self._may_interrupt = False
         self._lock = threading.Lock()
 
     def install(self) -> None:
-        """Let this switch alone interrupt the process; call in the main thread."""
+        """Let this switch alone interrupt the process; call in the main thread.
+
+        A signal that would suspend the process ends the run: nobody could tell it to go on.
+        """
         signal.signal(signal.SIGINT, self._interrupted)
-        signal.signal(signal.SIGTERM, self._terminated)
+        take_signals((*ENDING, *SUSPENDING), self._terminated)
+
+    @contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """Let Stop raise StopNow in this block of the main thread; one from before does at once."""
+        self._may_interrupt = True
+        try:
+            with self._lock:
+                stop, self._armed = self._stop, False
+            if stop is not None:
+                raise stop
+            yield
+        finally:
+            self._may_interrupt = False
 
     def __call__(self, event: Event) -> None:
         """Take note of the end of the run; an event sink."""
@@ -75,12 +94,14 @@ class Switch:
 
     def _interrupted(self, _number: int, _frame: FrameType | None) -> None:
         """Take the interrupt; one that the panel did not send is none, as that of a terminal."""
+        if not self._may_interrupt:
+            return
         armed, self._armed = self._armed, False
         if armed and self._stop is not None:
             raise self._stop
 
-    def _terminated(self, _number: int, _frame: FrameType | None) -> None:
-        self.abort("signal", "SIGTERM")
+    def _terminated(self, number: int, _frame: FrameType | None) -> None:
+        self.abort("signal", signal_name(number))
 
 
 def _interrupt_main_thread() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -15,7 +16,7 @@ from rigrunner.api.errors import (
     RigrunnerError,
     UsageError,
 )
-from rigrunner.api.events import Alarm, MadeSafe, Note
+from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.quantity import QuantityError, parse_quantity, unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
@@ -27,17 +28,22 @@ from rigrunner.engine.steps import perform
 from rigrunner.plan.actions import Measure, SetDrive
 from rigrunner.rig import unsafe_text
 from rigrunner.station.drive_rules import DriveRules
+from rigrunner.workflow.guardian.guarding import unguarded
+from rigrunner.workflow.left_energised import NOBODY, LeftAsItStandsError, check_left
 from rigrunner.workflow.log import RunLog
+from rigrunner.workflow.overrides import without_time_limits
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from rigrunner.api.devices import ChannelInfo, DriveInfo, StopToken
     from rigrunner.api.events import Event, EventSink
     from rigrunner.rig import Rig, SafetyReport
     from rigrunner.workflow.by_hand.station import ReadyStation
+    from rigrunner.workflow.left_energised import Person
 
 _T = TypeVar("_T")
 _STEP = "jog"
@@ -67,6 +73,10 @@ class Jog:
         self._device = device
         self._rig = rig
         self._session = session
+
+    def person(self) -> AbstractContextManager[None]:
+        """Say for a while that a person is asked, and may take any time."""
+        return self._rig.person()
 
     def look(self) -> None:
         """Read all interlocks, and raise what must not be gone on with."""
@@ -189,6 +199,8 @@ def jogging(
     log: Path,
     stop: StopToken,
     listeners: Iterable[EventSink] = (),
+    *,
+    person: Person = NOBODY,
 ) -> Iterator[Jog]:
     """Connect a device, and all that its interlocks and combinations look at, and give it.
 
@@ -197,12 +209,30 @@ def jogging(
     be written, and a DeviceError if the rig cannot be connected, or is not safe in the end.
     """
     _found("device in the role", role, ready.devices)
-    with ready.held(f"jog {role}") as held, _opened(log) as sink:
-        rig = held.rig(_needed(held, role))
-        emit = Emitter(Bus(critical=[sink], guarded=listeners), held.clock)
+    what, needed = f"jog {role}", _needed(ready, role)
+    with (
+        ready.held(what) as held,
+        _opened(log) as sink,
+        held.guarded(what, needed) as guardian,
+    ):
+        rig = held.rig(needed, guardian.pulse if guardian else None)
+        of_guardian = [guardian.pulse.note] if guardian else []
+        bus = Bus(critical=[sink], guarded=[*of_guardian, *listeners])
+        emit = Emitter(bus, held.clock)
         replay = ", played back from a tape" if held.tape and held.tape.replays else ""
         emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}{replay}")
-        with rig:
+        with _connected(rig):
+            with rig.person():
+                file, reads = held.station.document.name, held.tape is None
+                before = check_left(rig, held.marks, person, file, reads=reads)
+            if held.marks is not None:
+                roles = held.marks.roles & needed
+                before = (*before, *unguarded(held.station, held.registry, roles))
+            for each in (*before, *without_time_limits(held.station)):
+                emit(Intervention, **asdict(each))
+            if held.marks is not None:
+                held.marks.describe(run=str(log.absolute()))
+                held.marks.put_on_record()
             guard = Guard(held.interlocks, rig, emit)
             session = Session(rig, emit, UnattendedAnswers(), stop, guard)
             jog = Jog(held, role, rig, session)
@@ -214,6 +244,21 @@ def jogging(
                 raise
             if jog.unsafe:
                 raise DeviceError(f"the rig is not safe: {jog.unsafe}")
+
+
+@contextmanager
+def _connected(rig: Rig) -> Iterator[None]:
+    """Connect the rig and make it safe in the end, unless a person wants it left as it was."""
+    rig.connect()
+    try:
+        yield
+    except LeftAsItStandsError:
+        rig.close()
+        raise
+    except BaseException as error:
+        rig.__exit__(type(error), error, error.__traceback__)
+        raise
+    rig.__exit__(None, None, None)
 
 
 def _end_safe(jog: Jog, error: BaseException) -> None:

@@ -11,6 +11,7 @@ from rigrunner.engine import run_by_hand
 from rigrunner.plan import Plan
 from rigrunner.procedure import parse_procedure
 from rigrunner.workflow.approval import ApprovalState
+from rigrunner.workflow.left_energised import NOBODY
 from rigrunner.workflow.overrides import require_overridden
 from rigrunner.workflow.record import into_folder, new_folder
 
@@ -21,12 +22,13 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import EventSink
     from rigrunner.bus import Bus
-    from rigrunner.engine import Override, Pauses, RunSummary
+    from rigrunner.engine import Interference, Override, Pauses, RunSummary
     from rigrunner.engine.session import Session
     from rigrunner.plan.actions import PlannedStep
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.rig import Rig
     from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.workflow.left_energised import Person
     from rigrunner.workflow.prepare import Planned
 
 SUFFIX = "-by-hand"
@@ -45,6 +47,7 @@ def record_by_hand(
     listeners: Sequence[EventSink] = (),
     operator: str = "",
     overrides: Sequence[Override] = (),
+    person: Person = NOBODY,
 ) -> FinishedRun:
     """Connect the rig, do the steps as they come, seal the folder and write the report.
 
@@ -55,7 +58,7 @@ def record_by_hand(
     free = by_hand(planned)
     people = {"operator": operator} if operator else {}
 
-    def work(rig: Rig, bus: Bus, run_id: str) -> RunSummary:
+    def work(rig: Rig, bus: Bus, run_id: str, before: Sequence[Interference]) -> RunSummary:
         return run_by_hand(
             steps,
             rig,
@@ -66,6 +69,7 @@ def record_by_hand(
             overrides,
             interlocks=planned.plan.interlocks,
             pauses=pauses,
+            before=before,
         )
 
     return into_folder(
@@ -75,6 +79,7 @@ def record_by_hand(
         no_load=no_load,
         listeners=listeners,
         progress=unseen,
+        person=person,
     )
 
 

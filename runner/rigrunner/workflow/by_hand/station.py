@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.clock import SimulatedClock
 from rigrunner.plan import check_station, check_station_plugins
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
+from rigrunner.rig.messages import DeviceMessages
 from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.tape import ReplayedTape
+from rigrunner.workflow.guardian.guarding import guarding
 from rigrunner.workflow.lab_plugins import with_lab_plugins
 from rigrunner.workflow.planning import clock_for
 from rigrunner.workflow.prepare import make_devices, patience_of
@@ -27,8 +29,11 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, Device
     from rigrunner.plan.actions import Interlock
     from rigrunner.registry import Registry
+    from rigrunner.rig import Pulse
+    from rigrunner.rig_state import RigMarks
     from rigrunner.station import LoadedStation
     from rigrunner.tape import Tape
+    from rigrunner.workflow.guardian.guarding import Guardian
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +46,27 @@ class ReadyStation:
     interlocks: tuple[Interlock, ...]
     clock: Clock
     tape: Tape | None = None
+    marks: RigMarks | None = None
+    """The marker of the energised rig; None until it is held, and for simulators."""
+    messages: DeviceMessages = field(default_factory=DeviceMessages)
+    """What the drivers of the devices tell beside their answers."""
 
-    def rig(self, roles: Collection[str]) -> Rig:
+    def rig(self, roles: Collection[str], pulse: Pulse | None = None) -> Rig:
         """Return the devices of these roles as a rig, with the station's rules and order."""
         safety = self.station.model.safety
         devices = {role: device for role, device in self.devices.items() if role in roles}
         order = [each for each in safety.order if each.partition(".")[0] in devices]
         rules = DriveRules(safety.drives, safety.combinations)
-        return Rig(devices, self.clock, patience_of(self.station), order, rules)
+        patience = patience_of(self.station)
+        rig = Rig(devices, self.clock, patience, order, rules, marks=self.marks, pulse=pulse)
+        rig.messages = self.messages
+        return rig
+
+    def guarded(self, what: str, roles: Collection[str]) -> AbstractContextManager[Guardian | None]:
+        """Let a guardian watch over these roles of the rig, which is held."""
+        patience = patience_of(self.station)
+        known = (self.station, self.registry, self.marks, patience)
+        return guarding(*known, what, messages=self.messages, roles=roles)
 
     @contextmanager
     def held(self, what: str) -> Iterator[ReadyStation]:
@@ -57,8 +75,8 @@ class ReadyStation:
         Raises DeviceError where another process has the rig.
         """
         if self.tape is None:
-            with self._lock(what):
-                yield self
+            with self._lock(what) as marks:
+                yield replace(self, marks=marks)
             return
         with self.tape:
             self.tape.begin(manifest_of(self.station, self.registry, self.clock.utc()))
@@ -66,21 +84,23 @@ class ReadyStation:
             if self.tape.replays:
                 yield ready
                 return
-            with self._lock(what):
-                yield ready
+            with self._lock(what) as marks:
+                yield replace(ready, marks=marks)
 
-    def _lock(self, what: str) -> AbstractContextManager[None]:
+    def _lock(self, what: str) -> AbstractContextManager[RigMarks | None]:
         return station_lock(self.station, self.registry, what)
 
 
-def ready_station(path: Path, *, realtime: bool = False, tape: Tape | None = None) -> ReadyStation:
+def ready_station(
+    path: Path, *, realtime: bool = False, tape: Tape | None = None, time_limits: bool = True
+) -> ReadyStation:
     """Load a station and make its devices; raise InvalidFileError with all that is wrong."""
-    station = load_station(path)
+    station, messages = replace(load_station(path), time_limits=time_limits), DeviceMessages()
     registry = with_lab_plugins(load_registry(), station, path.parent)
     check_station_plugins(station, registry)
     clock = clock_for(station.model, registry, realtime=realtime)
     if isinstance(tape, ReplayedTape):
         clock = SimulatedClock(tape.manifest.began_utc)
-    devices = make_devices(station, registry, clock, path.parent, tape)
+    devices = make_devices(station, registry, clock, path.parent, tape, messages=messages)
     interlocks = check_station(station, devices)
-    return ReadyStation(station, registry, devices, interlocks, clock, tape)
+    return ReadyStation(station, registry, devices, interlocks, clock, tape, messages=messages)

@@ -1,0 +1,68 @@
+"""A rig that was left energised, told to who is at the terminal."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.cli.output import message, prompt, warning_label
+from rigrunner.rig_state import read_marker, read_markers
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.rig_state import Marker
+
+_YES, _NO = ("y", "yes"), ("n", "no")
+
+
+class TerminalPerson:
+    """Reads warnings on stderr and, where `attended`, says whether the rig may be made safe."""
+
+    def __init__(self, *, attended: bool) -> None:
+        self._attended = attended
+
+    @property
+    def by(self) -> str:
+        """Who let the rig be made safe."""
+        return "operator" if self._attended else "nobody was asked"
+
+    def warn(self, text: str) -> None:
+        """Say it on stderr."""
+        message(f"{warning_label()} {text}")
+
+    def agrees(self, question: str) -> bool:
+        """Ask until the answer is yes or no; unattended it is yes."""
+        if not self._attended:
+            return True
+        while True:
+            prompt(f"{question} [yes/no] ")
+            line = sys.stdin.readline()
+            if not line:
+                message("")
+                raise AbortedError(
+                    "nobody answered: the input has ended, and the rig is as it was found",
+                    hint="--unattended makes it safe without asking",
+                )
+            if (answer := line.strip().lower()) in (*_YES, *_NO):
+                return answer in _YES
+            message("Please answer yes or no.")
+
+
+def tell_left(station: str) -> None:
+    """Say how the rig of a station was left, where it was left energised or is."""
+    marker = read_marker(station)
+    _tell([marker] if marker is not None else [])
+
+
+def tell_all_left() -> None:
+    """Say which rigs of this machine were left energised, or are."""
+    _tell(read_markers())
+
+
+def _tell(markers: Iterable[Marker]) -> None:
+    for marker in markers:
+        message(f"{warning_label()} {marker.text}")
+        if not marker.is_in_use and not marker.safe_by:
+            message("  'rigrunner devices STATION' makes it safe, and says what it read")

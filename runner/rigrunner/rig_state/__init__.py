@@ -1,0 +1,33 @@
+"""What must be known of a rig beyond the program that drives it: who holds it, is it energised."""
+
+from rigrunner.rig_state.addresses import canonical
+from rigrunner.rig_state.folder import shared_folder
+from rigrunner.rig_state.locks import Busy, Holder, hold, is_held, take_over
+from rigrunner.rig_state.marker import (
+    DriveMark,
+    Marker,
+    Owner,
+    clear,
+    read_marker,
+    read_markers,
+    record_made_safe,
+)
+from rigrunner.rig_state.marks import RigMarks
+
+__all__ = [
+    "Busy",
+    "DriveMark",
+    "Holder",
+    "Marker",
+    "Owner",
+    "RigMarks",
+    "canonical",
+    "clear",
+    "hold",
+    "is_held",
+    "read_marker",
+    "read_markers",
+    "record_made_safe",
+    "shared_folder",
+    "take_over",
+]

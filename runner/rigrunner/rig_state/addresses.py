@@ -1,0 +1,99 @@
+"""Where an instrument is reached, in one spelling: two names of one port are one address."""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import re
+import socket
+import sys
+import threading
+
+_RESOLVE_S = 2.0
+"""How long is waited for the network to tell whose name it is; then the name stands for itself."""
+_LOOPBACK = "127.0.0.1"
+
+
+def canonical(address: str) -> frozenset[str]:
+    """Return an address, such as 'tcp:localhost:502', in the spellings that others have too.
+
+    It is 'serial:PORT', 'tcp:HOST:PORT' with what is behind it after a '/', 'visa:RESOURCE', or
+    anything else as 'kind:name'. A host with several numbers has an address for each.
+    """
+    kind, _, place = address.partition(":")
+    match kind:
+        case "serial":
+            return frozenset({f"serial:{_port(place)}"})
+        case "tcp":
+            return _tcp(place)
+        case "visa":
+            return _visa(place)
+        case "daq":  # a module is of its chassis, which has one clock
+            return frozenset({f"daq:{re.sub(r'Mod[0-9]+$', '', place).casefold()}"})
+    return frozenset({f"{kind}:{place.strip()}"})
+
+
+def _port(name: str) -> str:
+    """Return a serial port under the name that it has in the system, whatever link leads to it."""
+    name = name.strip().removeprefix("\\\\.\\")
+    if re.fullmatch(r"com[0-9]+", name, re.IGNORECASE):
+        return name.upper()
+    return os.path.realpath(name) if name.startswith("/") else name
+
+
+def _tcp(place: str) -> frozenset[str]:
+    place, slash, behind = place.partition("/")
+    host, _, port = place.rpartition(":")
+    return frozenset(f"tcp:{each}:{port}{slash}{behind}" for each in _numbers(host.strip("[] ")))
+
+
+def _visa(resource: str) -> frozenset[str]:
+    """Return a VISA resource by what it stands for: VPP-4.3, section 4.3.1.1."""
+    parts = resource.strip().split("::")
+    head = re.fullmatch(r"([A-Za-z]+?)(\d*|/.*|COM\d+)", parts[0], re.IGNORECASE)
+    if head is None:
+        return frozenset({f"visa:{resource.strip().upper()}"})
+    bus, board = head[1].upper(), head[2]
+    match bus, parts[1:]:
+        case "ASRL", _:
+            on_windows = sys.platform == "win32" and board.isdigit()
+            return frozenset({f"serial:{_port(f'COM{board}' if on_windows else board)}"})
+        case "TCPIP", [host, port, kind] if kind.upper() == "SOCKET":
+            return _tcp(f"{host}:{port}")
+        case "TCPIP", [host, *rest]:
+            name = rest[0].lower() if rest and rest[0].upper() != "INSTR" else "inst0"
+            return frozenset(f"visa:TCPIP::{each}::{name}" for each in _numbers(host))
+        case _, rest:
+            known = [_number(each) for each in rest if each.upper() != "INSTR"]
+            return frozenset({"::".join((f"visa:{bus}{board or 0}", *known)).upper()})
+
+
+def _number(text: str) -> str:
+    """Return a number, which VISA has in decimal and hexadecimal digits, in decimal ones."""
+    try:
+        return str(int(text, 0))
+    except ValueError:
+        return text
+
+
+def _numbers(host: str) -> frozenset[str]:
+    """Return the numbers of a host, all of this machine's own as one; its name if nobody knows."""
+    found: list[str] = []
+
+    def ask() -> None:
+        try:
+            found.extend(str(each[4][0]) for each in socket.getaddrinfo(host, None))
+        except (OSError, UnicodeError):
+            return
+
+    asking = threading.Thread(target=ask, name=f"resolve {host}", daemon=True)
+    asking.start()
+    asking.join(_RESOLVE_S)
+    return frozenset(_number_of(each) for each in found) or frozenset({host.casefold()})
+
+
+def _number_of(text: str) -> str:
+    number = ipaddress.ip_address(text.partition("%")[0])
+    if isinstance(number, ipaddress.IPv6Address) and number.ipv4_mapped is not None:
+        number = number.ipv4_mapped
+    return _LOOPBACK if number.is_loopback or number.is_unspecified else str(number)

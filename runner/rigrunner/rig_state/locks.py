@@ -1,0 +1,124 @@
+"""Who holds a rig: locks of the operating system, which no dead process holds."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+from filelock import FileLock, Timeout
+
+from rigrunner.rig_state.folder import FOR_ALL, read_plain, write_plain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+PATIENCE_S = 0.3
+"""How long is waited: somebody who only looks whether a rig is held holds it for a moment."""
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Who holds a lock, for whoever is refused it."""
+
+    station: str
+    procedure: str
+    process: int
+    since: str
+
+
+class Busy(Exception):  # noqa: N818  (a state, made an error where it is known of what)
+    """A lock is held by another process."""
+
+    def __init__(self, lock: Path, holder: Holder | None) -> None:
+        super().__init__(f"{lock} is held")
+        self.holder = holder
+        """Who holds it; None where that is not known."""
+
+
+@contextmanager
+def hold(locks: Iterable[Path], holder: Holder) -> Iterator[tuple[int, ...]]:
+    """Hold all of these locks; raise Busy for one that another process has, OSError for no lock.
+
+    Gives the descriptor of each, -1 where it has none, for `take_over` by a process that inherits
+    them.
+    """
+    descriptors = []
+    with ExitStack() as held:
+        for path in locks:
+            lock = FileLock(path, timeout=PATIENCE_S, mode=FOR_ALL)
+            try:
+                lock.acquire()
+            except Timeout as error:
+                raise Busy(path, holder_of(path)) from error
+            held.callback(lock.release)
+            descriptor = lock._context.lock_file_fd  # noqa: SLF001  (it tells it in no other way)
+            descriptors.append(-1 if descriptor is None else descriptor)
+            held.enter_context(_named(path, holder))
+        yield tuple(descriptors)
+
+
+@contextmanager
+def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder) -> Iterator[None]:
+    """Hold locks whose descriptors were inherited from a process that is dead, until this one ends.
+
+    An inherited lock is held as long as one of the processes that share it lives, so that nobody
+    can take it in between. One that was released before is taken anew; raises Busy if somebody else
+    has it. POSIX alone.
+    """
+    import fcntl  # noqa: PLC0415  (there is none on Windows)
+
+    paths = list(locks)
+    for descriptor, path in zip(descriptors, paths, strict=True):
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise Busy(path, holder_of(path)) from error
+    with ExitStack() as held:
+        for path in paths:
+            held.enter_context(_named(path, holder))
+        yield
+
+
+@contextmanager
+def _named(path: Path, holder: Holder) -> Iterator[None]:
+    """Say who holds a lock while it is held."""
+    with suppress(OSError):  # it tells who holds the rig; what holds it is the lock
+        write_plain(_holder_file(path), json.dumps(asdict(holder)).encode())
+    try:
+        yield
+    finally:
+        _forget(path)
+
+
+def is_held(lock: Path) -> bool:
+    """Say whether a process holds a lock; False where that cannot be told."""
+    if not lock.is_file():
+        return False
+    try:
+        with FileLock(lock, timeout=0, mode=FOR_ALL):
+            return False
+    except Timeout:
+        return True
+    except OSError:
+        return False
+
+
+def holder_of(lock: Path) -> Holder | None:
+    """Return who said last that they hold a lock; None where it is not known."""
+    try:
+        return Holder(**json.loads(read_plain(_holder_file(lock))))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def _holder_file(lock: Path) -> Path:
+    return lock.with_suffix(".json")
+
+
+def _forget(lock: Path) -> None:
+    with suppress(OSError):
+        os.unlink(_holder_file(lock))  # noqa: PTH108  (as quick as can be: the rig waits)

@@ -1,0 +1,251 @@
+"""The marker of an energised rig: by which run, with which last set-points; it survives the run.
+
+A marker is a file that is not empty. It is written, and on the disk, before a drive is first set
+to anything but its safe value, and emptied once all drives were read back at their safe values.
+Its first `HEADER` bytes say in JSON whose it is and which drives it is about. Behind it stands the
+last set-point of each drive, as a double. A header that cannot be read means an energised rig all
+the same: the machine may have lost its power while it was written.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import math
+import os
+import struct
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.clock import utc_text
+from rigrunner.rig_state.folder import existing_folder, open_plain, read_plain, shared_folder
+from rigrunner.rig_state.locks import holder_of, is_held
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+FORM = "energised/1"
+SUFFIX = ".energised"
+HEADER = 16384
+"""Bytes before the set-points."""
+VALUE = struct.Struct("<d")
+
+
+@dataclass(frozen=True)
+class Owner:
+    """Who energised a rig."""
+
+    station: str
+    """The station's id."""
+    station_file: str
+    procedure: str
+    """What was done: the procedure's id, or words such as 'jog psu'."""
+    process: int
+    host: str
+    since: str
+    """When the rig was taken, in UTC."""
+    run: str = ""
+    """The run's folder, of what is done by hand its log; '' where there is none."""
+    guardian: str = ""
+    """What makes the rig safe if the process dies; '' for nothing."""
+    unguarded: str = ""
+    """Which devices that cannot reach, in words."""
+    addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Where the device of each role is reached."""
+    plugins: Mapping[str, str] = field(default_factory=dict)
+    """The plugin of each role's device."""
+
+
+@dataclass(frozen=True)
+class DriveMark:
+    """A drive that was set to something else than its safe value."""
+
+    member: str
+    """'role.drive'."""
+    unit: str
+    safe_value: float
+    set_point: float
+    """The last one that was sent, in SI units; NaN where it is not known."""
+
+    def text(self) -> str:
+        """Return 'psu.voltage 40 V'."""
+        if math.isnan(self.set_point):
+            return f"{self.member} at an unknown value"
+        return f"{self.member} {self.set_point:g} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Marker:
+    """What is known of a rig that was energised and not confirmed safe since."""
+
+    station: str
+    owner: Owner | None
+    """None where the marker cannot be read."""
+    drives: tuple[DriveMark, ...] = ()
+    """Those whose last set-point is not confirmed to be gone."""
+    safe_by: str = ""
+    """What made the rig safe after its run, and when; '' while it counts as energised."""
+    is_in_use: bool = False
+    """Whether the process that energised the rig holds it now: then it is as it should be."""
+
+    @property
+    def set_points(self) -> str:
+        """The last set-points in words."""
+        return ", ".join(each.text() for each in self.drives) or "set-points not known"
+
+    @property
+    def who(self) -> str:
+        """Who energised the rig, in words."""
+        if self.owner is None:
+            return "a run whose marker cannot be read"
+        kind = "log" if self.owner.procedure.startswith("jog ") else "run"
+        where = f" ({kind} {self.run_name})" if self.owner.run else ""
+        return f"{self.owner.procedure}{where}, process {self.owner.process}"
+
+    @property
+    def run_name(self) -> str:
+        """The name of the run; '' for none."""
+        return os.path.basename(self.owner.run) if self.owner else ""  # noqa: PTH119  (of any system)
+
+    @property
+    def text(self) -> str:
+        """What a person must know before they touch the rig."""
+        rig = f"the rig of station {self.station}"
+        last = f"last set-points: {self.set_points}"
+        since = f", begun {self.owner.since}" if self.owner else ""
+        if self.safe_by:
+            return f"{rig} was left energised by {self.who}{since}; {last}; {self.safe_by}"
+        if self.is_in_use:
+            return f"{rig} is energised by {self.who}{since}; {last}"
+        unguarded = self.owner.unguarded if self.owner else ""
+        return (
+            f"{rig} was left energised by {self.who}{since}; {last};"
+            f" nothing has confirmed since that it is safe{f'; {unguarded}' if unguarded else ''}"
+        )
+
+
+def read_marker(station: str) -> Marker | None:
+    """Return the marker of a station's rig; None where the rig was not left energised."""
+    folder = existing_folder()
+    return None if folder is None else _read(folder / f"{station}{SUFFIX}")
+
+
+def read_markers() -> list[Marker]:
+    """Return the markers of all rigs of this machine, by station."""
+    folder = existing_folder()
+    if folder is None:
+        return []
+    found = (_read(path) for path in sorted(folder.glob(f"*{SUFFIX}")))
+    return [each for each in found if each is not None]
+
+
+def clear(station: str) -> None:
+    """Empty the marker of a station's rig, whose drives were all read back as safe.
+
+    The caller holds the rig. Raises OSError.
+    """
+    folder = existing_folder()
+    if folder is None or not (path := folder / f"{station}{SUFFIX}").exists():
+        return
+    with _opened(path) as descriptor:
+        os.ftruncate(descriptor, 0)
+        os.fsync(descriptor)
+    with suppress(OSError):  # it may be another person's: an empty one says nothing
+        path.unlink()
+
+
+def record_made_safe(station: str, by: str) -> None:
+    """Say that the rig was made safe after its run, and read back: told at the next start.
+
+    `by` says what did it, such as 'The guardian made it safe'. The caller holds the rig, or is the
+    one that its owner left it to. Raises OSError.
+    """
+    marker = read_marker(station)
+    if marker is None:
+        return
+    if marker.owner is None:  # nothing of it is worth keeping
+        clear(station)
+        return
+    text = f"{by} at {utc_text(datetime.now(UTC))}"
+    with _opened(shared_folder() / f"{station}{SUFFIX}") as descriptor:
+        overwrite(descriptor, encode(marker.owner, marker.drives, text))
+
+
+def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> bytes:
+    """Return the content of a marker's file."""
+    known: dict[str, Any] = {
+        "rigrunner": FORM,
+        "owner": asdict(owner),
+        "drives": [[each.member, each.unit, each.safe_value] for each in drives],
+        "safe_by": safe_by,
+    }
+    header = json.dumps(known, ensure_ascii=False).encode()
+    if len(header) >= HEADER:  # of so many drives that it is the least that is to be known
+        known["owner"] = asdict(replace(owner, addresses={}, plugins={}))
+        known["drives"] = known["drives"][:100]
+        header = json.dumps(known, ensure_ascii=False).encode()
+    values = b"".join(VALUE.pack(each.set_point) for each in drives)
+    return header.ljust(HEADER) + values
+
+
+def overwrite(descriptor: int, content: bytes) -> None:
+    """Write a marker over what is there, and wait for the disk; at no instant is it empty."""
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    if os.write(descriptor, content) != len(content):
+        raise OSError(errno.ENOSPC, "the disk is full")
+    os.ftruncate(descriptor, len(content))
+    os.fsync(descriptor)
+
+
+def decode(station: str, content: bytes) -> Marker:
+    """Return what a marker's file says; without an owner where it cannot be read."""
+    try:
+        known = json.loads(content[:HEADER])
+        owner = Owner(**known["owner"])
+        drives = tuple(
+            DriveMark(member, unit, safe, _value(content, index))
+            for index, (member, unit, safe) in enumerate(known["drives"])
+        )
+        return Marker(station, owner, drives, str(known["safe_by"]))
+    except (ValueError, TypeError, KeyError):
+        return Marker(station, None)
+
+
+def _value(content: bytes, index: int) -> float:
+    start = HEADER + index * VALUE.size
+    found = content[start : start + VALUE.size]
+    return float(VALUE.unpack(found)[0]) if len(found) == VALUE.size else math.nan
+
+
+def _read(path: Path) -> Marker | None:
+    station = path.name.removesuffix(SUFFIX)
+    try:
+        content = read_plain(path)
+    except FileNotFoundError:
+        return None
+    except OSError:
+        return Marker(station, None)
+    if not content:
+        return None
+    found = decode(station, content)
+    return replace(found, is_in_use=_is_of_who_holds_it(found, path.with_suffix(".lock")))
+
+
+def _is_of_who_holds_it(marker: Marker, lock: Path) -> bool:
+    """Say whether the process that energised the rig holds it, and not one that came after it."""
+    if not is_held(lock):
+        return False
+    holder = holder_of(lock)
+    return holder is None or marker.owner is None or holder.process == marker.owner.process
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[int]:
+    descriptor = open_plain(path, os.O_RDWR)
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,192 @@
+"""Keeps the marker of a rig while a process drives it: set-points, and what was confirmed safe."""
+
+from __future__ import annotations
+
+import math
+import os
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DeviceError
+from rigrunner.rig_state.folder import open_plain, shared_folder, sync_names
+from rigrunner.rig_state.marker import (
+    HEADER,
+    SUFFIX,
+    VALUE,
+    DriveMark,
+    Owner,
+    clear,
+    encode,
+    overwrite,
+    read_marker,
+    record_made_safe,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+    from pathlib import Path
+
+    from rigrunner.api.devices import DriveInfo
+
+
+class RigMarks:
+    """The marker of one rig, kept by the process that holds it.
+
+    `roles` are those of real devices: what a simulator does ends with its process.
+    """
+
+    def __init__(
+        self,
+        owner: Owner,
+        roles: Collection[str],
+        locks: Mapping[Path, int] | None = None,
+    ) -> None:
+        self.owner = owner
+        self.locks = dict(locks or {})
+        """The files by which the rig is held, with the descriptors that another may inherit."""
+        self.roles = frozenset(roles)
+        left = read_marker(owner.station)
+        self.left = None if left is None else replace(left, is_in_use=False)
+        """What an earlier process left of this rig; None where it left it safe."""
+        self.unconfirmed = self._left_roles()
+        """The roles of that marker which were not read back as safe since."""
+        self._drives: list[DriveMark] = []
+        self._places: dict[str, int] = {}
+        """Which of them a 'role.drive' is."""
+        self._values: list[float] = []
+        """The last set-point of each."""
+        self._opened = -1
+
+    def describe(self, *, run: str = "", guardian: str = "", unguarded: str = "") -> None:
+        """Add which run folder it is, or what guards the rig and what it cannot reach.
+
+        Raises DeviceError. Of the thread that drives the rig alone.
+        """
+        self.owner = replace(
+            self.owner,
+            run=run or self.owner.run,
+            guardian=guardian or self.owner.guardian,
+            unguarded=unguarded or self.owner.unguarded,
+        )
+        if self._drives:
+            self._write()
+
+    def before_set(self, role: str, info: DriveInfo) -> Callable[[float], None] | None:
+        """Return what is to be called with each set-point of a drive before it is sent.
+
+        It raises DeviceError where the marker cannot be written: then the drive must not be set. A
+        safe value is never refused. None for a simulated device.
+        """
+        if role not in self.roles:
+            return None
+        member, safe_value = f"{role}.{info.name}", info.safe_value
+        places, values, pack = self._places, self._values, VALUE.pack
+
+        def note(value: float) -> None:
+            place = places.get(member)
+            if place is None:
+                if value != safe_value:
+                    self._add(DriveMark(member, info.unit, safe_value, value))
+            elif values[place] != value:
+                try:
+                    os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
+                    os.write(self._opened, pack(value))
+                except OSError as error:
+                    if value != safe_value:
+                        raise _unwritten(error) from error
+                values[place] = value
+
+        return note
+
+    def energise(self, role: str, drives: Sequence[DriveInfo]) -> None:
+        """Mark drives of which it is not known where they will be set; raise DeviceError."""
+        for info in drives:
+            if (member := f"{role}.{info.name}") not in self._places:
+                self._add(DriveMark(member, info.unit, info.safe_value, math.nan))
+
+    def confirm(self, roles: Collection[str]) -> None:
+        """Take out the drives of devices that were read back as safe, and the marker with the last.
+
+        What cannot be written stays: then the next start takes the rig for energised.
+        """
+        if self.unconfirmed:
+            self.unconfirmed -= frozenset(roles)
+            if not self.unconfirmed:
+                self.settle(f"'{self.owner.procedure}' made it safe")
+        left = [each for each in self._now() if each.member.partition(".")[0] not in roles]
+        if len(left) == len(self._drives):
+            return
+        self._keep(left)
+        with suppress(DeviceError, OSError):
+            if left:
+                self._write()
+            else:
+                self._close()
+                clear(self.owner.station)
+
+    def settle(self, how: str) -> None:
+        """Let the marker that an earlier process left say how its rig was made safe."""
+        self.unconfirmed = frozenset()
+        with suppress(DeviceError, OSError):
+            record_made_safe(self.owner.station, f"{how} (process {self.owner.process})")
+        left = read_marker(self.owner.station)
+        self.left = None if left is None else replace(left, is_in_use=False)
+
+    def put_on_record(self) -> None:
+        """Take away the marker that an earlier process left: a record has now what it says."""
+        if self.left is not None and not self.unconfirmed and not self._drives:
+            with suppress(DeviceError, OSError):
+                clear(self.owner.station)
+            self.left = None
+
+    def _left_roles(self) -> frozenset[str]:
+        if self.left is None or self.left.safe_by:
+            return frozenset()
+        named = frozenset(each.member.partition(".")[0] for each in self.left.drives)
+        return named or self.roles  # of a marker that cannot be read
+
+    def _add(self, drive: DriveMark) -> None:
+        before = self._now()
+        self._keep([*before, drive])
+        try:
+            self._write()
+        except DeviceError:
+            self._keep(before)
+            raise
+
+    def _keep(self, drives: list[DriveMark]) -> None:
+        self._drives = drives
+        self._values[:] = [each.set_point for each in drives]
+        self._places.clear()
+        self._places.update((each.member, place) for place, each in enumerate(drives))
+
+    def _now(self) -> list[DriveMark]:
+        return [
+            replace(each, set_point=value)
+            for each, value in zip(self._drives, self._values, strict=True)
+        ]
+
+    def _write(self) -> None:
+        """Write the whole marker; return once it is on the disk."""
+        try:
+            if self._opened < 0:
+                path = shared_folder() / f"{self.owner.station}{SUFFIX}"
+                self._opened = open_plain(path, os.O_RDWR | os.O_CREAT)
+                sync_names(path.parent)
+            overwrite(self._opened, encode(self.owner, tuple(self._now())))
+        except OSError as error:
+            raise _unwritten(error) from error
+
+    def _close(self) -> None:
+        if self._opened >= 0:
+            os.close(self._opened)
+            self._opened = -1
+
+
+def _unwritten(error: OSError) -> DeviceError:
+    return DeviceError(
+        f"the marker of the energised rig cannot be written: {error.strerror or error}",
+        hint="no drive is set without it, as the next start could not tell that the rig is"
+        " energised; see RIGRUNNER_LOCKS in the documentation",
+    )

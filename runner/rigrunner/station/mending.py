@@ -1,0 +1,110 @@
+"""A station of which some parts are wrong, as if these were mended: for what else is wrong in it.
+
+What a model looks at comes in rounds: its values one by one, then how they fit together, then the
+plugins, the devices and the plan. A new station has mistakes of all these sorts, and they are told
+at once. What stands in for a wrong part is never used for anything else.
+"""
+
+from __future__ import annotations
+
+import re
+from copy import deepcopy
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import InvalidFileError
+from rigrunner.station.model import Station
+from rigrunner.yamlfile import validate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.errors import Problem
+    from rigrunner.yamlfile import Document
+
+_ROUNDS = 3
+_ENTRY = re.compile(r"instruments\[(?P<at>\d+)\](?:\.(?P<key>\w+))?")
+_PART = re.compile(
+    r"(?P<part>rig|safety|listeners|durability|description|plugins)\b\.?(?P<key>\w*)"
+)
+_ACCURACY = {"gain": "0 %", "offset": "0 N·m", "drift": "0 N·m", "nonlinearity": "0 %"}
+_INSTRUMENT: dict[str, Any] = {
+    "channel": "nowhere.none",
+    "serial": "none",
+    "full_scale": "1 N·m",
+    "low_pass": {"type": "butterworth", "order": 2, "corner": "1 kHz"},
+    "accuracy": _ACCURACY,
+}
+_RIG = {
+    "mandrel": "none",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.002 kg·m²",
+    "support_friction": "0.7 N·m",
+    "support_damping": "0.3 N·m·s/rad",
+}
+_TOGETHER = ("calibrated", "due", "range", "points")
+"""What an instrument's parts are compared with each other for."""
+
+
+def as_if_mended(
+    document: Document, found: Sequence[Problem]
+) -> tuple[Station | None, list[Problem]]:
+    """Return the station with other parts for the wrong ones, and what else is wrong in it.
+
+    None where the parts that are wrong have no stand-in, such as a device without a plugin.
+    """
+    data, wrong = deepcopy(document.data), list(found)
+    more: list[Problem] = []
+    for _ in range(_ROUNDS):
+        if not all(_mended(data, problem.field) for problem in wrong):
+            return None, more
+        try:
+            return validate(Station, replace(document, data=data)), more
+        except InvalidFileError as error:
+            wrong = list(error.problems)
+            more += [each for each in wrong if _is_new(each) and each not in (*found, *more)]
+    return None, more
+
+
+def _is_new(problem: Problem) -> bool:
+    """Say whether it is of how the parts fit together: each by itself was looked at before."""
+    match = _ENTRY.fullmatch(problem.field)
+    return match is not None and match["key"] is None
+
+
+def _mended(data: Any, field: str) -> bool:
+    """Put something else in the place of a wrong part; say whether there is something."""
+    entry = _ENTRY.match(field)
+    if entry:
+        return _mended_instrument(data["instruments"], int(entry["at"]), entry["key"])
+    part = _PART.match(field)
+    if part is None:
+        return False
+    if part["part"] != "rig" or not isinstance(data.get("rig"), dict):
+        data.pop(part["part"], None)
+        if part["part"] == "rig":
+            data["rig"] = dict(_RIG)
+    else:
+        _put(data["rig"], part["key"], _RIG)
+    return True
+
+
+def _mended_instrument(instruments: Any, at: int, key: str | None) -> bool:
+    entry = instruments[at]
+    if not isinstance(entry, dict):
+        instruments[at] = dict(_INSTRUMENT)
+    elif key is None:
+        for each in _TOGETHER:
+            entry.pop(each, None)
+        if entry.get("measures", "torque") == "torque":
+            entry.setdefault("accuracy", _ACCURACY)
+    else:
+        _put(entry, key, _INSTRUMENT)
+    return True
+
+
+def _put(entry: dict[str, Any], key: str, instead: dict[str, Any]) -> None:
+    entry.pop(key, None)
+    if key in instead:
+        entry[key] = instead[key]

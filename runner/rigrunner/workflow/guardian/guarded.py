@@ -1,0 +1,47 @@
+"""Which devices of a station a guardian guards, in words; without what a guardian is made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from rigrunner.registry import Registry
+    from rigrunner.station import LoadedStation
+
+WITHOUT = "there is no guardian, as the station says (safety: guardian: no)"
+
+
+def guardian_text(station: LoadedStation, registry: Registry, real: Collection[str]) -> str:
+    """Return in words what guards a station's real devices; '' where there are none."""
+    if not real:
+        return ""
+    if not station.model.safety.guardian:
+        return WITHOUT
+    if unreachable := not_reopenable(station, registry, real):
+        names = ", ".join(unreachable)
+        return (
+            f"a guardian makes the rig safe if the process of a run dies or hangs, except {names}:"
+            " no second process can open it, as its plugin says"
+        )
+    return "a guardian makes the rig safe if the process of a run dies or hangs"
+
+
+def real_roles(station: LoadedStation, registry: Registry) -> list[str]:
+    """Return the roles whose devices are no simulators."""
+    return [
+        role
+        for role, each in station.model.devices.items()
+        if not registry.is_simulated(each.plugin, each.settings)
+    ]
+
+
+def not_reopenable(station: LoadedStation, registry: Registry, roles: Collection[str]) -> list[str]:
+    """Return those of these roles whose device no second process can open."""
+    devices = station.model.devices
+    return sorted(
+        role
+        for role in roles
+        if not registry.is_reopenable(devices[role].plugin, devices[role].settings)
+    )

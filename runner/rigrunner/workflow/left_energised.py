@@ -1,0 +1,149 @@
+"""A rig that was left energised: found at each start, told, made safe, and put on record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from rigrunner.api.devices import Settable
+from rigrunner.api.errors import AbortedError, DeviceError
+from rigrunner.engine import Interference
+from rigrunner.rig import agrees, unsafe_text
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from rigrunner.rig import Rig
+    from rigrunner.rig_state import Marker, RigMarks
+
+FOUND = "found energised"
+"""The intervention that puts on record how the rig was found."""
+
+
+class LeftAsItStandsError(AbortedError):
+    """A person did not let the rig be made safe: it is left as it was found."""
+
+
+class Person(Protocol):
+    """Who starts something on a rig, and has to know how it was left."""
+
+    @property
+    def by(self) -> str:
+        """Who that is, for the record."""
+        ...
+
+    def warn(self, text: str) -> None:
+        """Tell of the rig, before anything is asked."""
+        ...
+
+    def agrees(self, question: str) -> bool:
+        """Return whether the rig may be made safe now; True where nobody is there to be asked."""
+        ...
+
+
+class Nobody:
+    """Nobody is there: the rig is made safe at once."""
+
+    by = "nobody was asked"
+
+    def warn(self, text: str) -> None:
+        """Tell nobody: it is put on record."""
+
+    def agrees(self, question: str) -> bool:  # noqa: ARG002  (the Protocol's)
+        """Let the rig be made safe."""
+        return True
+
+
+NOBODY = Nobody()
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a drive was found to stand, in SI units; NaN where it could not be read."""
+
+    member: str
+    unit: str
+    found: float
+    safe_value: float
+    is_safe: bool
+    problem: str = ""
+    """Why it could not be read."""
+
+    @property
+    def text(self) -> str:
+        """Return 'psu.voltage reads back 40 V, safe is 0 V'."""
+        safe = f"safe is {self.safe_value:g} {self.unit}".rstrip()
+        if math.isnan(self.found):
+            return f"{self.member} cannot be read back, {safe} ({self.problem})"
+        return f"{self.member} reads back {self.found:g} {self.unit}, {safe}"
+
+
+def check_left(
+    rig: Rig, marks: RigMarks | None, person: Person, station_file: str, *, reads: bool = True
+) -> tuple[Interference, ...]:
+    """Compare where the drives of a connected rig stand with how it was left; make it safe.
+
+    Returns what is to be put on record; nothing of a rig that was left, and stands, safe. Without
+    `reads` only the marker counts. Raises LeftAsItStandsError where a person does not let it be
+    made safe, and DeviceError where it is not safe.
+    """
+    if marks is None:
+        return ()
+    roles = marks.roles if reads else ()
+    unsafe = [each for each in standing_of(rig, roles) if not each.is_safe]
+    left = marks.left
+    if not unsafe and not marks.unconfirmed:
+        return () if left is None else (_on_record(left, (), person, ""),)
+    if left is None:
+        person.warn(f"the rig is not safe, and no run has said so: {_texts(unsafe)}")
+    elif unsafe:
+        person.warn(f"its drives now: {_texts(unsafe)}")
+    if unsafe and not person.agrees("Make the rig safe now? Keep away from what may move."):
+        raise LeftAsItStandsError(
+            f"the rig was left as it stands: {_texts(unsafe)}",
+            hint=f"nothing was started; 'rigrunner devices {station_file}' makes it safe",
+        )
+    reports = rig.make_safe()
+    missing = ", ".join(sorted(marks.unconfirmed))
+    problem = unsafe_text(reports) or (missing and f"not read back as safe: {missing}")
+    if problem:
+        raise DeviceError(f"the rig is not safe: {problem}", hint=what_to_do(station_file))
+    person.warn("the rig was made safe now, and each drive read back at its safe value")
+    return (_on_record(left, unsafe, person, "made safe, and read back"),)
+
+
+def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
+    """Yield where each drive of these roles stands."""
+    for role, device in rig.devices.items():
+        if role not in roles or not isinstance(device, Settable):
+            continue
+        for info in device.drives:
+            problem = ""
+            try:
+                found = rig.read_back(role, info.name)
+            except Exception as error:  # noqa: BLE001  (the next drive has its turn)
+                found, problem = math.nan, str(error)
+            is_safe = agrees(info, found, info.safe_value)
+            known = (f"{role}.{info.name}", info.unit, found, info.safe_value)
+            yield Standing(*known, is_safe=is_safe, problem=problem)
+
+
+def _on_record(
+    left: Marker | None, unsafe: Collection[Standing], person: Person, done: str
+) -> Interference:
+    said = left.text if left is not None else "no run had said that the rig is not safe"
+    told = "; ".join(each for each in (said, _texts(unsafe), done) if each)
+    return Interference(FOUND, person.by, subject=told)
+
+
+def _texts(drives: Collection[Standing]) -> str:
+    return "; ".join(each.text for each in drives)
+
+
+def what_to_do(station_file: str) -> str:
+    """Return what a person does about a rig that cannot be confirmed safe."""
+    return (
+        "go and look at the rig, switch it off by hand if need be; then"
+        f" 'rigrunner devices {station_file} --safe-by NAME --reason TEXT' says so"
+    )

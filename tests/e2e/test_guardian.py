@@ -1,0 +1,373 @@
+"""The guardian: whatever ends or holds up the process of a run, the rig is made safe, and told."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, contextmanager, suppress
+
+import psutil
+import pytest
+
+from helpers_panel import Screen, ready, rig_process, served
+from helpers_supply import GUARDED, SupplyLab
+from rigrunner.api.events import Alarm, Intervention, MadeSafe, RunEnded
+from rigrunner.rig_state import read_marker
+from rigrunner.runfile import read
+
+pytestmark = [
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 and SIGSTOP are of POSIX"),
+    pytest.mark.in_real_time,
+]
+PROGRAM = (sys.executable, "-m", "rigrunner")
+PATIENCE_S = 120.0
+LIMIT_S, GRACE_S = 10.0, 10.0
+"""How long the guardian of these stations waits for a beat, and after SIGTERM."""
+ENERGISED_THEN_ASKED = """\
+rigrunner: procedure/1
+id: ASKS
+revision: "A"
+title: A question under voltage
+measurand: {symbol: U, name: voltage}
+uses: {psu: supply}
+main:
+  - set: {psu.voltage: 40 V}
+  - confirm: {text: "Is the lamp lit?", unattended: yes}
+  - wait: {time: 12 s}
+  - measure: {channels: [psu.voltage], name: steps}
+"""
+
+
+class Run:
+    """A run of its own process, on a supply of its own."""
+
+    def __init__(
+        self, folder, name, *words, trouble="", station=(GUARDED,), procedure="", locks="rigs"
+    ):
+        self.lab = SupplyLab(folder / name, name)
+        self.lab.add_station("station.yaml", name, *station)
+        if trouble:
+            (self.lab.folder / "trouble").write_text(trouble, encoding="utf-8")
+        if procedure:
+            self.lab.procedure.write_text(procedure, encoding="utf-8")
+        lab = self.lab
+        self.words = ["run", lab.procedure, "--station", lab.station, "--runs", lab.runs, *words]
+        self.locks = folder / locks
+        self.process = subprocess.Popen(
+            [*PROGRAM, *map(str, self.words)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=os.environ | {"RIGRUNNER_LOCKS": str(self.locks)},
+            text=True,
+        )
+
+    def until(self, condition):
+        until_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < until_s
+            time.sleep(0.005)
+
+    def until_energised(self):
+        self.until(lambda: self.lab.stands()[0] == 40.0 or self.process.poll() is not None)
+        assert self.process.poll() is None, self.told()
+        return self
+
+    def until_safe(self):
+        self.until(lambda: self.lab.stands() == (0.0, 0.0))
+
+    def guardian(self):
+        for each in psutil.Process(self.process.pid).children():
+            with suppress(psutil.Error):  # it has ended just now
+                if "rigrunner.workflow.guardian.main" in each.cmdline():
+                    return each
+        return None
+
+    def told(self):
+        """Return all that the run and its guardian said, which ends with the guardian."""
+        return self.process.communicate(timeout=PATIENCE_S)[0]
+
+    def folder(self):
+        (folder,) = self.lab.runs.iterdir()
+        return folder
+
+
+@pytest.fixture
+def rigs(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    with ExitStack() as held:
+        yield lambda *words, **more: _held(held, Run(tmp_path, *words, **more))
+
+
+def _held(held, run):
+    held.callback(_end, run.process)
+    return run
+
+
+def _end(process):
+    process.kill()
+    process.communicate()
+
+
+def assert_told(run, reason):
+    """Hold the run's folder, its journal, the marker and the terminal to what was done."""
+    said = run.told()
+    assert reason in said
+    assert "the rig is safe: every drive was read back at its safe value" in said
+    for name in ("guardian.txt", "run.log"):
+        text = (run.folder() / name).read_text(encoding="utf-8")
+        assert reason in text
+        assert "psu is safe: read back voltage 0" in text
+    events = read(run.folder()).events
+    (alarm,) = [e for e in events if isinstance(e, Alarm) and e.source == "guardian"]
+    assert reason in alarm.text
+    assert "psu.speed 20 Hz" in alarm.text
+    (made,) = [e for e in events if isinstance(e, MadeSafe)]
+    assert (made.what, made.problems) == ("psu", ())
+    assert made.read_back == {"psu.voltage": 0.0, "psu.speed": 0.0}
+    marker = read_marker(run.lab.station_id)
+    assert marker.safe_by.startswith("The guardian made it safe at ")
+    assert marker.owner.guardian == "a second process"
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGABRT, signal.SIGSEGV])
+def test_a_run_that_is_killed_leaves_a_safe_rig(rigs, number):
+    run = rigs("killed", "--unattended").until_energised()
+    run.process.send_signal(number)
+    assert run.process.wait(PATIENCE_S) == -number
+    run.until_safe()
+    assert_told(run, f"({run.process.pid}) died")
+
+
+@pytest.mark.parametrize("trouble", ["abort", "crash"])
+def test_a_driver_that_crashes_leaves_a_safe_rig(rigs, trouble):
+    run = rigs("crashed", "--unattended", trouble=trouble)
+    assert run.process.wait(PATIENCE_S) in (-signal.SIGABRT, -signal.SIGSEGV)
+    run.until_safe()
+    assert_told(run, f"({run.process.pid}) died")
+
+
+def test_what_hangs_is_ended_and_what_waits_is_left_alone(rigs):
+    """All at the same time: each takes as long as the guardian waits."""
+    hanging = [
+        rigs("gil", "--unattended", trouble="gil", locks="1"),
+        rigs("inline", "--unattended", trouble="sleep", station=(GUARDED, INLINE), locks="2"),
+        rigs(
+            "stopped", "--unattended", procedure=ENERGISED_THEN_ASKED, locks="3"
+        ).until_energised(),
+    ]
+    hanging[2].process.send_signal(signal.SIGSTOP)
+    asked = rigs("asked", procedure=ENERGISED_THEN_ASKED, locks="4").until_energised()
+    traced = rigs(
+        "traced", "--unattended", procedure=ENERGISED_THEN_ASKED, locks="5"
+    ).until_energised()
+    with traced_by_a_debugger(traced.process.pid) as is_traced:
+        traced.process.send_signal(signal.SIGSTOP)
+        began_s = time.monotonic()
+        for run in hanging:
+            run.until_safe()
+            run.process.wait(PATIENCE_S)
+            assert "asked to end (SIGTERM)" in (said := run.told())
+            assert "NOT SAFE" not in said
+        assert hanging[0].process.returncode == -signal.SIGKILL  # SIGTERM cannot be heard
+        assert "hung, and was ended" in (hanging[0].folder() / "guardian.txt").read_text()
+        assert hanging[2].process.returncode == 20  # it heard SIGTERM when it was continued
+        (ended,) = [e for e in read(hanging[2].folder()).events if isinstance(e, RunEnded)]
+        assert "SIGTERM" in ended.reason
+        time.sleep(max(0.0, LIMIT_S + GRACE_S + 8.0 - (time.monotonic() - began_s)))
+        for run in (asked, *[traced] * is_traced):
+            assert run.process.poll() is None
+            assert run.lab.stands()[0] == 40.0
+    traced.process.send_signal(signal.SIGCONT)
+    said = traced.told()
+    assert not is_traced or (traced.process.returncode, "asked to end" in said) == (0, False)
+    said = asked.process.communicate("yes\n", timeout=PATIENCE_S)[0]
+    assert (asked.process.returncode, "asked to end" in said) == (0, False)
+
+
+INLINE = ("{file: supply.json}", "{file: supply.json, non_blocking: true}")
+DEBUGGER = """
+import ctypes, os, sys
+pid, libc = int(sys.argv[1]), ctypes.CDLL(None, use_errno=True)
+libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+print(libc.ptrace(0x4206, pid, None, None), flush=True)  # PTRACE_SEIZE
+sys.stdin.read()  # it lets go when it ends
+"""
+
+
+@contextmanager
+def traced_by_a_debugger(pid):
+    """Hold a process as gdb does, from another process; give whether the system lets us."""
+    with subprocess.Popen(
+        [sys.executable, "-c", DEBUGGER, str(pid)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as debugger:
+        yield sys.platform == "linux" and debugger.stdout.readline().strip() == "0"
+        debugger.stdin.close()
+
+
+def test_a_guardian_that_is_killed_is_replaced_and_that_is_on_record(rigs):
+    run = rigs("replaced", "--unattended", procedure=ENERGISED_THEN_ASKED).until_energised()
+    first = run.guardian()
+    first.kill()
+    run.until(lambda: (each := run.guardian()) is not None and each.pid != first.pid)
+    time.sleep(0.5)
+    run.process.kill()
+    run.until_safe()
+    said = run.told()
+    assert f"the guardian (process {first.pid}) ended with code -9; process " in said
+    assert "guards the rig now" in said
+
+
+def test_a_run_says_on_record_that_its_guardian_was_lost(rigs):
+    run = rigs("lost", "--unattended", procedure=ENERGISED_THEN_ASKED).until_energised()
+    first = run.guardian()
+    first.kill()
+    run.told()
+    assert run.process.returncode == 0
+    alarms = [e.text for e in read(run.folder()).events if isinstance(e, Alarm)]
+    assert any(f"the guardian (process {first.pid}) ended with code -9" in text for text in alarms)
+
+
+def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
+    run = rigs("gap", "--unattended").until_energised()
+    run.lab.put(opens_in_s=8.0)  # longer than the second program takes to ask for the rig
+    run.process.kill()
+    run.process.wait()
+    second = subprocess.run(
+        [*PROGRAM, *map(str, run.words)], capture_output=True, text=True, check=False
+    )
+    assert second.returncode == 4
+    assert "is in use" in second.stderr
+    run.until_safe()
+    run.told()
+    run.lab.put(opens_in_s=0.0)
+    third = subprocess.run(
+        [*PROGRAM, *map(str, run.words)], capture_output=True, text=True, check=False
+    )
+    assert third.returncode == 0, third.stderr
+    assert "The guardian made it safe" in third.stderr
+
+
+def test_a_guardian_ends_with_its_run_and_survives_what_a_terminal_sends(rigs):
+    run = rigs("ends", "--unattended").until_energised()
+    guardian = run.guardian()
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM, signal.SIGQUIT):
+        guardian.send_signal(number)
+    time.sleep(0.2)
+    assert guardian.is_running()
+    said = run.told()
+    assert run.process.returncode == 0
+    assert "guardian:" not in said
+    assert not psutil.pid_exists(guardian.pid)
+    assert read_marker("ends") is None
+    assert not (run.folder() / "guardian.txt").exists()
+    assert not [e for e in read(run.folder()).events if isinstance(e, Intervention)]
+
+
+def test_a_station_may_do_without_and_says_so(rigs):
+    run = rigs("none", "--unattended", station=()).until_energised()
+    assert run.guardian() is None
+    said = run.told()
+    assert "there is no guardian, as the station says" in said
+    (put,) = [e for e in read(run.folder()).events if isinstance(e, Intervention)]
+    assert (put.action, put.by) == ("guardian", "station")
+    assert "there is no guardian" in put.subject
+
+
+def test_a_device_that_no_second_process_can_open_is_left_alone_and_that_is_told(rigs):
+    run = rigs("alone", "--unattended", station=())  # for the lab alone
+    run.told()
+    lab = run.lab
+    lab.add_station("station.yaml", "alone", GUARDED)
+    lab.procedure.write_text(ENERGISED_THEN_ASKED, encoding="utf-8")
+    plugin = lab.folder / "plugins" / "supply.py"
+    text = plugin.read_text(encoding="utf-8")
+    plugin.write_text(text.replace("factory=Supply,", "factory=Supply, reopenable=False,"))
+    command = [*PROGRAM, *map(str, run.words)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as killed:
+        run.until(lambda: lab.stands()[0] == 40.0)
+        killed.kill()
+        said = killed.stderr.read()
+    assert "THE RIG IS NOT SAFE: psu: its plugin says that no second process can open it" in said
+    assert lab.stands()[0] == 40.0
+    marker = read_marker("alone")
+    assert not marker.safe_by
+    assert "psu.voltage 40 V" in marker.text
+    assert marker.text.endswith("; no second process can open psu")
+
+
+def test_a_jog_that_is_killed_leaves_a_safe_rig(rigs, tmp_path):
+    run = rigs("jogged", "--unattended", station=())  # for the lab alone
+    run.told()
+    station = run.lab.add_station("guarded.yaml", "jogged", GUARDED)
+    log = tmp_path / "jog.log"
+    words = [*PROGRAM, "jog", str(station), "psu", "--log", str(log)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, text=True) as jog:
+        jog.stdin.write("set voltage 40 V\n")
+        jog.stdin.flush()
+        run.until(lambda: run.lab.stands()[0] == 40.0)
+        jog.kill()
+    run.until_safe()
+    run.until(lambda: "guardian: the rig is safe" in log.read_text(encoding="utf-8"))
+
+
+def test_a_guardian_that_starts_after_its_owner_has_died_still_acts(rigs):
+    run = rigs("late", "--unattended", station=())  # for the lab alone
+    run.told()
+    lab = run.lab
+    station = lab.add_station("guarded.yaml", "late", GUARDED)
+    late = subprocess.run(
+        [sys.executable, "-c", LATE, str(station)], capture_output=True, text=True, check=False
+    )
+    assert late.returncode == -signal.SIGKILL
+    run.until_safe()
+    run.until(lambda: read_marker("late").safe_by)
+
+
+LATE = """
+import os, signal, sys, pathlib, subprocess, time
+from rigrunner.workflow.by_hand.station import ready_station
+
+def stop_at_once(*words, popen=subprocess.Popen, **known):
+    child = popen(*words, **known)
+    child.send_signal(signal.SIGSTOP)
+    return child
+
+subprocess.Popen = stop_at_once
+with ready_station(pathlib.Path(sys.argv[1])).held("late") as held:
+    with held.guarded("late", {"psu"}) as guardian, held.rig({"psu"}, guardian.pulse) as rig:
+        rig.set("psu", "voltage", 40.0)
+        child, owner = guardian._child.pid, os.getpid()
+        if os.fork() == 0:  # lets the guardian go on once its owner is dead
+            while os.getppid() == owner:
+                time.sleep(0.01)
+            os.kill(child, signal.SIGCONT)
+            os._exit(0)
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_run_at_the_panel_has_a_guardian_too(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    lab = SupplyLab(tmp_path / "lab", "panel")
+    lab.add_station("station.yaml", "panel", GUARDED)
+    lab.procedure.write_text(ENERGISED_THEN_ASKED, encoding="utf-8")
+    with served(lab.folder, lab.runs) as server:
+        screen = Screen(server, "client-ann-0001")
+        pair = ready(screen, "procedure.yaml")
+        screen.post("run/start", 202, **pair, operator="Ann")
+        screen.until(lambda state: state["prompt"])
+        assert lab.stands()[0] == 40.0
+        os.kill(rig_process(server), signal.SIGKILL)
+        screen.phase("finished")
+        until_s = time.monotonic() + PATIENCE_S
+        while lab.stands() != (0.0, 0.0):
+            assert time.monotonic() < until_s
+            time.sleep(0.01)
+        screen.close()

@@ -1,0 +1,33 @@
+"""kill -9 of what drives an energised rig: no row is lost, the rig is safe or the next start tells.
+
+A longer form: RIGRUNNER_KILLS=300 pytest -s tests/e2e/test_kills_of_energised_rigs.py, or the
+helper; see docs/explanation/safety.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = [
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a Unix"),
+    pytest.mark.in_real_time,
+]
+KILLS = int(os.environ.get("RIGRUNNER_KILLS", "5"))
+SEED = 20261122
+
+
+def test_no_kill_leaves_a_live_rig_that_nobody_is_told_of(tmp_path):
+    import helpers_rig_kills  # noqa: PLC0415  (of Unix alone)
+
+    program = [sys.executable, helpers_rig_kills.__file__, str(tmp_path), str(KILLS), str(SEED)]
+    done = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    kills = [json.loads(each) for each in done.stdout.splitlines() if each.startswith("{")]
+    print(helpers_rig_kills.table(kills))  # noqa: T201  (the table, for pytest -s)
+    assert len(kills) == KILLS
+    assert len({each["kind"] for each in kills}) > 1

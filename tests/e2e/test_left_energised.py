@@ -1,0 +1,257 @@
+"""A rig that a killed process left energised: told at each start, made safe, put on record."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from helpers_cli import call
+from helpers_panel import Screen, ready, rig_process, served
+from helpers_supply import SupplyLab
+from rigrunner.api.errors import ExitCode
+from rigrunner.api.events import Intervention, Prompt, RunStarted
+from rigrunner.rig_state import read_marker
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import run_names
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
+PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"
+SPECIMEN = "Put the specimen between the terminals"
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    return SupplyLab(tmp_path / "lab")
+
+
+def words(lab, *options):
+    return ["run", lab.procedure, "--station", lab.station, "--runs", lab.runs, *options]
+
+
+def start(lab, *options):
+    command = [sys.executable, "-c", PROGRAM, *map(str, words(lab, "--unattended", *options))]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def kill_at_40_volts(lab):
+    """Kill a run as soon as the supply stands at 40 V, and return the run's name."""
+    with start(lab) as run:
+        until_s = time.monotonic() + 60
+        while lab.stands()[0] != 40.0:
+            assert time.monotonic() < until_s
+            assert run.poll() is None, run.stderr.read()
+            time.sleep(0.005)
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+    assert lab.stands() == (pytest.approx(35, abs=5), 20.0)
+    return run_names(lab.runs)[-1]
+
+
+def attended(monkeypatch, *answers):
+    monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{each}\n" for each in answers)))
+
+
+def found_of(lab, name):
+    """Return what a run's record says of the rig as it was found, and that it stands first."""
+    events = read(lab.runs / name).events
+    (found,) = [e for e in events if isinstance(e, Intervention) and e.action == "found energised"]
+    begun = events.index(found) - 1
+    assert isinstance(events[begun], RunStarted)
+    prompts = [event.seq for event in events[begun:] if isinstance(event, Prompt)]
+    assert all(found.seq < seq for seq in prompts)
+    return found
+
+
+def test_an_unattended_run_makes_it_safe_before_it_asks_and_puts_it_on_record(lab):
+    killed = kill_at_40_volts(lab)
+    assert read_marker("supply").run_name == killed
+    called = call(*words(lab, "--unattended"))
+    assert called.code == ExitCode.PASS, called.err
+    told = called.err
+    assert f"left energised by STEPS (run {killed}), process" in told
+    assert "psu.speed 20 Hz" in told
+    assert "psu.speed reads back 20 Hz, safe is 0 Hz" in told
+    assert told.index("the rig was made safe now") > told.index("reads back 20 Hz")
+    found = found_of(lab, run_names(lab.runs)[-1])
+    assert found.by == "nobody was asked"
+    assert f"(run {killed})" in found.subject
+    assert "'make safe' made it safe" in found.subject
+    assert read_marker("supply") is None
+
+
+def test_who_starts_a_run_is_asked_about_the_rig_before_the_specimen(lab, monkeypatch):
+    kill_at_40_volts(lab)
+    attended(monkeypatch, "yes", "yes")
+    called = call(*words(lab))
+    assert called.code == ExitCode.PASS, called.err
+    told = called.err
+    assert told.index("left energised") < told.index("Make the rig safe now?")
+    assert told.index("Make the rig safe now?") < told.index(SPECIMEN)
+    assert found_of(lab, run_names(lab.runs)[-1]).by == "operator"
+
+
+def test_a_rig_that_is_to_stay_as_it_is_keeps_its_marker_and_nothing_starts(lab, monkeypatch):
+    kill_at_40_volts(lab)
+    stood, runs = lab.stands(), run_names(lab.runs)
+    attended(monkeypatch, "no")
+    called = call(*words(lab))
+    assert called.code == ExitCode.ABORTED
+    assert "the rig was left as it stands: psu.voltage reads back" in called.err
+    assert SPECIMEN not in called.err
+    assert lab.stands() == stood
+    assert read_marker("supply") is not None
+    assert run_names(lab.runs) == runs
+
+
+def test_resume_and_its_dry_run_tell(lab):
+    killed = kill_at_40_volts(lab)
+    dry = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--dry-run")
+    assert dry.code == ExitCode.PASS, dry.err
+    assert f"left energised by STEPS (run {killed})" in dry.err
+    assert lab.stands()[1] == 20.0
+    called = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--unattended")
+    assert called.code == ExitCode.PASS, called.err
+    assert called.err.index("reads back 20 Hz, safe is 0 Hz") < called.err.index("found energised")
+    assert f"(run {killed})" in found_of(lab, killed).subject
+    assert read_marker("supply") is None
+
+
+def test_the_list_of_runs_tells(lab):
+    killed = kill_at_40_volts(lab)
+    told = call("runs", "--runs", lab.runs).err
+    assert f"the rig of station supply was left energised by STEPS (run {killed})" in told
+    assert "nothing has confirmed since that it is safe" in told
+
+
+def test_jog_tells_and_makes_safe_first(lab):
+    kill_at_40_volts(lab)
+    log = lab.folder / "jog.log"
+    called = call("jog", lab.station, "psu", "--set", "voltage=5 V", "--log", log)
+    assert called.code == ExitCode.PASS, called.err
+    assert "left energised by STEPS" in called.err
+    assert "found energised by nobody was asked" in log.read_text()
+    assert read_marker("supply") is None
+    assert lab.stands() == (0.0, 0.0)
+
+
+def test_devices_tells_and_the_next_run_has_it_on_record(lab):
+    kill_at_40_volts(lab)
+    called = call("devices", lab.station)
+    assert called.code == ExitCode.PASS
+    assert "left energised by STEPS" in called.err
+    assert "NOT SAFE when found" in called.out
+    assert lab.stands() == (0.0, 0.0)
+    assert "'devices' made it safe" in call("runs", "--runs", lab.runs).err
+    assert call(*words(lab, "--unattended")).code == ExitCode.PASS
+    assert "'devices' made it safe" in found_of(lab, run_names(lab.runs)[-1]).subject
+    assert "left energised" not in call("runs", "--runs", lab.runs).err
+
+
+def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(lab):
+    kill_at_40_volts(lab)
+    state = lab.state.read_text()
+    lab.state.unlink()
+    called = call(*words(lab, "--unattended"))
+    assert called.code == ExitCode.DEVICE
+    assert "unplugged; the rig of station supply was left energised by STEPS" in called.err
+    assert "--safe-by NAME --reason TEXT" in called.err
+    assert read_marker("supply") is not None
+    assert call("devices", lab.station).code == ExitCode.DEVICE
+    said = call("devices", lab.station, "--safe-by", "Ann", "--reason", "unplugged, and replaced")
+    assert "Ann says that psu is safe" in said.err
+    lab.state.write_text(json.dumps(json.loads(state) | {"voltage": 0.0, "speed": 0.0}))
+    assert call(*words(lab, "--unattended")).code == ExitCode.PASS
+    found = found_of(lab, run_names(lab.runs)[-1])
+    assert "Ann says that it is safe: unplugged, and replaced" in found.subject
+
+
+def test_a_drive_that_stays_on_keeps_every_run_from_its_start(lab):
+    kill_at_40_volts(lab)
+    lab.put(stuck="speed")
+    called = call(*words(lab, "--unattended"))
+    assert called.code == ExitCode.DEVICE
+    assert "the rig is not safe: psu: " in called.err
+    assert read_marker("supply") is not None
+    lab.put(stuck="")
+    assert call(*words(lab, "--unattended")).code == ExitCode.PASS
+    assert read_marker("supply") is None
+
+
+def test_a_rig_that_nobody_said_to_be_energised_is_found_out_all_the_same(lab):
+    lab.put(voltage=60.0)
+    called = call(*words(lab, "--unattended"))
+    assert called.code == ExitCode.PASS, called.err
+    text = "the rig is not safe, and no run has said so: psu.voltage reads back 60 V, safe is 0 V"
+    assert text in called.err
+    assert "psu.voltage reads back 60 V" in found_of(lab, run_names(lab.runs)[-1]).subject
+
+
+def test_it_is_not_touched_where_the_person_does_not_let_it(lab, monkeypatch):
+    lab.put(voltage=60.0)
+    attended(monkeypatch, "no")
+    assert call(*words(lab)).code == ExitCode.ABORTED
+    assert lab.stands() == (60.0, 0.0)
+    attended(monkeypatch, "no")
+    assert call("jog", lab.station, "psu", "--log", lab.folder / "jog.log").code == ExitCode.ABORTED
+    assert lab.stands() == (60.0, 0.0)
+
+
+def test_a_run_that_ends_in_order_leaves_no_marker(lab):
+    assert call(*words(lab, "--unattended")).code == ExitCode.PASS
+    assert read_marker("supply") is None
+    assert "energised" not in call("runs", "--runs", lab.runs).err
+
+
+def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
+    with served(lab.folder, lab.runs) as server:
+        screen = Screen(server, "a" * 16)
+        pair = ready(screen, "procedure.yaml")
+        screen.post("run/start", 202, **pair)
+        screen.answer()
+        screen.until(lambda _: lab.stands()[0] == 40.0)
+        os.kill(rig_process(server), signal.SIGKILL)
+        screen.phase("finished")
+        state = screen.until(lambda state: state["alarms"])
+        (alarm,) = [each for each in state["alarms"] if each["source"] == "rig"]
+        assert alarm["active"]
+        assert "the rig of station supply was left energised by STEPS" in alarm["text"]
+        assert "psu.speed 20 Hz" in alarm["text"]
+        ready(screen, "procedure.yaml")
+        items = screen.state["preflight"]["items"]
+        told = [each["text"] for each in items if each["state"] == "warn"]
+        assert any("left energised by STEPS" in text for text in told)
+        (found,) = [text for text in told if text.startswith("found energised")]
+        assert "psu.speed reads back 20 Hz, safe is 0 Hz" in found
+        assert found.endswith("made safe, read back now: voltage 0, speed 0")
+        assert screen.state["preflight"]["may_start"]
+        assert lab.stands() == (0.0, 0.0)
+        screen.close()
+
+
+def test_a_panel_that_is_started_after_a_kill_shows_the_rig(lab):
+    kill_at_40_volts(lab)
+    with served(lab.folder, lab.runs) as server:
+        screen = Screen(server, "b" * 16)
+        state = screen.until(lambda state: state["alarms"])
+        assert "was left energised by STEPS" in state["alarms"][0]["text"]
+        screen.close()
+
+
+def test_the_preflight_says_that_it_found_60_volts_and_what_it_did(lab):
+    lab.put(voltage=60.0)
+    with served(lab.folder, lab.runs) as server:
+        screen = Screen(server, "c" * 16)
+        ready(screen, "procedure.yaml")
+        (found,) = [e for e in screen.state["preflight"]["items"] if "found energised" in e["text"]]
+        assert found["state"] == "warn"
+        assert "psu.voltage reads back 60 V, safe is 0 V; made safe" in found["text"]
+        screen.close()
+    assert lab.stands() == (0.0, 0.0)

@@ -1,0 +1,182 @@
+"""A power supply that keeps its voltages in a file: what it was left at outlives every process.
+
+No test can look at a rig after `kill -9`; this one is a file. Its plugin says nothing of being
+simulated, so that all that is for real devices holds.
+"""
+
+from __future__ import annotations
+
+import json
+
+PLUGIN = """
+import ctypes
+import json
+import os
+import time
+
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.driver import Driver
+from rigrunner.api.errors import DeviceLostError
+from rigrunner.api.hooks import DeviceRecord, hookimpl
+from rigrunner.api.settings import Settings
+
+api_version = 1
+
+
+class SupplySettings(Settings):
+    file: str
+    serial: str = "1"
+    non_blocking: bool = False
+
+    def physical_addresses(self):
+        return (f"file:{self.file}",)
+
+
+def _abort():
+    ctypes.PyDLL(None).abort()
+
+
+def _crash():
+    ctypes.string_at(0)
+
+
+def _hold_gil():
+    ctypes.PyDLL(None).sleep(600)  # PyDLL keeps the lock of the interpreter: no thread goes on
+
+
+def _sleep():
+    time.sleep(600)
+
+
+TROUBLES = {"abort": _abort, "crash": _crash, "gil": _hold_gil, "sleep": _sleep}
+
+
+class Supply(Driver):
+    channels = (ChannelInfo("voltage", "V", "Voltage"), ChannelInfo("speed", "Hz", "Speed"))
+    drives = (
+        DriveInfo("voltage", "V", "Voltage", 0.0, 60.0, tolerance=0.5),
+        DriveInfo("speed", "Hz", "Speed", 0.0, 50.0, tolerance=0.5),
+    )
+
+    def __init__(self, settings, context):
+        super().__init__(context)
+        self._serial = settings.serial
+        self.non_blocking = settings.non_blocking
+        self._file = context.folder / settings.file
+
+    def _all(self):
+        return json.loads(self._file.read_text())
+
+    def open(self, timeout_s):
+        if not self._file.exists():
+            raise DeviceLostError("the supply is unplugged")
+        time.sleep(self._all().get("opens_in_s", 0.0))
+        return Identity("Example", "supply", self._serial)
+
+    def get(self, channel):
+        trouble = self._file.with_name("trouble")
+        if self._all()["voltage"] == 40.0 and trouble.exists():
+            name = trouble.read_text()
+            trouble.unlink()
+            TROUBLES[name]()
+        return self._all()[channel]
+
+    def put(self, drive, value):
+        part = self._file.with_suffix(f".{os.getpid()}")
+        part.write_text(json.dumps(self._all() | {drive: value}))
+        if self._all().get("stuck") != drive:
+            part.replace(self._file)
+
+
+@hookimpl
+def rigrunner_devices():
+    return [
+        DeviceRecord(
+            name="supply",
+            help="a power supply that keeps its voltages in a file",
+            settings=SupplySettings,
+            factory=Supply,
+        )
+    ]
+"""
+STATION = """\
+rigrunner: station/1
+id: {id}
+title: Power supply
+rig:
+  mandrel: none
+  eccentric: 2 mm
+  centre_distance: 45 mm
+  inertia: 0.002 kg·m²
+  support_friction: 0 N·m
+  support_damping: 0 N·m·s/rad
+devices:
+  psu:
+    type: supply
+    plugin: supply
+    settings: {{file: supply.json}}
+instruments:
+  - {{channel: psu.voltage, measures: voltage, serial: "1", calibration: trial, accuracy: 0.1 V}}
+plugins: plugins
+safety: {{guardian: no}}
+"""
+GUARDED = ("guardian: no", "guardian: yes, patience: {connect: 5 s, answer: 1 s}")
+"""The station with the guardian that stations have unless they say otherwise."""
+PROCEDURE = """\
+rigrunner: procedure/1
+id: STEPS
+revision: "A"
+title: Voltage steps
+measurand: {symbol: U, name: voltage}
+uses: {psu: supply}
+setup:
+  - confirm: {text: "Put the specimen between the terminals, hands out", unattended: yes}
+main:
+  - set: {psu.speed: 20 Hz}
+  - repeat:
+      times: 12
+      steps:
+        - set: {psu.voltage: 40 V}
+        - measure: {channels: [psu.voltage], name: steps}
+        - wait: {time: 0.05 s}
+        - set: {psu.voltage: 30 V}
+        - measure: {channels: [psu.voltage], name: steps}
+        - wait: {time: 0.05 s}
+teardown:
+  - set: {psu.voltage: 0 V}
+"""
+
+
+class SupplyLab:
+    """A folder with station, procedure, plugin, and the supply's file."""
+
+    def __init__(self, folder, station_id="supply"):
+        self.folder = folder
+        self.station_id = station_id
+        (folder / "plugins").mkdir(parents=True)
+        (folder / "plugins" / "supply.py").write_text(PLUGIN, encoding="utf-8")
+        self.station = self.add_station("station.yaml", station_id)
+        self.procedure = folder / "procedure.yaml"
+        self.procedure.write_text(PROCEDURE, encoding="utf-8")
+        self.runs = folder / "runs"
+        self.state = folder / "supply.json"
+        self.put(voltage=0.0, speed=0.0)
+
+    def add_station(self, name, station_id, *replacements):
+        """Write one more station of the same supply."""
+        text = STATION.format(id=station_id)
+        for old, new in replacements:
+            assert old in text
+            text = text.replace(old, new)
+        (self.folder / name).write_text(text, encoding="utf-8")
+        return self.folder / name
+
+    def put(self, **values):
+        """Let the supply stand so."""
+        known = json.loads(self.state.read_text()) if self.state.exists() else {}
+        self.state.write_text(json.dumps(known | values), encoding="utf-8")
+
+    def stands(self):
+        """Return the voltage and the speed that the supply stands at."""
+        state = json.loads(self.state.read_text())
+        return state["voltage"], state["speed"]

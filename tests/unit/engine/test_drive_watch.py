@@ -1,0 +1,121 @@
+"""Drives beside readings: each is read back, and one that fell away ends the run."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from helpers_devices import FakeTester, Listener, plan_of, record, run
+from rigrunner.api.events import InterlockTripped, Outcome, Samples, StepEnded
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.plan.actions import Measure, Scan, SetDrive
+from rigrunner.rig import Rig
+
+
+class Bench(FakeTester):
+    """A tester beside which a second process may set a drive, and that counts its read-backs."""
+
+    def __init__(self, at: str = "", number: int = 1, **more) -> None:
+        super().__init__(**more)
+        self.at, self.number = at, number
+
+    def _told(self, call):
+        super()._told(call)
+        if call == self.at and self.calls.count(call) == self.number:
+            self.drives_at["load"] = 0.0
+
+
+UNITS = {"tester.torque": "N·m"}
+MEASURE = Measure("torque", ("tester.torque",), 0.0, {"tester.load": 1000.0}, UNITS)
+LOADED = SetDrive("tester", "load", 1000.0, "N")
+
+
+@pytest.mark.parametrize(
+    ("bench", "action"), [(Bench("read torque"), MEASURE), (Bench("block", 2), record("001"))]
+)
+def test_a_drive_that_falls_away_beside_a_reading_ends_the_run(bench, action):
+    listener = Listener()
+    summary = run(bench, plan_of((), [LOADED, action], ()), critical=[listener])
+    assert summary.outcome is Outcome.ABORTED
+    assert summary.safe
+    text = "tester.load was set to 1000 N and reads back 0 N, allowed is within 30 N"
+    assert summary.reason == text
+    (tripped,) = listener.of(InterlockTripped)
+    assert (tripped.source, tripped.text, tripped.does) == ("drive tester.load", text, "make_safe")
+    ended = listener.of(StepEnded)[-1]
+    assert not ended.ok  # which marks the sample; it is kept
+    assert ended.values
+    assert bench.calls[-1] == "make_safe"
+
+
+def test_a_drive_that_fell_away_between_two_steps_is_found_before_anything_is_read():
+    bench = Bench("set frequency 10")
+    wanted = [LOADED, SetDrive("tester", "frequency", 10.0, "Hz"), MEASURE]
+    summary = run(bench, plan_of((), wanted, ()))
+    assert summary.outcome is Outcome.ABORTED
+    assert "read torque" not in bench.calls
+
+
+def test_one_read_back_that_is_off_alone_ends_nothing():
+    class Noisy(FakeTester):
+        def read_back(self, drive):
+            off = self.calls.count("read_back load") == 1
+            return super().read_back(drive) + 500.0 * off
+
+    assert run(Noisy(), plan_of((), [LOADED, MEASURE], ())).outcome is Outcome.COMPLETED
+
+
+def test_drives_that_nobody_set_are_not_read_back():
+    bench = Bench()
+    assert run(bench, plan_of((), [MEASURE], ())).outcome is Outcome.COMPLETED
+    assert "read_back load" not in bench.calls
+
+
+def test_another_device_is_watched_while_one_streams():
+    """The press falls away while the tester records; it is found between two blocks."""
+    press = FakeTester()
+
+    def fall(call):
+        if call == "block" and tester.calls.count("block") == 2:
+            press.drives_at["load"] = 0.0
+
+    tester = FakeTester(before=fall)
+    clock = SimulatedClock()
+    tester.spoil = lambda blocks: _passing(blocks, clock)
+    wanted = [SetDrive("press", "load", 1000.0, "N"), record("001", seconds=1.0)]
+    listener = Listener()
+    rig = Rig({"tester": tester, "press": press}, clock)
+    rig.connect()
+    bus = Bus([listener])
+    plan = plan_of((), wanted, ())
+    summary = run_plan(plan, rig, bus, clock, UnattendedAnswers(), threading.Event(), "run")
+    assert summary.reason.startswith("press.load was set to 1000 N and reads back 0 N")
+    assert len(listener.of(Samples)) < 10
+
+
+def _passing(blocks, clock):
+    for block in blocks:
+        clock.sleep(0.1)
+        yield block
+
+
+@pytest.mark.parametrize("at", ["read torque", "set frequency 5"])
+def test_a_drive_that_falls_away_in_a_scan_of_another_one_ends_it(at):
+    units = {"tester.torque": "N·m", "tester.frequency": "Hz"}
+    values = tuple(float(each) for each in range(1, 11))
+    scan = Scan(
+        name="sweep",
+        role="tester",
+        drive="frequency",
+        values=values,
+        channels=("tester.torque",),
+        settle_s=0.0,
+        setpoints={"tester.load": 1000.0},
+        units=units,
+    )
+    summary = run(Bench(at), plan_of((), [LOADED, scan], ()))
+    assert summary.outcome is Outcome.ABORTED
+    assert summary.reason.startswith("tester.load was set to 1000 N and reads back 0 N")

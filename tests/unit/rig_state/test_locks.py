@@ -1,0 +1,72 @@
+"""Locks of a rig: one holder at a time, named, and taken over from a process that died."""
+
+import os
+import sys
+
+import pytest
+
+from rigrunner.rig_state import Busy, Holder, hold, is_held, take_over
+
+RUN = Holder("press", "WEAR", 4711, "2026-03-01T12:00:00.000Z")
+GUARDIAN = Holder("press", "guardian", 4712, "2026-03-01T12:05:00.000Z")
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no lock is inherited on Windows")
+
+
+@pytest.fixture
+def lock(tmp_path):
+    path = tmp_path / "press.lock"
+    path.touch()
+    return path
+
+
+@pytest.fixture
+def inherited(lock):
+    """Return a descriptor of the lock that does not hold it (any more)."""
+    descriptor = os.open(lock, os.O_RDWR)
+    yield descriptor
+    os.close(descriptor)
+
+
+def test_a_lock_is_held_while_somebody_holds_it(lock):
+    assert is_held(lock) is False
+    with hold([lock], RUN):
+        assert is_held(lock) is True
+    assert is_held(lock) is False
+
+
+def test_who_is_refused_learns_which_lock_it_is_and_who_has_it(lock, tmp_path):
+    free = tmp_path / "other.lock"
+    with hold([lock], RUN), pytest.raises(Busy) as refused, hold([free, lock], GUARDIAN):
+        pass
+    assert str(refused.value) == f"{lock} is held"
+    assert refused.value.holder == RUN
+    assert is_held(free) is False
+
+
+@POSIX
+def test_a_lock_that_cannot_be_opened_is_not_known_to_be_held(lock, tmp_path):
+    link = tmp_path / "link.lock"
+    link.symlink_to(lock)
+    with hold([lock], RUN):
+        assert is_held(link) is False
+
+
+@POSIX
+def test_an_inherited_lock_that_was_released_is_taken_anew(lock, inherited):
+    with take_over([inherited], [lock], GUARDIAN):
+        assert is_held(lock) is True
+        with pytest.raises(Busy) as refused, hold([lock], RUN):
+            pass
+        assert refused.value.holder == GUARDIAN
+
+
+@POSIX
+def test_an_inherited_lock_that_another_process_has_since_is_refused(lock, inherited):
+    with (
+        hold([lock], RUN),
+        pytest.raises(Busy) as refused,
+        take_over([inherited], [lock], GUARDIAN),
+    ):
+        pass
+    assert str(refused.value) == f"{lock} is held"
+    assert refused.value.holder == RUN

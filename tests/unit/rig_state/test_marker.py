@@ -1,0 +1,285 @@
+"""The marker of an energised rig: there before a drive is set, gone once all were read as safe."""
+
+import os
+import stat
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from helpers_devices import FakeTester
+from rigrunner.api.errors import DeviceError
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Rig
+from rigrunner.rig_state import (
+    Holder,
+    Owner,
+    RigMarks,
+    hold,
+    read_marker,
+    read_markers,
+    record_made_safe,
+)
+from rigrunner.rig_state import clear as clear_marker
+
+OWNER = Owner(
+    station="press",
+    station_file="/lab/press.yaml",
+    procedure="WEAR",
+    process=4711,
+    host="bench",
+    since="2026-03-01T12:00:00.000Z",
+)
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="links and modes are of POSIX")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    return tmp_path / "rigs"
+
+
+def rig_with(marks, *devices):
+    return Rig(dict(zip(("tester", "oven"), devices, strict=False)), SimulatedClock(), marks=marks)
+
+
+def marks_of(*roles):
+    return RigMarks(OWNER, roles or ("tester",))
+
+
+def test_the_marker_is_there_before_the_first_set_and_names_run_and_set_point():
+    seen = []
+
+    def look(call):
+        if call.startswith("set"):
+            seen.append(read_marker("press"))
+
+    marks = marks_of()
+    rig = rig_with(marks, FakeTester(before=look))
+    rig.connect()
+    marks.describe(run="/lab/runs/2026-03-01_wear")
+    assert read_marker("press") is None
+    rig.set("tester", "load", 40.0)
+    (marker,) = seen
+    assert marker.set_points == "tester.load 40 N"
+    assert "energised by WEAR (run 2026-03-01_wear), process 4711, begun 2026-03-01" in marker.text
+    assert "nothing has confirmed since that it is safe" in marker.text
+
+
+def test_the_last_set_point_of_each_drive_is_kept():
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    move = rig.setter("tester", "load", None, lambda: None)
+    for load in (10.0, 20.0, 30.5):
+        move(load)
+    rig.set("tester", "frequency", 2.0)
+    move(0.0)
+    assert read_marker("press").set_points == "tester.load 0 N, tester.frequency 2 Hz"
+
+
+def test_a_safe_value_alone_energises_nothing(folder):
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 0.0)
+    assert not folder.exists()
+
+
+def test_only_what_was_read_back_as_safe_clears_the_marker():
+    stuck = FakeTester()
+    rig = rig_with(marks_of("tester", "oven"), FakeTester(), stuck)
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    rig.set("oven", "load", 50.0)
+    stuck.read_back_offset = 45.0
+    rig.make_safe()
+    assert read_marker("press").set_points == "oven.load 50 N"
+    stuck.read_back_offset = 0.0
+    rig.make_safe()
+    assert read_marker("press") is None
+    assert read_markers() == []
+
+
+def test_a_rig_that_is_set_again_after_it_was_made_safe_is_marked_again():
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    move = rig.setter("tester", "load", None, lambda: None)
+    move(40.0)
+    rig.make_safe()
+    move(30.0)
+    assert read_marker("press").set_points == "tester.load 30 N"
+
+
+def test_a_simulated_device_is_not_marked():
+    rig = rig_with(RigMarks(OWNER, ["oven"]), FakeTester(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    assert read_marker("press") is None
+    rig.set("oven", "load", 40.0)
+    assert read_marker("press").set_points == "oven.load 40 N"
+
+
+def test_a_drive_is_not_set_where_the_marker_cannot_be_written(folder):
+    folder.mkdir()
+    (folder / "press.energised").mkdir()
+    device = FakeTester()
+    rig = rig_with(marks_of(), device)
+    rig.connect()
+    with pytest.raises(DeviceError, match="marker of the energised rig cannot be written"):
+        rig.set("tester", "load", 40.0)
+    assert "set load 40" not in device.calls
+    rig.set("tester", "load", 0.0)
+    assert "set load 0" in device.calls
+
+
+def test_a_marker_that_was_cut_off_means_an_energised_rig(folder):
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    path = folder / "press.energised"
+    whole = path.read_bytes()
+    for length in (1, 100, len(whole) - 8):
+        path.write_bytes(whole[:length])
+        found = read_marker("press")
+        assert found is not None
+        assert "nothing has confirmed since that it is safe" in found.text
+    path.write_bytes(b"")
+    assert read_marker("press") is None
+
+
+KILLED = """
+import os, signal, sys
+from helpers_devices import FakeTester
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Rig
+from rigrunner.rig_state import Owner, RigMarks
+owner = Owner("press", "press.yaml", "WEAR", os.getpid(), "bench", "2026-03-01T12:00:00.000Z")
+rig = Rig({"tester": FakeTester()}, SimulatedClock(), marks=RigMarks(owner, ["tester"]))
+rig.connect()
+for load in range(1, 1001):
+    rig.set("tester", "load", float(load))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@POSIX
+def test_a_killed_process_leaves_its_last_set_point():
+    path = os.pathsep.join(each for each in sys.path if each)
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED], env={**os.environ, "PYTHONPATH": path}, check=False
+    )
+    assert done.returncode == -9
+    assert read_marker("press").set_points == "tester.load 1000 N"
+
+
+def test_what_was_made_safe_by_another_process_is_said_until_it_is_cleared():
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    record_made_safe("press", "The guardian made it safe")
+    marker = read_marker("press")
+    assert marker.safe_by.startswith("The guardian made it safe at 20")
+    assert "last set-points: tester.load 40 N; The guardian made it safe at" in marker.text
+    clear_marker("press")
+    assert read_marker("press") is None
+
+
+@POSIX
+@pytest.mark.parametrize("put", ["symlink_to", "hardlink_to"])
+def test_a_link_in_place_of_a_marker_changes_no_file_of_ours(folder, tmp_path, put):
+    ours = tmp_path / "ours"
+    ours.write_text("precious")
+    folder.mkdir()
+    getattr(folder / "press.energised", put)(ours)
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    with pytest.raises(DeviceError, match="cannot be written"):
+        rig.set("tester", "load", 40.0)
+    assert ours.read_text() == "precious"
+
+
+@POSIX
+def test_another_person_may_confirm_that_the_rig_is_safe(folder):
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    assert stat.S_IMODE((folder / "press.energised").stat().st_mode) == 0o666
+
+
+def test_a_rig_is_in_use_only_while_the_process_holds_it_that_energised_it(folder):
+    """A guardian that makes it safe holds it too, and the screen is to be red meanwhile."""
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    lock = folder / "press.lock"
+    with hold([lock], Holder("press", "WEAR", OWNER.process, OWNER.since)):
+        assert "is energised by WEAR" in read_marker("press").text
+    with hold([lock], Holder("press", "guardian", 4712, OWNER.since)):
+        assert "was left energised by WEAR" in read_marker("press").text
+    assert "was left energised by WEAR" in read_marker("press").text
+
+
+def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypatch):
+    """A power cut right after the set must not take the marker with it."""
+    on_disk, seen = {}, []
+
+    def synced(descriptor):
+        on_disk[os.fstat(descriptor).st_ino] = os.fstat(descriptor).st_size
+
+    def look(call):
+        if call.startswith("set"):
+            path = folder / "press.energised"
+            seen.append((on_disk.get(path.stat().st_ino), path.stat().st_size))
+
+    monkeypatch.setattr(os, "fsync", synced)
+    rig = rig_with(marks_of(), FakeTester(before=look))
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    ((synced_size, size),) = seen
+    assert synced_size == size
+
+
+def test_looking_for_a_marker_makes_no_file(folder):
+    folder.mkdir()
+    assert read_marker("press") is None
+    assert list(folder.iterdir()) == []
+
+
+def test_a_marker_without_a_readable_drive_says_that_the_set_points_are_not_known(folder):
+    folder.mkdir()
+    (folder / "press.energised").write_bytes(b"{")
+    assert "last set-points: set-points not known;" in read_marker("press").text
+
+
+@pytest.fixture
+def left_by_another_run():
+    """Leave a rig with two energised devices; return the marks of the next process."""
+    rig = rig_with(marks_of("tester", "oven"), FakeTester(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    rig.set("oven", "load", 50.0)
+    return RigMarks(replace(OWNER, procedure="REPEAT", process=4712), ["tester", "oven"])
+
+
+def test_a_rig_that_was_left_energised_is_safe_once_its_last_device_was_read_back(
+    left_by_another_run,
+):
+    marks = left_by_another_run
+    assert marks.unconfirmed == {"tester", "oven"}
+    marks.confirm(["tester"])
+    assert marks.unconfirmed == {"oven"}
+    assert read_marker("press").safe_by == ""
+    marks.confirm(["oven"])
+    assert marks.unconfirmed == set()
+    assert read_marker("press").safe_by.startswith("'REPEAT' made it safe (process 4712) at 20")
+
+
+def test_the_marker_of_an_earlier_run_goes_once_a_record_says_what_it_says(left_by_another_run):
+    marks = left_by_another_run
+    marks.put_on_record()
+    assert "energised by WEAR" in read_marker("press").text, "it is not known to be safe yet"
+    marks.confirm(["tester", "oven"])
+    assert read_marker("press") is not None
+    marks.put_on_record()
+    assert read_marker("press") is None
+    assert marks.left is None
