@@ -15,7 +15,7 @@ from rigrunner.workflow.new_plugin import NewPlugin
 class Press(ScriptedPeer):
     """A press that answers every set-point with itself, and keeps it.
 
-    `wrong` is answered instead where a line is one of it.
+    `wrong` is answered instead, once, where a line is one of it and the press is not at rest.
     """
 
     def __init__(self, wrong):
@@ -28,6 +28,8 @@ class Press(ScriptedPeer):
         if line.startswith(b"FORCE ") and line not in self.wrong:
             self.force = line.removeprefix(b"FORCE ").strip()
         usual = b"Example,press,0042,1.0" if line == b"*IDN?\n" else self.force
+        if line == b"FORCE?\n" and self.force == b"0.0":  # as each start reads it
+            return usual + b"\n"
         return self.wrong.pop(line, usual + b"\n")
 
 

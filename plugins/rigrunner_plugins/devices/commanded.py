@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
-    DeviceError,
     DeviceLostError,
-    DeviceNotFoundError,
     DeviceTimeoutError,
 )
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Identity
 
 _T = TypeVar("_T")
-_LONG_S = 10.0
 
 
 class CommandedDriver(Driver):
@@ -60,7 +59,7 @@ class CommandedDriver(Driver):
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
         """Do one exchange, with an instrument that is set up."""
         if self._unsure and not self._as_it_is:
-            self._begin_again()
+            self.reconnect()
         try:
             return super().exchange(request, perform)
         except (DeviceLostError, DeviceTimeoutError):
@@ -68,18 +67,15 @@ class CommandedDriver(Driver):
             raise
 
     def make_safe(self) -> Mapping[str, float]:
-        """Bring all drives to their safe values and then send the safe commands."""
+        """Bring all drives to their safe values and then send the safe commands, whatever fails."""
+        read_back: dict[str, float] = {}
+        make_safe = super().make_safe
         with self.as_it_is():
-            try:
-                read_back = super().make_safe()
-            except DeviceError as error:
-                try:
-                    self._send_safe_commands()
-                except DeviceError as second:
-                    error.add_note(str(second))
-                raise
-            self._send_safe_commands()
-            return read_back
+            do_all(
+                lambda: read_back.update(make_safe()),
+                *(partial(self._send_safe, command) for command in self.safe_commands),
+            )
+        return read_back
 
     @contextmanager
     def as_it_is(self) -> Iterator[None]:
@@ -90,22 +86,13 @@ class CommandedDriver(Driver):
         finally:
             self._as_it_is = before
 
-    def _begin_again(self) -> None:
+    def _send_safe(self, command: str) -> None:
+        self._need_connection_to_make_safe()
         try:
-            self.open(self._timeout_s or _LONG_S)
-        except DeviceNotFoundError as error:
-            raise DeviceLostError(error.message, hint=error.hint) from error
-
-    def _send_safe_commands(self) -> None:
-        for command in self.safe_commands:
-            try:
-                self.send(command)
-            except DeviceLostError:
-                if self._timeout_s is None:  # it was never connected: nothing of it is known
-                    raise
-                self.close()
-                self.connect(self._timeout_s)
-                self.send(command)
+            self.send(command)
+        except DeviceLostError:
+            self.reconnect()
+            self.send(command)
 
 
 class OneAtATime:

@@ -5,19 +5,20 @@ The rig calls the devices of a station so, and a device made of several calls it
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
 from concurrent.futures import Future
-from contextlib import suppress
 from functools import partial
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceTimeoutError
+from rigrunner.api.cleanup import noted_on
+from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
     from rigrunner.api.data import Block
     from rigrunner.api.devices import StopToken, Streaming
@@ -68,11 +69,17 @@ def blocks_of(  # noqa: PLR0917  (a stream, how to call, and how long)
     try:
         while block := call("stream", lambda: next(blocks, None), timeout_s):
             yield block
-    finally:
-        close = getattr(blocks, "close", None)
-        if close is not None:
-            with suppress(DeviceError):  # a device that hangs has said so already
-                call("end the stream", close)
+    except BaseException as error:
+        with noted_on(error, "ending the stream"):
+            _end(blocks, call)
+        raise
+    _end(blocks, call)
+
+
+def _end(blocks: Iterator[Block], call: Call) -> None:
+    close = getattr(blocks, "close", None)
+    if close is not None:
+        call("end the stream", close)
 
 
 class InlineCaller:
@@ -199,7 +206,8 @@ class MovingCall:
 
     def wait(self, grace_s: float) -> None:
         """Wait for it for the rest of the time that it had, and a grace."""
-        self._returned.wait(max(self._until_s - time.monotonic(), 0.0) + grace_s)
+        left_s = max(self._until_s - time.monotonic(), 0.0) + grace_s
+        self._returned.wait(min(left_s, threading.TIMEOUT_MAX))
 
 
 class MovingCalls:
@@ -254,7 +262,8 @@ class _Pending:
 
     def is_over(self, within_s: float = 0.0) -> bool:
         """Wait at most that long; say whether it is over."""
-        if not self._is_over and self._lock.acquire(timeout=max(within_s, 0.0)):
+        longest_s = -1.0 if within_s == math.inf else max(within_s, 0.0)  # -1: without an end
+        if not self._is_over and self._lock.acquire(timeout=longest_s):
             self._lock.release()
         return self._is_over
 

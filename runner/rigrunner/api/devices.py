@@ -80,6 +80,39 @@ class DirectWire:
         return perform()
 
 
+class DeviceLog(Protocol):
+    """Takes what a driver has to say beside its answers: for run.log and for the run's record.
+
+    As of a logger of the standard library, values are put into the text by `%`. Any thread may
+    call it. It never raises.
+    """
+
+    def info(self, text: str, *values: object) -> None:
+        """Tell something that is good to know; it becomes a Note of the run."""
+        ...
+
+    def warning(self, text: str, *values: object) -> None:
+        """Tell something that may have to do with a wrong result; it becomes an Alarm."""
+        ...
+
+    def error(self, text: str, *values: object) -> None:
+        """Tell something that went wrong; it becomes an Alarm. Does not replace a DeviceError."""
+        ...
+
+
+class SilentLog:
+    """A DeviceLog that keeps nothing."""
+
+    def info(self, text: str, *values: object) -> None:
+        """Keep nothing."""
+
+    def warning(self, text: str, *values: object) -> None:
+        """Keep nothing."""
+
+    def error(self, text: str, *values: object) -> None:
+        """Keep nothing."""
+
+
 @dataclass(frozen=True)
 class Patience:
     """How long a device that may block is waited for, beyond the time that its drives need."""
@@ -102,6 +135,8 @@ class DeviceContext:
     """For the exchanges of a device whose record says that it is `wired`."""
     patience: Patience = field(default_factory=Patience)
     """For a device that is made of others: how long it waits for each of them."""
+    log: DeviceLog = field(default_factory=SilentLog)
+    """For what run.log and the run's record are to tell of the device, such as a warning."""
 
 
 @dataclass(frozen=True)

@@ -6,31 +6,34 @@ values are in the unit of the ChannelInfo or DriveInfo, the coherent SI unit.
 
 from __future__ import annotations
 
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
+from rigrunner.api.cleanup import do_all, noted_on
+from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
+    DeviceNotFoundError,
     DeviceRejectedError,
     DeviceTimeoutError,
     PluginError,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import (
         Approaching,
-        ChannelInfo,
         Clock,
         DeviceContext,
-        DriveInfo,
         Identity,
     )
 
 _T = TypeVar("_T")
 _Info = TypeVar("_Info")
+_SHORT_S = 5.0
 
 
 def check_patience(timeout_s: float, context: DeviceContext) -> None:
@@ -74,6 +77,14 @@ class Driver:
     non_blocking = False
     poll_s = 0.05
     """How often a drive that is on its way is read back."""
+    reconnects_after: ClassVar[tuple[type[DeviceError], ...]] = (
+        DeviceLostError,
+        DeviceTimeoutError,
+    )
+    """After which errors of an exchange the connection is opened anew before the next call.
+
+    What comes late is never taken for the answer to another question then.
+    """
     errors: ClassVar[Mapping[type[Exception], type[DeviceError]]] = {}
     """Which DeviceError stands for what the back end raises, the first that fits.
 
@@ -87,6 +98,10 @@ class Driver:
         drives: Sequence[DriveInfo] = (),
     ) -> None:
         self.clock = context.clock
+        _need_several("channels", channels or self.channels)
+        _need_several("drives", drives or self.drives)
+        self.log = self._device_log = context.log
+        self._patience = context.patience
         self._wire = context.wire
         if channels:
             self.channels = tuple(channels)
@@ -97,6 +112,11 @@ class Driver:
         self._set_points: dict[str, float] = {}
         self._timeout_s: float | None = None
         self._is_open = False
+        self._identity: Identity | None = None
+        self.is_reconnecting = False
+        """Whether `open` is called after a failure: what comes late may still be on the line."""
+        self._lost_by = ""
+        """What is to be mended by connecting anew: the error in words; '' for nothing."""
 
     def open(self, timeout_s: float) -> Identity:
         """Open the connection and say who answers; raise a DeviceError."""
@@ -123,18 +143,56 @@ class Driver:
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
         """Do one exchange with the instrument over the wire; see `Wire.exchange`."""
-        return self._wire.exchange(request, lambda: self._mapped(request, perform))
+        with self._watched():
+            return self._wire.exchange(request, lambda: self._mapped(request, perform))
 
     def connect(self, timeout_s: float) -> Identity:
         """Open the connection and say who answers; after a failure it is shut again."""
         self._timeout_s = timeout_s
         try:
             identity = self._mapped("connect", lambda: self.open(timeout_s))
-        except BaseException:
-            self.close()
+        except BaseException as error:
+            with noted_on(error, "closing the connection"):
+                self.close()
             raise
-        self._is_open = True
+        self._is_open, self._identity, self._lost_by = True, identity, ""
         return identity
+
+    def reconnect(self) -> None:
+        """Open the connection anew and see that the same instrument answers.
+
+        The next call does so by itself after an exchange that failed; see `reconnects_after`.
+        Raises DeviceLostError where nobody or another instrument answers. It gives up early enough
+        for the call that it is a part of.
+        """
+        why, self._lost_by = self._lost_by or "not connected", ""
+        self.is_reconnecting = True
+        timeout_s = min(self._timeout_s or _SHORT_S, self._patience.answer_s / 2)
+        with suppress(DeviceError):  # of a connection that is broken
+            self._mapped("close", self.shut)
+        try:
+            identity = self._mapped("reconnect", lambda: self.open(timeout_s))
+            self._need_same(identity)
+        except BaseException as error:
+            self._lost_by = why
+            with noted_on(error, "closing the connection"):
+                self._mapped("close", self.shut)
+            if isinstance(error, DeviceNotFoundError):
+                raise DeviceLostError(error.message, hint=error.hint) from error
+            raise
+        finally:
+            self.is_reconnecting = False
+        self._is_open, self._lost_by = True, ""
+        self._device_log.warning("reconnected to %s after: %s", _named(identity), why)
+
+    def _need_same(self, identity: Identity) -> None:
+        before = self._identity
+        if before is None or _named(identity) == _named(before):
+            return
+        raise DeviceLostError(
+            f"reconnected to {_named(identity)}, but the run began with {_named(before)}",
+            hint="was another instrument plugged in, or the address given away?",
+        )
 
     def close(self) -> None:
         """Give the connection back, in any state."""
@@ -144,7 +202,8 @@ class Driver:
     def read(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the present value of each channel."""
         self.check_channels(channels)
-        return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
+        with self._watched():
+            return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
 
     def check_channels(self, channels: Iterable[str]) -> None:
         """Raise a DeviceError unless it is connected and has all of these channels."""
@@ -161,7 +220,8 @@ class Driver:
                 f"{drive} cannot be set to {value:g} {info.unit}",
                 hint=f"allowed: {info.minimum:g} to {info.maximum:g} {info.unit}",
             )
-        self._mapped(f"set {drive}", lambda: self.put(drive, value))
+        with self._watched():
+            self._mapped(f"set {drive}", lambda: self.put(drive, value))
         self._set_points[drive] = value
 
     def arrived(self, drive: str) -> bool:
@@ -178,41 +238,55 @@ class Driver:
         """Return where a drive stands."""
         _find("drive", drive, self._drives)
         self._need_connection()
-        return self._mapped(f"read back {drive}", lambda: self.actual(drive))
+        with self._watched():
+            return self._mapped(f"read back {drive}", lambda: self.actual(drive))
 
     def make_safe(self) -> Mapping[str, float]:
         """Bring all drives to their safe values, one after the other, and read each back.
 
-        A connection that is lost is opened once more. All drives are tried; then the first error is
-        raised.
+        A connection that is lost is opened once more. All drives are tried, whatever one of them
+        raises; then the first error is raised, the others as its notes.
         """
         read_back: dict[str, float] = {}
-        failed: list[DeviceError] = []
-        for drive, info in self._drives.items():
-            try:
-                self._set_safe(drive, info.safe_value)
-                read_back[drive] = self.read_back(drive)
-            except DeviceError as error:
-                failed.append(error)
-        if failed:
-            for other in failed[1:]:
-                failed[0].add_note(str(other))
-            raise failed[0]
+
+        def make_safe(drive: str, value: float) -> None:
+            self._set_safe(drive, value)
+            read_back[drive] = self.read_back(drive)
+
+        drives = self._drives.items()
+        do_all(*(partial(make_safe, drive, info.safe_value) for drive, info in drives))
         return read_back
 
     def _set_safe(self, drive: str, value: float) -> None:
+        self._need_connection_to_make_safe()
         try:
             self.set(drive, value)
-        except DeviceLostError:
-            if self._timeout_s is None:  # it was never connected: nothing of it is known
+        except DeviceError:
+            if not self._lost_by:
                 raise
-            self.close()
-            self.connect(self._timeout_s)
-            self.set(drive, value)
+            self.set(drive, value)  # over a new connection
+
+    def _need_connection_to_make_safe(self) -> None:
+        """Open a connection that was closed; one that was never opened tells nothing of drives."""
+        if not self._is_open and self._timeout_s is not None:
+            self.reconnect()
+        self._need_connection()
 
     def _need_connection(self) -> None:
+        """Raise DeviceLostError unless it is connected; connect anew after a failed exchange."""
         if not self._is_open:
             raise DeviceLostError("not connected")
+        if self._lost_by:
+            self.reconnect()
+
+    @contextmanager
+    def _watched(self) -> Iterator[None]:
+        """Take note of an error after which the connection is to be opened anew."""
+        try:
+            yield
+        except self.reconnects_after as error:
+            self._lost_by = str(error)
+            raise
 
     def _mapped(self, what: str, work: Callable[[], _T]) -> _T:
         try:
@@ -228,12 +302,30 @@ class Driver:
             raise DeviceLostError(f"{what}: {error.strerror or error}") from error
 
 
+def _need_several(what: str, infos: Iterable[object]) -> None:
+    """Raise PluginError for what is no sequence of records; it may be one, and lack a comma."""
+    if isinstance(infos, (ChannelInfo, DriveInfo)):
+        kind = type(infos).__name__
+        raise PluginError(
+            f"{what} is one {kind}, needed is a tuple of them",
+            hint=f"a tuple of one has a comma: `{what} = ({kind}(...),)`",
+        )
+    needed = ChannelInfo if what == "channels" else DriveInfo
+    for each in infos:
+        if not isinstance(each, needed):
+            raise PluginError(f"{what} has {each!r}, needed is a tuple of {needed.__name__}")
+
+
 def _find(kind: str, name: str, known: Mapping[str, _Info]) -> _Info:
     if name not in known:
         raise DeviceRejectedError(
             f"there is no {kind} '{name}'", hint=f"there are: {_listing(known)}"
         )
     return known[name]
+
+
+def _named(identity: Identity) -> str:
+    return " ".join(each for each in (identity.maker, identity.model, identity.serial) if each)
 
 
 def _listing(names: Iterable[str]) -> str:

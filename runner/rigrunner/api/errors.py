@@ -20,6 +20,9 @@ class ExitCode(IntEnum):
     DEVICE = 4
     DATA = 5
     UNDECIDED = 10
+    REPLACED = 11
+    UNPROVEN = 12
+    REVISED = 13
     ABORTED = 20
     BUG = 70
     INTERRUPTED = 130

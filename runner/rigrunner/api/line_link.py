@@ -6,6 +6,7 @@ import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.cleanup import noted_on
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
@@ -63,6 +64,17 @@ class LineLink:
         with self._given_up_if_it_fails(request):
             self._send(request)
 
+    def wait_for_silence(self, quiet_s: float) -> None:
+        """Throw away what comes until nothing has come for a time: late answers to earlier lines.
+
+        A serial port, unlike a socket, gives them to who opens it next. Waits three times as long
+        at most.
+        """
+        until_s = time.monotonic() + 3 * quiet_s
+        with self._given_up_if_it_fails("(waiting for silence)"):
+            while time.monotonic() < until_s and self._port.ready(quiet_s):
+                self._port.receive()
+
     def close(self) -> None:
         """Give the port back; idempotent."""
         self._port.close()
@@ -71,20 +83,21 @@ class LineLink:
     def _given_up_if_it_fails(self, request: str) -> Iterator[None]:
         try:
             yield
-        except DeviceError:
-            self._give_up()
+        except DeviceError as error:
+            self._give_up(error)
             raise
         except TimeoutError as error:
-            self._give_up()
+            self._give_up(error)
             raise DeviceTimeoutError(f"{self._name} did not take '{request}'") from error
         except OSError as error:
-            self._give_up()
+            self._give_up(error)
             reason = error.strerror or error
             raise DeviceLostError(f"{self._name} was lost at '{request}': {reason}") from error
 
-    def _give_up(self) -> None:
+    def _give_up(self, error: Exception) -> None:
         self._failed = True
-        self._port.close()
+        with noted_on(error, "closing the port"):
+            self._port.close()
 
     def _send(self, request: str) -> None:
         if self._failed:

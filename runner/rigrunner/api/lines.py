@@ -23,13 +23,14 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     DeviceTimeoutError,
     MissingPackageError,
+    PluginError,
 )
 from rigrunner.api.line_link import LineLink
 from rigrunner.api.ports import SerialPort, TcpPort
 from rigrunner.api.settings import PositiveDuration, SimulableSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api.devices import DeviceContext
 
@@ -59,6 +60,10 @@ class LineSettings(SimulableSettings):
             f"address: got {got}, allowed is host:port, a serial port, or 'simulated: yes'"
         )
 
+    def physical_addresses(self) -> Sequence[str]:
+        """Return where the instrument is reached: one run at a time may."""
+        return (f"{'serial' if self.is_serial else 'tcp'}:{self.address}",) if self.address else ()
+
     @property
     def is_serial(self) -> bool:
         """Whether the address is that of a serial port."""
@@ -82,6 +87,8 @@ class LineDriver(Driver):
 
     simulator: ClassVar[type[Answering]]
     """Makes what answers where the settings say `simulated: yes`."""
+    reconnects_after: ClassVar[tuple[type[DeviceError], ...]] = (DeviceError,)
+    """After any error: an answer does not say what it answers, and may be that to another line."""
     terminator: ClassVar[str] = "\n"
     """What ends a line, both ways."""
     errors: ClassVar[Mapping[type[Exception], type[DeviceError]]] = {
@@ -95,14 +102,24 @@ class LineDriver(Driver):
             raise MissingPackageError(
                 "a serial port needs the package pyserial", hint="pip install 'rigrunner[serial]'"
             )
+        if settings.simulated:
+            _need_simulator(type(self))
         self.settings = settings
         self._link: _Link | None = None
+        self._instrument: Answering | None = None
+        """The simulator, which keeps its state over a new connection."""
 
     def open(self, timeout_s: float) -> Identity:
         """Open the connection and say who answers."""
         address = "the simulator" if self.settings.simulated else self.settings.address
         self.exchange(f"open {address}", lambda: self._open(timeout_s))
-        return replace(self.identify(), simulated=self.settings.simulated)
+        identity = self.identify()
+        if not isinstance(identity, Identity):
+            raise PluginError(
+                f"`identify` of {type(self).__name__} gave {identity!r}, needed is an Identity",
+                hint="return Identity(maker, model, serial, firmware) of rigrunner.api.devices",
+            )
+        return replace(identity, simulated=self.settings.simulated)
 
     def identify(self) -> Identity:
         """Say who answers; by itself what '*IDN?' is answered with (IEEE 488.2, 10.14).
@@ -136,9 +153,12 @@ class LineDriver(Driver):
     def _open(self, timeout_s: float) -> None:
         self.shut()
         if self.settings.simulated:
-            self._link = _Simulated(self.simulator())
+            self._instrument = self._instrument or self.simulator()
+            self._link = _Simulated(self._instrument)
         else:
-            self._link = self._over(timeout_s)
+            self._link = link = self._over(timeout_s)
+            if self.settings.is_serial and self.is_reconnecting:
+                link.wait_for_silence(min(self.settings.timeout, self._patience.answer_s / 4))
 
     def _over(self, timeout_s: float) -> LineLink:
         settings, address = self.settings, self.settings.address
@@ -150,6 +170,22 @@ class LineDriver(Driver):
         if self._link is None:
             raise DeviceLostError("not connected")
         return self._link
+
+
+def _need_simulator(kind: type[LineDriver]) -> None:
+    """Raise PluginError for a driver that has nothing that answers in the instrument's place."""
+    simulator = getattr(kind, "simulator", None)
+    if simulator is None:
+        problem = f"{kind.__name__} has no simulator, and its settings say 'simulated: yes'"
+    elif not callable(getattr(simulator, "answer", None)):
+        name = getattr(simulator, "__name__", simulator)
+        problem = f"{name}, the simulator of {kind.__name__}, has no method `answer`"
+    else:
+        return
+    raise PluginError(
+        problem,
+        hint="write `simulator = ...` into the class: a class with `answer(self, request) -> str`",
+    )
 
 
 class _Link(Protocol):
@@ -170,6 +206,12 @@ class _Simulated:
 
     def ask(self, request: str) -> str:
         answer = self._instrument.answer(request)
+        if not isinstance(answer, str):
+            kind = type(self._instrument).__name__
+            raise PluginError(
+                f"`answer` of {kind} gave {answer!r} to '{request}', needed is a str",
+                hint="is there a `return`? where the instrument keeps silent it is ''",
+            )
         if not answer:
             raise DeviceTimeoutError(f"'{request}' was not answered by the simulator")
         return answer

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from datetime import date
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, runtime_checkable
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
@@ -19,9 +19,10 @@ from rigrunner.api.quantity import (
     quantity_pattern,
     units_of,
 )
+from rigrunner.api.texts import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 _KINDS: Mapping[type, str] = {dict: "a mapping", list: "a list", bool: "yes or no"}
 _YES_NO = {"yes": True, "no": False}
@@ -34,6 +35,20 @@ class Settings(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
+
+
+@runtime_checkable
+class Reached(Protocol):
+    """Settings that say where the instrument is: on one machine one run at a time may reach it."""
+
+    def physical_addresses(self) -> Sequence[str]:
+        """Return each place where it is reached, without asking anybody.
+
+        'serial:/dev/ttyUSB0', 'tcp:192.0.2.7:5025', 'tcp:192.0.2.7:502/unit 3' of one behind a
+        gateway, 'visa:GPIB0::12::INSTR', or any other 'kind:name'. Different spellings of one place
+        are found out: links to a serial port, names and numbers of a host.
+        """
+        ...
 
 
 class MadeOfOthers(Settings):
@@ -161,6 +176,9 @@ YesNo = Annotated[
     bool, BeforeValidator(_read_yes_no), WithJsonSchema({"enum": ["yes", "no", True, False]})
 ]
 """A yes or no; the only type for which the texts 'yes' and 'no' are more than texts."""
+
+PlainText = Annotated[str, AfterValidator(plain)]
+"""A text that people write for each other: without what cannot be seen."""
 
 IsoDate = Annotated[date, BeforeValidator(_read_date)]
 """A date such as 2026-01-31."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
+from rigrunner.api.cleanup import noted_on
 from rigrunner.api.data import Block
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.samples import as_samples
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -25,6 +25,12 @@ class StreamingDriver(Driver):
 
     block_s: ClassVar[float] = 0.1
     """How long a block is; the run is looked at between two."""
+
+    reads_back_while_streaming: ClassVar[bool] = False
+    """Whether `actual` may be called between two blocks, so that the drives are watched meanwhile.
+
+    Any device that streams may have it.
+    """
 
     @property
     def sample_rate_hz(self) -> float:
@@ -66,13 +72,16 @@ class StreamingDriver(Driver):
                 now_s = self.clock.monotonic_s()
                 yield Block(rate_hz, first, now_s, dict(zip(channels, values, strict=True)))
                 first += count
-        finally:
-            self.exchange(f"halt {named}", self.halt)
+        except BaseException as error:
+            with noted_on(error, "halting the stream"):
+                self.exchange(f"halt {named}", self.halt)
+            raise
+        self.exchange(f"halt {named}", self.halt)
 
     def _taken(self, channels: Sequence[str], count: int, request: str) -> list[Array]:
         def perform() -> list[Array]:
             taken = self.take(channels, count)
-            return [np.asarray(taken[name], dtype=np.float64) for name in channels]
+            return [_real(name, taken[name]) for name in channels]
 
         values = self.exchange(request, perform)
         shapes = [array.shape for array in values]
@@ -81,3 +90,12 @@ class StreamingDriver(Driver):
                 f"{request}: got arrays of the shapes {shapes}, needed is ({count},) for each"
             )
         return values
+
+
+def _real(channel: str, values: object) -> Array:
+    try:
+        return as_samples(values)
+    except TypeError as error:
+        raise DeviceRejectedError(
+            f"{channel}: the samples are {error}, needed are real numbers"
+        ) from error

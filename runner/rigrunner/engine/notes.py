@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import AbortedError, DeviceError, RigrunnerError
+from rigrunner.api.cleanup import error_text
+from rigrunner.api.errors import (
+    AbortedError,
+    DeviceError,
+    DeviceLostError,
+    DeviceTimeoutError,
+)
 from rigrunner.api.events import Alarm, Intervention, Outcome
 from rigrunner.engine.pausing import StopNow
 
@@ -33,6 +39,13 @@ class Notes:
         """The first error."""
         self._passed_over = list(passed_over)
         self._unsafe: DeviceError | None = None
+        self.stopped_at = ""
+        """The values out of limits that stop the run, in words; '' for none."""
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the run is to go on: nothing failed, and no limit stops it."""
+        return self.first is None and not self.stopped_at
 
     @property
     def last(self) -> BaseException | None:
@@ -62,6 +75,11 @@ class Notes:
             self.tell(Intervention, action="abort", by=self._who(error), reason=words(error))
         else:
             self.tell(Alarm, source=source, text=words(error))
+            self.trace(error)
+
+    def trace(self, error: BaseException) -> None:
+        """Let run.log have the traceback of an error that was just put on record."""
+        self._bus.trace(error)
 
     def keep(self, error: BaseException) -> None:
         """Let an error that is on record already count for the outcome."""
@@ -77,6 +95,14 @@ class Notes:
         """Say whether an error is that the run cannot be kept on record: no step is to blame."""
         return error is not None and error is self._bus.failure
 
+    def may_be_resumed(self) -> bool:
+        """Say whether the run may be resumed once its cause is mended: no person has ended it.
+
+        So it is where it could not be kept on record, or where a device was lost or did not answer.
+        """
+        lost = isinstance(self.first, (DeviceLostError, DeviceTimeoutError))
+        return lost or self.is_unkept(self.first)
+
     def pass_over(self, text: str) -> None:
         """Let the run go on, and say so at its end."""
         self._passed_over.append(text)
@@ -84,10 +110,14 @@ class Notes:
     def outcome(self) -> tuple[Outcome, str]:
         """Return how the run ends, and why."""
         error = self.first
-        if error is None and self._passed_over:
-            return Outcome.COMPLETED, f"passed over: {'; '.join(self._passed_over)}"
         if error is None:
-            return Outcome.COMPLETED, ""
+            passed_over = (
+                f"passed over: {'; '.join(self._passed_over)}" if self._passed_over else ""
+            )
+            if self.stopped_at:
+                reason = "; ".join(text for text in (self.stopped_at, passed_over) if text)
+                return Outcome.STOPPED_AT_LIMIT, reason
+            return Outcome.COMPLETED, passed_over
         reason = words(error)
         if self._unsafe is not None:
             beside = "" if error is self._unsafe else f"; {words(self._unsafe)}"
@@ -104,10 +134,10 @@ class Notes:
 
 
 def words(error: BaseException) -> str:
-    """Return an error as one line."""
+    """Return an error as one line, with what failed after it in the cleanup."""
     if isinstance(error, KeyboardInterrupt):
-        return _interrupt(error).reason
-    return str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
+        return "; ".join((_interrupt(error).reason, *getattr(error, "__notes__", ())))
+    return error_text(error)
 
 
 def _interrupt(error: KeyboardInterrupt) -> StopNow:

@@ -63,6 +63,11 @@ class TapedDevice:
         """Whether no call of the device can hang."""
         return bool(self._inner.non_blocking)
 
+    @property
+    def reads_back_while_streaming(self) -> bool:
+        """Whether the device says that its drives can be read back while it streams."""
+        return bool(getattr(self._inner, "reads_back_while_streaming", False))
+
     def connect(self, timeout_s: float) -> Identity:
         """Connect; return who answered."""
         return _identity(

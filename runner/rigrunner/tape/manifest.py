@@ -58,6 +58,8 @@ class TapeManifest(_Part):
     """None where instruments were used by hand."""
     attended: bool = False
     """Whether somebody was there to pause the run."""
+    watches_drives: bool = False
+    """Whether drives were read back beside each reading; not of tapes of 0.1.0."""
     inputs: dict[str, str] = {}
     """The answers to the procedure's inputs."""
     overrides: tuple[TapedOverride, ...] = ()

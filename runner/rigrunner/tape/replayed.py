@@ -44,6 +44,11 @@ class ReplayedTape(Tape):
         return self.manifest.began_utc
 
     @property
+    def watches_drives(self) -> bool:
+        """Whether the drives of the run on tape were read back beside each reading."""
+        return self.manifest.watches_drives
+
+    @property
     def provenance(self) -> Mapping[str, str]:
         """From which tape: its name, when it was begun, and a digest of all that was played."""
         digest = hashlib.sha256()

@@ -61,6 +61,11 @@ class Tape(ABC):
         return None
 
     @property
+    def watches_drives(self) -> bool:
+        """Whether the drives of the run are read back beside each reading."""
+        return True
+
+    @property
     def provenance(self) -> Mapping[str, str]:
         """What a run is to say of the tape for ever."""
         return {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from typing import TYPE_CHECKING, Self
 
 from rigrunner.api.events import (
@@ -10,6 +11,7 @@ from rigrunner.api.events import (
     Event,
     InterlockTripped,
     Intervention,
+    LimitMissed,
     MadeSafe,
     Note,
     Prompt,
@@ -49,8 +51,13 @@ class RunLog:
             shown = printable(text).replace("\n", _GOES_ON)
             self._write(f"{event.utc} {shown}\n".encode())
 
+    def trace(self, error: BaseException) -> None:
+        """Write the traceback of an error, below the line of the event that tells it."""
+        text = printable("".join(traceback.format_exception(error)).rstrip())
+        self._write(f"    {text}".replace("\n", _GOES_ON).encode() + b"\n")
 
-def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each kind)
+
+def event_text(event: Event) -> str:  # noqa: C901, PLR0911, PLR0912  (a line for each kind)
     """Return an event in words; an empty text for one that a reader need not see."""
     match event:
         case StepStarted():
@@ -66,6 +73,8 @@ def event_text(event: Event) -> str:  # noqa: C901, PLR0911  (a line for each ki
         case InterlockTripped():
             within = f"detected within {event.latency_s:.2g} s"
             return f"ALARM {event.source}: {event.text} ({within}); it does: {event.does}"
+        case LimitMissed():
+            return f"{event.step}: OUT OF LIMITS: {event.text}"
         case Note():
             return f"{event.step}: note: {event.text}"
         case Alarm():

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from rigrunner.api.calling import ThreadCaller, _Pending
+from rigrunner.api.calling import InlineCaller, ThreadCaller, _Pending
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 
 
@@ -152,3 +152,24 @@ def test_a_call_may_have_no_time_left(caller):
     with pytest.raises(DeviceTimeoutError):
         caller.call("read", release.wait, -0.1)
     release.set()
+
+
+def test_the_first_call_that_hangs_is_named_whatever_hangs_after_it(caller):
+    release = threading.Event()
+    with pytest.raises(DeviceTimeoutError):
+        caller.call("read", release.wait, 0.02)
+    with pytest.raises(DeviceTimeoutError, match="'make safe' did not return"):
+        caller.call_urgently("make safe", release.wait, 0.02)
+    with pytest.raises(DeviceLostError, match="an earlier call, 'read', still hangs"):
+        caller.call("set", lambda: None, 5)
+    release.set()
+
+
+def test_a_call_that_is_begun_on_a_device_that_does_not_block_has_its_outcome_at_once():
+    def refuse() -> None:
+        raise TimeoutError("the instrument's own")
+
+    caller = InlineCaller()
+    assert caller.start("ask", lambda: 42).result(0) == 42
+    with pytest.raises(TimeoutError, match="the instrument's own"):
+        caller.start("ask", refuse).result(0)

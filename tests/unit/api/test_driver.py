@@ -45,9 +45,11 @@ class Press(Driver):
         self.step = 100.0
         self.raises = None
         self.opened = self.shuts = 0
+        self.opened_within_s = None
 
-    def open(self, timeout_s):  # noqa: ARG002  (the Protocol's)
+    def open(self, timeout_s):
         self.opened += 1
+        self.opened_within_s = timeout_s
         if self.raises:
             raise self.raises
         return Identity("Test", "press", "1")
@@ -163,6 +165,32 @@ def test_making_safe_opens_a_lost_connection_once_more(press):
     assert press.opened == 2
 
 
+def test_making_safe_opens_a_connection_that_was_closed(press):
+    press.connect(1.0)
+    press.begin("load", 1000.0)
+    press.close()
+    assert press.make_safe() == {"load": 0.0}
+    assert press.stands == 0.0
+    assert press.opened == 2
+    assert press.read(["load"]) == {"load": 0.0}
+
+
+def test_a_connection_that_never_came_about_is_tried_once_more_to_make_safe(press):
+    press.raises = OSError("no route")
+    with pytest.raises(DeviceLostError, match="no route"):
+        press.connect(1.0)
+    press.raises = None
+    assert press.make_safe() == {"load": 0.0}
+
+
+@pytest.mark.parametrize(("given_s", "within_s"), [(1.5, 1.5), (30.0, 5.0)])
+def test_reconnecting_may_take_as_long_as_connecting_and_half_an_answer(press, given_s, within_s):
+    """The patience of the station is 10 s for an answer, of which reconnecting is a part."""
+    press.connect(given_s)
+    press.reconnect()
+    assert press.opened_within_s == within_s
+
+
 def test_making_safe_is_idempotent(press):
     press.connect(1.0)
     assert press.make_safe() == press.make_safe() == {"load": 0.0}
@@ -209,6 +237,13 @@ class TestInARig:
             assert rig.set("press", "load", 1000.0, meanwhile=lambda: looks.append(press.stands))
         assert looks == [600.0, 700.0, 800.0, 900.0]
 
+    def test_so_they_are_of_a_device_that_does_not_block(self, press):
+        looks = []
+        press.non_blocking = True
+        with self.rig(press) as rig:
+            rig.set("press", "load", 1000.0, meanwhile=lambda: looks.append(press.stands))
+        assert looks == [600.0, 700.0, 800.0, 900.0]
+
     def test_what_they_raise_ends_the_waiting(self, press):
         def stop():
             raise KeyboardInterrupt
@@ -231,3 +266,60 @@ def test_an_answer_is_given_up_before_the_station_gives_up_the_device(tmp_path):
     check_patience(2.9, context)
     with pytest.raises(PluginError, match=r"got 3 s, allowed is less than 3 s.*safety.patience"):
         check_patience(3.0, context)
+
+
+class TwoDrives(Driver):
+    """A press and an inverter in one; what a test puts in `raises` comes of that drive's `get`."""
+
+    def __init__(self):
+        drives = [
+            DriveInfo("load", "N", "Load", 0.0, 1000.0),
+            DriveInfo("speed", "Hz", "Speed", 0.0, 60.0),
+        ]
+        super().__init__(DeviceContext("rig", SimulatedClock(), Path()), (), drives)
+        self.stands = {"load": 0.0, "speed": 0.0}
+        self.raises: dict[str, BaseException] = {}
+
+    def open(self, timeout_s):  # noqa: ARG002  (the Protocol's)
+        return Identity("Test", "rig", "1")
+
+    def get(self, channel):
+        if channel in self.raises:
+            raise self.raises[channel]
+        return self.stands[channel]
+
+    def put(self, drive, value):
+        self.stands[drive] = value
+
+
+@pytest.mark.parametrize(
+    "error", [IndexError("list index"), SystemExit(2), DeviceTimeoutError("late"), MemoryError()]
+)
+def test_no_error_of_one_drive_keeps_the_next_from_being_made_safe(error):
+    device = TwoDrives()
+    device.connect(1.0)
+    device.set("load", 500.0)
+    device.set("speed", 50.0)
+    device.raises["load"] = error
+    with pytest.raises(type(error)):
+        device.make_safe()
+    assert device.stands == {"load": 0.0, "speed": 0.0}
+
+
+def test_the_first_error_of_making_safe_is_raised_with_the_others_beside_it():
+    device = TwoDrives()
+    device.connect(1.0)
+    device.raises = {"load": IndexError("list index"), "speed": DeviceLostError("cable")}
+    with pytest.raises(IndexError, match="list index") as raised:
+        device.make_safe()
+    assert raised.value.__notes__ == ["cable"]
+
+
+def test_ctrl_c_while_one_drive_is_made_safe_is_raised_once_all_had_their_turn():
+    device = TwoDrives()
+    device.connect(1.0)
+    device.set("speed", 50.0)
+    device.raises = {"load": KeyboardInterrupt()}
+    with pytest.raises(KeyboardInterrupt):
+        device.make_safe()
+    assert device.stands["speed"] == 0.0

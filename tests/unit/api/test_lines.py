@@ -12,6 +12,7 @@ from helpers_peers import SerialPeer
 from rigrunner.api import lines
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo, Patience
 from rigrunner.api.errors import (
+    DeviceError,
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
@@ -20,6 +21,7 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.line_link import LineLink
 from rigrunner.api.lines import LineDriver, LineSettings
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry
@@ -60,8 +62,24 @@ class LampOfCarriageReturns(Lamp):
     terminator = "\r\n"
 
 
-def lamp(tmp_path, made=Lamp, **settings):
-    context = DeviceContext("lamp", SimulatedClock(), tmp_path)
+class Log:
+    """Keeps what a driver tells."""
+
+    def __init__(self):
+        self.told = []
+
+    def info(self, text, *values):
+        self.told.append(("info", text % values))
+
+    def warning(self, text, *values):
+        self.told.append(("warning", text % values))
+
+    def error(self, text, *values):
+        self.told.append(("error", text % values))
+
+
+def lamp(tmp_path, made=Lamp, log=None, **settings):
+    context = DeviceContext("lamp", SimulatedClock(), tmp_path, log=log or Log())
     return made(LineSettings(**settings), context)
 
 
@@ -164,14 +182,85 @@ def test_another_instrument_is_refused(tmp_path, answer):
 
 
 def test_an_answer_that_comes_late_is_never_taken_for_another(tmp_path):
+    """The connection is given up with what may still come over it, and opened anew."""
     with peer(SCRIPT | {b"LEVEL 1\n": b"ok\nlate\n"}) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         device.connect(1.0)
         with pytest.raises(DeviceRejectedError, match="one line"):
             device.begin("level", 1.0)
-        with pytest.raises(DeviceLostError, match="given up after an earlier failure"):
-            device.read(["level"])
+        assert device.read(["level"]) == {"level": 0.25}
         device.close()
+    assert instrument.heard == [
+        b"*IDN?\n", b"LEVEL 1\n",
+        b"*IDN?\n", b"LEVEL?\n",
+    ]  # fmt: skip
+
+
+class Once(dict):
+    """A script of which some answers come once, and from then on others."""
+
+    def __init__(self, script, once):
+        super().__init__(script)
+        self.once = once
+
+    def get(self, line, default):
+        return self.once.pop(line, None) or super().get(line, default)
+
+
+@pytest.mark.parametrize("wrong", [(b"", b"0.75\n"), HANG_UP, b"n/a\n", b"1\n2\n"])
+def test_the_next_call_is_answered_whatever_became_of_the_one_before(tmp_path, wrong):
+    """A first answer that comes late (in two pieces, 0.05 s apart), none, or nonsense."""
+    log = Log()
+    with peer(Once(SCRIPT, {b"LEVEL?\n": wrong})) as instrument:
+        device = lamp(tmp_path, address=instrument.address, timeout="0.02 s", log=log)
+        device.connect(1.0)
+        with pytest.raises(DeviceError):
+            device.read(["level"])
+        device.settings = device.settings.model_copy(update={"timeout": 2.0})
+        for _ in range(3):
+            assert device.read(["level"]) == {"level": 0.25}
+        device.close()
+    assert instrument.heard.count(b"*IDN?\n") == 2
+    ((level, text),) = log.told
+    assert level == "warning"
+    assert text.startswith("reconnected to Example lamp 0007 after: ")
+
+
+def test_another_instrument_is_refused_on_reconnecting_and_its_drives_are_left_alone(tmp_path):
+    once = {b"LEVEL?\n": HANG_UP, b"*IDN?\n": IDENTITY}
+    other = {**SCRIPT, b"*IDN?\n": b"Example,lamp,0008,1.2\n"}
+    with peer(Once(other, once)) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        device.connect(1.0)
+        with pytest.raises(DeviceLostError, match="closed the connection"):
+            device.read(["level"])
+        for use in (lambda: device.read(["level"]), device.make_safe):
+            with pytest.raises(DeviceLostError, match=r"lamp 0008, but the run began with .* 0007"):
+                use()
+        device.close()
+    assert b"LEVEL 0\n" not in instrument.heard
+
+
+def test_a_late_answer_on_a_serial_line_is_thrown_away(tmp_path):
+    """A serial port gives what came late to who opens it next."""
+    answers = iter([b"0.75\n"])
+
+    def talk(heard):
+        line, end, _ = heard.partition(b"\n")
+        if line == b"LEVEL?" and (late := next(answers, None)):
+            time.sleep(0.4)
+            return len(line) + 1, late
+        return (len(line) + 1, SCRIPT.get(line + end, b"")) if end else (0, b"")
+
+    far = SerialPeer(talk)
+    device = lamp(tmp_path, address=far.port, baud=115200, timeout="0.2 s")
+    device.connect(1.0)
+    with pytest.raises(DeviceTimeoutError):
+        device.read(["level"])
+    device.settings = device.settings.model_copy(update={"timeout": 1.0})
+    assert device.read(["level"]) == {"level": 0.25}
+    device.close()
+    far.close()
 
 
 def test_what_was_not_asked_for_is_refused(tmp_path):
@@ -218,6 +307,7 @@ def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
         {"address": "10.0.0.5"},
         {"address": "10.0.0.5:0"},
         {"address": "10.0.0.5:70000"},
+        {"address": "10.0.0.5:65536"},
         {"address": "a b:5025"},
         {"address": "", "simulated": False},
         {"address": "nonsense", "simulated": True},
@@ -310,3 +400,62 @@ def test_its_settings_say_whether_it_is_simulated():
     registry = Registry([Plugin("device", record, Provider("lab", "1"))])
     assert registry.is_simulated("lamp", {"simulated": True})
     assert not registry.is_simulated("lamp", {"address": "10.0.0.5:5025"})
+
+
+@pytest.mark.parametrize("address", ["10.0.0.5:1", "10.0.0.5:65535", "[::1]:5025"])
+def test_every_port_there_is_may_be_the_instruments(address):
+    assert LineSettings(address=address).address == address
+
+
+def test_an_instrument_on_the_network_needs_no_package_for_serial_ports(tmp_path, monkeypatch):
+    monkeypatch.setattr(lines, "find_spec", lambda _name: None)
+    lamp(tmp_path, address="10.0.0.5:5025")
+    with pytest.raises(MissingPackageError, match="pyserial"):
+        lamp(tmp_path, address="/dev/ttyUSB0")
+
+
+@pytest.mark.parametrize(("address", "got"), [("", "nothing"), ("10.0.0.5", "'10.0.0.5'")])
+def test_an_address_that_is_refused_is_told_as_it_was_written(address, got):
+    with pytest.raises(ValidationError, match=f"address: got {got}, allowed is host:port"):
+        LineSettings(address=address)
+
+
+class DeafPort:
+    """Takes all that is sent, and never has an answer."""
+
+    def __init__(self):
+        self.closed = False
+
+    def ready(self, within_s):  # noqa: ARG002  (the Protocol's)
+        return False
+
+    def receive(self):
+        raise AssertionError("nothing is there")
+
+    def transmit(self, data, within_s):
+        pass
+
+    def close(self):
+        self.closed = True
+
+
+def test_a_port_is_closed_once_an_answer_is_given_up():
+    """Else what comes late would wait there for the next line."""
+    port = DeafPort()
+    link = LineLink("lamp", port, "\n", 0.2)
+    with pytest.raises(DeviceTimeoutError, match=r"lamp did not answer 'LEVEL\?' within 0.2 s"):
+        link.ask("LEVEL?")
+    assert port.closed
+    with pytest.raises(DeviceLostError, match="given up after an earlier failure"):
+        link.ask("LEVEL?")
+
+
+def test_only_on_reconnecting_late_answers_on_a_serial_line_are_waited_for(wired, monkeypatch):
+    waits_s = []
+    monkeypatch.setattr(
+        LineLink, "wait_for_silence", lambda _link, quiet_s: waits_s.append(quiet_s)
+    )
+    device, _ = wired({})
+    assert waits_s == []
+    device.reconnect()
+    assert waits_s == [0.2]

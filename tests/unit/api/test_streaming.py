@@ -122,6 +122,27 @@ def test_less_than_was_asked_for_is_no_block(counter):
         list(counter.stream(["force"], 1.0, threading.Event()))
 
 
+@pytest.mark.parametrize(
+    ("spoilt", "what"),
+    [
+        (lambda values: values + 0j, "complex128"),
+        (lambda values: np.ma.masked_array(values, values > 2), "masked"),
+        (lambda values: values.astype(str), "<U"),
+        (lambda values: values.astype("datetime64[s]"), "datetime64"),
+        (lambda values: values.astype(object), "object"),
+    ],
+)
+def test_samples_that_are_no_real_numbers_are_refused(counter, spoilt, what):
+    """NumPy would leave out an imaginary part or a mask with no more than a warning."""
+    take = counter.take
+    counter.take = lambda names, count: {
+        name: spoilt(values) for name, values in take(names, count).items()
+    }
+    with pytest.raises(DeviceRejectedError, match=f"force: the samples are {what}.* real numbers"):
+        list(counter.stream(["force"], 0.1, threading.Event()))
+    assert counter.log[-1] == "halt"
+
+
 def test_unknown_channels_and_no_connection_are_refused_at_once(counter):
     with pytest.raises(DeviceRejectedError, match="no channel 'torque'"):
         counter.stream(["torque"], 1.0, threading.Event())
@@ -134,3 +155,28 @@ def test_it_keeps_to_what_every_device_keeps_to():
     found: Subject = subject("device", "counter", registry=REGISTRY)
     failed = [each for each in examine(found, checks("device")) if each.state is State.FAIL]
     assert failed == []
+
+
+class Unplugged(Counter):
+    """Loses its socket in mid-recording; what halts it fails too, as nobody answers any more."""
+
+    def halt(self):
+        super().halt()
+        raise DeviceLostError("given up after an earlier failure")
+
+
+def test_what_fails_first_in_a_stream_is_raised_and_a_halt_that_fails_stands_beside_it(tmp_path):
+    device = Unplugged(None, DeviceContext("cell", SimulatedClock(), tmp_path))
+    device.connect(1.0)
+    device.fails_at = 100
+    with pytest.raises(DeviceLostError, match="buffer overrun") as raised:
+        list(device.stream(["force"], 0.25, threading.Event()))
+    (note,) = raised.value.__notes__
+    assert "halting the stream failed too: given up after an earlier failure" in note
+
+
+def test_a_halt_that_fails_at_the_end_of_a_stream_is_an_error(tmp_path):
+    device = Unplugged(None, DeviceContext("cell", SimulatedClock(), tmp_path))
+    device.connect(1.0)
+    with pytest.raises(DeviceLostError, match="given up"):
+        list(device.stream(["force"], 0.25, threading.Event()))

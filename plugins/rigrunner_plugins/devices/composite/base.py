@@ -6,6 +6,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api.cleanup import add_beside, error_text, errors_of, raise_first
 from rigrunner.api.devices import Identity
 from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
 
@@ -59,6 +60,23 @@ class Composite:
         """The drives that the station names, in its order."""
         return tuple(route.info for route in self.drive_routes.values())
 
+    @property
+    def reads_back_while_streaming(self) -> bool:
+        """Whether where drives stand comes from parts that do not stream, or allow it meanwhile.
+
+        Not where several parts stream: their clocks are compared by when samples arrive, and each
+        read-back would delay that.
+        """
+        streaming = {route.part for route in self.channel_routes.values() if route.info.streams}
+        if len(streaming) > 1:
+            return False
+        read = [route.read_back or route for route in self.drive_routes.values()]
+        return all(
+            getattr(self.parts[each.part].device, "reads_back_while_streaming", False)
+            for each in read
+            if each.part in streaming
+        )
+
     def connect(self, timeout_s: float) -> Identity:
         """Connect all parts; if one fails, make safe and close those that are connected."""
         found: dict[str, Identity] = {}
@@ -96,7 +114,7 @@ class Composite:
         def look(route: DriveRoute) -> None:
             drive = route.info.name
             if route.part not in told:
-                with suppress(DeviceError):  # what failed is told already
+                with suppress(Exception):  # what failed is told already
                     standing[drive] = self.standing(route)
             elif route.read_back is None:
                 standing[drive] = told[route.part][route.name]
@@ -126,6 +144,9 @@ class Composite:
         failed += _all_tried([part.close for part in self.parts.values()])
         if failed and isinstance(error, DeviceError):
             error.message = "; then ".join([error.message, *map(str, failed)])
+        else:
+            for each in failed:
+                add_beside(error, str(each))
 
     def _safe_order(self) -> list[Part]:
         names = [*(route.part for route in self.drive_routes.values()), *self.parts]
@@ -156,16 +177,14 @@ class Composite:
 
 
 def _all_tried(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
-    """Make all calls, whatever fails, and return what did."""
-    failed: list[DeviceError] = []
-    for call in calls:
-        try:
-            call()
-        except DeviceError as error:
-            failed.append(error)
-        except Exception as error:  # noqa: BLE001  (a part's bug must not keep others from safety)
-            failed.append(DeviceRejectedError(f"{type(error).__name__}: {error}"))
-    return failed
+    """Make all calls, whatever fails, and return what did; Ctrl-C is raised after the last one."""
+    errors = errors_of(*calls)
+    if any(isinstance(error, KeyboardInterrupt) for error in errors):
+        raise_first(errors)
+    return [
+        error if isinstance(error, DeviceError) else DeviceRejectedError(error_text(error))
+        for error in errors
+    ]
 
 
 def _summed_up(

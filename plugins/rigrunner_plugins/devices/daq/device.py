@@ -36,6 +36,8 @@ RATE_AGREES = 1e-6
 class Daq(Driver):
     """A device that Streams; its values come from the same samples as its recordings."""
 
+    reads_back_while_streaming = True
+
     def __init__(self, settings: DaqSettings, context: DeviceContext) -> None:
         infos = [_info(name, channel) for name, channel in settings.channels.items()]
         super().__init__(context, infos, drive_infos(settings.drives))

@@ -170,6 +170,10 @@ class DaqSettings(Settings):
     buffer: PositiveDuration = 10.0
     """How much is kept for a computer that is late; what is later loses the recording."""
 
+    def physical_addresses(self) -> tuple[str, ...]:
+        """Return the device, or the chassis of its modules: one run at a time may reach it."""
+        return (f"daq:{self.device}",)
+
     @property
     def counter_clock(self) -> str:
         """The terminal whose edges counters follow."""

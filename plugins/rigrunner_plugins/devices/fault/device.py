@@ -15,7 +15,8 @@ from rigrunner.api.devices import (
     Settable,
     Streaming,
 )
-from rigrunner.api.errors import DeviceLostError
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.api.samples import as_samples
 from rigrunner_plugins.devices.fault.answers import HINT, befall
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
 from rigrunner_plugins.devices.fault.checking import check_faults
@@ -82,6 +83,11 @@ class FaultyDevice:
         """False where a fault makes it wait, so that it is not waited for without end."""
         waits = any(fault.kind in ("late", "timeout") for fault in self._faults)
         return bool(self._inner.non_blocking) and not waits
+
+    @property
+    def reads_back_while_streaming(self) -> bool:
+        """Whether the wrapped device says so."""
+        return bool(getattr(self._inner, "reads_back_while_streaming", False))
 
     def connect(self, timeout_s: float) -> Identity:
         """Connect; what was lost is there again, and calls are counted anew.
@@ -251,5 +257,10 @@ def _of_samples(fault: FaultSettings) -> bool:
 
 def _with_samples(blocks: Iterator[Block], channel: str, spoil: Spoil) -> Iterator[Block]:
     for block in blocks:
-        spoilt = spoil(block.first_sample, block.channels[channel])
+        try:
+            values = as_samples(block.channels[channel])
+        except TypeError as error:
+            told = f"{channel}: the samples are {error}, needed are real numbers"
+            raise DeviceRejectedError(told) from error
+        spoilt = spoil(block.first_sample, values)
         yield replace(block, channels={**block.channels, channel: spoilt})

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import Driver, check_patience
 from rigrunner.api.errors import (
     DeviceLostError,
@@ -19,7 +21,7 @@ from rigrunner_plugins.devices.modbus.settings import Tcp
 from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Sequence
 
     from rigrunner.api.devices import DeviceContext, Identity
     from rigrunner_plugins.devices.modbus.line import Line
@@ -34,6 +36,8 @@ _BASIC_OBJECTS = range(3)
 
 class ModbusDevice(Driver):
     """Reads channels in as few requests as sensible, and writes set-points with their commands."""
+
+    reconnects_after = (DeviceLostError,)  # each answer says which question it answers
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -84,18 +88,21 @@ class ModbusDevice(Driver):
     def put(self, drive: str, value: float) -> None:
         """Write a set-point: with the words that let it run, or, to be safe, that stop it."""
         given = self._settings.drives[drive]
-        try:
-            words = given.encode(given.from_si(value))
-        except ValueError as error:
-            raise DeviceRejectedError(f"set {drive}: {error}") from error
-        stops = value == self._drives[drive].safe_value
-        try:
-            if stops:
-                self._write_all(given.stop)
-        finally:  # a stop that is refused must not keep the set-point up
+
+        def write() -> None:
+            try:
+                words = given.encode(given.from_si(value))
+            except ValueError as error:
+                raise DeviceRejectedError(f"set {drive}: {error}") from error
             self._write(given, words, multiple=given.multiple)
-        if not stops:
-            self._write_all(given.run)
+
+        if value == self._drives[drive].safe_value:
+            # a stop that is refused must not keep the set-point up, nor the next stop from its turn
+            do_all(*(partial(self._write_one, each) for each in given.stop), write)
+        else:
+            write()
+            for each in given.run:
+                self._write_one(each)
 
     def actual(self, drive: str) -> float:
         """Return where a drive stands."""
@@ -182,10 +189,9 @@ class ModbusDevice(Driver):
                 hint="mend the cause and reset it at the instrument",
             )
 
-    def _write_all(self, writes: Iterable[Write]) -> None:
-        for write in writes:
-            self._write(write, [write.value])
-            self.clock.sleep(write.wait)
+    def _write_one(self, write: Write) -> None:
+        self._write(write, [write.value])
+        self.clock.sleep(write.wait)
 
     def _write(self, place: Place, words: Sequence[int], *, multiple: bool = False) -> None:
         told = f"{' '.join(map(str, words))} to {place.table} {place.address}"

@@ -240,6 +240,12 @@ class ModbusSettings(SimulableSettings):
             raise ValueError(f"unit_id is {self.unit_id}, allowed on a serial line is 1 to 247")
         return self
 
+    def physical_addresses(self) -> tuple[str, ...]:
+        """Return the serial line, or the unit at its TCP port: one run at a time may reach it."""
+        if self.tcp is not None:
+            return (f"tcp:{self.tcp.host}:{self.tcp.port}/unit {self.unit_id}",)
+        return () if self.rtu is None else (f"serial:{self.rtu.port}",)
+
     @property
     def where(self) -> str:
         """The unit in words, such as 'unit 1 at 192.168.1.20:502'."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
+from rigrunner.api.cleanup import do_all
 from rigrunner.api.devices import Identity
 from rigrunner.api.driver import Driver, check_patience
 from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
@@ -12,7 +14,7 @@ from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.api.devices import DeviceContext
     from rigrunner_plugins.devices.declared import DeclaredQuantity
@@ -33,6 +35,8 @@ _PARTS = ("maker", "model", "serial", "firmware")
 
 class OpcUa(Driver):
     """Reads nodes together, and writes set-points with the nodes that belong to them."""
+
+    reconnects_after = (DeviceLostError,)  # each answer says which question it answers
 
     def __init__(self, settings: OpcUaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -73,14 +77,17 @@ class OpcUa(Driver):
     def put(self, drive: str, value: float) -> None:
         """Write a set-point: with the nodes that let it run, or, to be safe, that stop it."""
         given = self._settings.drives[drive]
-        stops = value == self._drives[drive].safe_value
-        try:
-            if stops:
-                self._write_all(given.stop)
-        finally:  # a stop that is refused must not keep the set-point up
+
+        def write() -> None:
             self._write(given.node, given.from_si(value))
-        if not stops:
-            self._write_all(given.run)
+
+        if value == self._drives[drive].safe_value:
+            # a stop that is refused must not keep the set-point up, nor the next stop from its turn
+            do_all(*(partial(self._write_one, each) for each in given.stop), write)
+        else:
+            write()
+            for each in given.run:
+                self._write_one(each)
 
     def actual(self, drive: str) -> float:
         """Return where a drive stands."""
@@ -166,10 +173,9 @@ class OpcUa(Driver):
             raise DeviceRejectedError(f"{asked}: {len(numbers)} came, needed are {len(nodes)}")
         return numbers
 
-    def _write_all(self, writes: Iterable[Write]) -> None:
-        for write in writes:
-            self._write(write.node, write.value)
-            self.clock.sleep(write.wait)
+    def _write_one(self, write: Write) -> None:
+        self._write(write.node, write.value)
+        self.clock.sleep(write.wait)
 
     def _write(self, node: str, number: float) -> None:
         type_ = self._types[node]

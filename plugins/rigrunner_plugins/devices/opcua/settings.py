@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from typing import Annotated, Literal, Self
+from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
@@ -17,6 +18,8 @@ from rigrunner_plugins.devices.declared import (
 from rigrunner_plugins.devices.opcua.types import Type, encode, step
 
 _NODE_ID = r"^(ns=[0-9]+;|nsu=[^;]+;)?(i=[0-9]+|s=.+|g=[0-9a-fA-F-]{36})$"
+_PORT = 4840
+"""Of OPC UA, where an endpoint says none."""
 _ENDPOINT = r"^opc\.tcp://[^\s@]+$"
 
 
@@ -170,6 +173,11 @@ class OpcUaSettings(Settings):
     """What can be read."""
     drives: dict[QuantityName, OpcUaDrive] = Field(default_factory=dict)
     """What can be set, in the order in which it is made safe."""
+
+    def physical_addresses(self) -> tuple[str, ...]:
+        """Return where the server listens: one run at a time may drive what is behind it."""
+        parts = urlsplit(self.endpoint)
+        return (f"tcp:{parts.hostname}:{parts.port or _PORT}",)
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:

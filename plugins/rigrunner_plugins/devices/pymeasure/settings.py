@@ -85,6 +85,10 @@ class PyMeasureSettings(SimulableSettings):
     drives: dict[QuantityName, PropertyDrive] = Field(default_factory=dict)
     """What can be set, in the order of making safe."""
 
+    def physical_addresses(self) -> tuple[str, ...]:
+        """Return where the instrument is reached: one run at a time may."""
+        return (f"visa:{self.resource}",)
+
     @property
     def properties(self) -> set[str]:
         """The names of all properties that are used."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.cleanup import do_all
 from rigrunner.api.devices import Identity
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceTimeoutError
@@ -45,11 +46,8 @@ class SerialAscii(Driver):
         """Tell the instrument to stop, and give the port back."""
         lines, self._lines = self._lines, None
         if lines is not None:
-            try:
-                if self._settings.stop:
-                    lines.send(self._settings.stop)
-            finally:
-                lines.close()
+            stop = self._settings.stop
+            do_all(*([lambda: lines.send(stop)] if stop else []), lines.close)
 
     def get(self, channel: str) -> float:
         """Return the newest value of a channel."""

@@ -53,6 +53,10 @@ class SerialAsciiSettings(SimulableSettings):
     rate: Annotated[Frequency, Field(gt=0)] | None = None
     """How many lines come in a second; left out, nothing can be recorded."""
 
+    def physical_addresses(self) -> tuple[str, ...]:
+        """Return the port: one run at a time may have it."""
+        return (f"serial:{self.port}",)
+
     @model_validator(mode="after")
     def _belongs_together(self) -> Self:
         if not self.termination:

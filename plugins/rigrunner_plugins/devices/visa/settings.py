@@ -168,6 +168,10 @@ class VisaSettings(SimulableSettings):
     stream: Stream | None = None
     """How it records; left out, it cannot."""
 
+    def physical_addresses(self) -> tuple[str, ...]:
+        """Return where the instrument is reached: one run at a time may."""
+        return (f"visa:{self.resource}",)
+
     @property
     def has_messages(self) -> bool:
         """Whether the bus itself marks where a message ends: GPIB, USB, VXI-11, HiSLIP."""

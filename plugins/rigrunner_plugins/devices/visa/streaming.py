@@ -5,9 +5,9 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from rigrunner.api.cleanup import noted_on
 from rigrunner.api.data import Block
 from rigrunner.api.errors import (
-    DeviceError,
     DeviceLostError,
     DeviceRejectedError,
     DeviceTimeoutError,
@@ -75,11 +75,8 @@ class StreamingVisa(Visa):
             self.send(self._stream.start)
             yield
         except BaseException as error:
-            try:
-                with self.as_it_is():
-                    self.send(self._stream.stop)
-            except DeviceError as second:
-                error.add_note(f"stopping the acquisition failed too: {second}")
+            with noted_on(error, "stopping the acquisition"), self.as_it_is():
+                self.send(self._stream.stop)
             raise
         self.send(self._stream.stop)
 

@@ -5,6 +5,7 @@ from rigrunner.testing.device import (
     connection,
     failures,
     quantities,
+    recovery,
     safety,
     simulators,
     streams,
@@ -16,9 +17,11 @@ __all__ = ["CHECKS", "DeviceSubject"]
 CHECKS: tuple[AnyCheck, ...] = (
     *connection.CHECKS,
     *quantities.CHECKS,
-    *safety.CHECKS,
     *streams.CHECKS,
+    *safety.CHECKS,
+    connection.gives_back_what_it_took,
     *simulators.CHECKS,
     *failures.CHECKS,
+    *recovery.CHECKS,
     safety.left_safe,
 )

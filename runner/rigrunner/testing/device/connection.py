@@ -7,10 +7,10 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import KnowsTruth, Readable, Settable, Streaming
+from rigrunner.api.devices import Identity, KnowsTruth, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner.testing.check import Nonconformity, applies, check, demand
-from rigrunner.testing.device.doing import names, refusal, safely, streamed_names
+from rigrunner.testing.device.doing import at, names, refusal, safely, streamed_names
 from rigrunner.testing.device.watching import census, watched
 
 if TYPE_CHECKING:
@@ -43,7 +43,12 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
     try:
         identity = device.connect(5.0)
     except DeviceError as error:
-        raise Nonconformity(f"it does not connect: {error}") from error
+        raise Nonconformity(f"it does not connect: {error.message}", mend=error.hint) from error
+    demand(
+        isinstance(identity, Identity),
+        f"connecting gave {identity!r}{at(device, 'open') or at(device, 'connect')}, needed is an"
+        " Identity",
+    )
     missing = [each for each in ("maker", "model") if not getattr(identity, each).strip()]
     if not identity.simulated and not identity.serial.strip():
         missing.append("serial")
@@ -60,7 +65,8 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="hand the time-out on to the back end; say in `absent` with which settings nobody is there"
+    mend="hand the time-out on to the back end; say in `absent` with what settings nobody is there",
+    needs=("connects_and_says_who_it_is",),
 )
 def gives_up_in_time(subject: DeviceSubject) -> None:
     """Where nobody answers, connecting ends within its time-out with a DeviceError."""
@@ -96,7 +102,10 @@ def needs_a_connection(subject: DeviceSubject) -> None:
     applies(channels or device.drives, "it has neither channels nor drives")
 
 
-@check(mend="let `close` do nothing where nothing is open, and forget the connection")
+@check(
+    mend="let `close` do nothing where nothing is open, and forget the connection",
+    needs=("connects_and_says_who_it_is",),
+)
 def closes_in_every_state(subject: DeviceSubject) -> None:
     """Closing works before connecting, twice, and connecting works after it."""
     device = subject.make()
@@ -107,7 +116,15 @@ def closes_in_every_state(subject: DeviceSubject) -> None:
         device.close()
 
 
-@check(mend="end threads and close files and sockets in `close`, also after a failed `connect`")
+@check(
+    mend="end threads and close files and sockets in `close`, also after a failed `connect`",
+    needs=(
+        "connects_and_says_who_it_is",
+        "construction_touches_nothing",
+        "readings_are_true",
+        "blocks_are_whole",
+    ),
+)
 def gives_back_what_it_took(subject: DeviceSubject) -> None:
     """Once closed it leaves no thread, no open file and no socket behind."""
     _use(subject)  # what is loaded once is loaded now
@@ -145,5 +162,4 @@ CHECKS = (
     gives_up_in_time,
     needs_a_connection,
     closes_in_every_state,
-    gives_back_what_it_took,
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.registry import place_of
 from rigrunner.testing.check import Nonconformity, NotApplicable, applies
 
 if TYPE_CHECKING:
@@ -50,6 +51,12 @@ def safely(what: str, work: Callable[[], object]) -> bool:
             f"{what} raises {type(error).__name__}, which is no DeviceError: {error}"
         ) from error
     return True
+
+
+def at(device: Device, method: str) -> str:
+    """Return where a device's own class has a method, as ' (file:line)'; '' if it has none."""
+    own = type(device).__dict__.get(method)
+    return f" ({place_of(own)})" if own is not None else ""
 
 
 def reader(device: Device) -> Readable:

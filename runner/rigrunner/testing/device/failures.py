@@ -69,6 +69,7 @@ def nonsense(answer: Any) -> Any:
 @check(
     moves=True,
     mend="do every exchange through `self.exchange(request, perform)`, or say `wired=False`",
+    needs=("readings_are_true", "drives_go_where_they_are_set"),
 )
 def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
     """What says that it is wired exchanges nothing past the wire: what it does is seen there."""
@@ -87,7 +88,11 @@ def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
             demand(wire.exchanges > before, "it sets without one exchange over the wire")
 
 
-@check(moves=True, mend="map the back end's exceptions in `errors` of Driver; check what you parse")
+@check(
+    moves=True,
+    mend="map the back end's exceptions in `errors` of Driver; check what you parse",
+    needs=("exchanges_go_over_the_wire",),
+)
 def only_device_errors_leave_it(subject: DeviceSubject) -> None:
     """Whichever exchange fails, or is answered with nonsense: a DeviceError, and it can close."""
     applies(subject.record.wired, "its record does not say that it is wired")

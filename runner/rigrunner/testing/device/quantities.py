@@ -5,14 +5,26 @@ from __future__ import annotations
 import math
 import re
 import threading
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
+from rigrunner.api.errors import DeviceError
 from rigrunner.api.quantity import UNITS, QuantityError, si_symbol, unit
 from rigrunner.registry.declared import NAME
-from rigrunner.testing.check import applies, check, demand
-from rigrunner.testing.device.doing import is_led, move, names, off, place, reader, refusal, setter
+from rigrunner.testing.check import Nonconformity, applies, check, demand
+from rigrunner.testing.device.doing import (
+    at,
+    is_led,
+    move,
+    names,
+    off,
+    place,
+    reader,
+    refusal,
+    setter,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,7 +38,10 @@ NO_SUCH = "no_such_name"
 GRACE_S = 1.0
 
 
-@check(mend="give ChannelInfo and DriveInfo the SI unit, and convert in `get` and `put`")
+@check(
+    mend="give ChannelInfo and DriveInfo the SI unit, and convert in `get` and `put`",
+    needs=("connects_and_says_who_it_is",),
+)
 def quantities_declared(subject: DeviceSubject) -> None:
     """Channels and drives are declared before connecting: names, SI units, ranges, safe values."""
     device = subject.make()
@@ -78,20 +93,39 @@ def _stays_declared(subject: DeviceSubject, device: Device) -> None:
     demand(before == after, "once connected it has other channels or drives than before")
 
 
-@check(mend="return one finite float for each channel that is asked, in that order, in its SI unit")
+@check(
+    mend="return one finite float for each channel that is asked, in that order, in its SI unit",
+    needs=("quantities_declared",),
+)
 def readings_are_true(subject: DeviceSubject) -> None:
     """A reading gives each channel that is asked one finite number, in the range of its drive."""
     with subject.connected() as device:
         wanted = names(device.channels)[::-1]
         values = reader(device).read(wanted)
-        demand(list(values) == wanted, f"asked for {wanted}, it gave {list(values)}")
+        demand(
+            isinstance(values, Mapping) and list(values) == wanted,
+            f"asked for {wanted}, `read` gave {values!r}{at(device, 'read')}",
+        )
         for name, value in values.items():
             finite = isinstance(value, float) and math.isfinite(value)
-            demand(finite, f"{name} reads {value!r}, needed is a finite float")
+            demand(
+                finite,
+                f"{name} reads {value!r}{at(device, 'get')}, needed is a finite float",
+                mend=_made_a_float(value),
+            )
         units = {info.name: info.unit for info in device.channels}
         for info in device.drives:
             if units.get(info.name) == info.unit:
                 _within(info, values[info.name])
+
+
+def _made_a_float(value: object) -> str:
+    """Return what to do about a reading of another type; '' where the check's own words do."""
+    if value is None:
+        return "return the value: is there a `return`?"
+    if isinstance(value, (str, bytes, int)):
+        return f"convert the {type(value).__name__}: `return float(...)`"
+    return ""
 
 
 def _within(info: DriveInfo, value: float) -> None:
@@ -104,7 +138,9 @@ def _within(info: DriveInfo, value: float) -> None:
 
 
 @check(
-    moves=True, mend="return from `set` once the drive is there; state rate, settling, tolerance"
+    moves=True,
+    mend="return from `set` once the drive is there; state rate, settling, tolerance",
+    needs=("readings_are_true",),
 )
 def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
     """A drive reads back its set-point within its tolerance, in the time that it states."""
@@ -113,7 +149,7 @@ def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
         drives = setter(device)
         for part in PARTS:
             began_s = clock.monotonic_s()
-            wanted = move(subject, device, part)
+            wanted = _moved(subject, device, part)
             took_s = clock.monotonic_s() - began_s
             for info in device.drives:
                 found = off(drives, info, wanted[info.name])
@@ -128,9 +164,22 @@ def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
             )
 
 
+def _moved(subject: DeviceSubject, device: Device, part: float) -> dict[str, float]:
+    """Set every drive; a set-point that does not take effect is most likely `put`'s."""
+    try:
+        return move(subject, device, part)
+    except DeviceError as error:
+        raise Nonconformity(
+            error.message,
+            mend=f"send the set-point in `put`{at(device, 'put')}, in the unit of the DriveInfo;"
+            " state its rate, settling time and tolerance",
+        ) from error
+
+
 @check(
     moves=True,
     mend="let `begin` send the set-point and return, and `arrived` compare the read-back",
+    needs=("drives_go_where_they_are_set",),
 )
 def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
     """`begin` returns before the drive is there, and `arrived` says when it is."""
@@ -159,7 +208,9 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
 
 
 @check(
-    moves=True, mend="compare with DriveInfo before anything is sent: `if not low <= value <= high`"
+    moves=True,
+    mend="compare with DriveInfo before anything is sent: `if not low <= value <= high`",
+    needs=("drives_go_where_they_are_set",),
 )
 def limits_hold(subject: DeviceSubject) -> None:
     """Below, above and not a number: refused with the limits, and the drive stays where it was."""
@@ -187,7 +238,10 @@ def _refused_in_place(
     demand(found is None, f"{what} is refused, yet it moved from {stands:g} to {found}")
 
 
-@check(mend="raise DeviceRejectedError with the known names as its hint")
+@check(
+    mend="raise DeviceRejectedError with the known names as its hint",
+    needs=("readings_are_true",),
+)
 def unknown_names_refused(subject: DeviceSubject) -> None:
     """A channel or drive that does not exist is refused, and those that do are named."""
     with subject.connected() as device:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import threading
-from contextlib import suppress
+from collections.abc import Mapping
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from rigrunner.api.calling import InlineCaller
 from rigrunner.api.devices import Pausable, Settable
+from rigrunner.api.driver import Driver
 from rigrunner.api.errors import DeviceError
+from rigrunner.rig.safe_state import make_safe
 from rigrunner.testing.check import Nonconformity, applies, check, demand
 from rigrunner.testing.device.doing import (
+    at,
     leave,
     move,
     off,
@@ -20,7 +25,7 @@ from rigrunner.testing.device.doing import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Iterator
 
     from rigrunner.api.devices import Device
     from rigrunner.testing.device.subject import DeviceSubject
@@ -41,7 +46,11 @@ def safe_before_connecting(subject: DeviceSubject) -> None:
     device.close()
 
 
-@check(moves=True, mend="set every drive to its safe value, read each back, and return these")
+@check(
+    moves=True,
+    mend="set every drive to its safe value, read each back, and return these",
+    needs=("drives_go_where_they_are_set",),
+)
 def safe_is_confirmed(subject: DeviceSubject) -> None:
     """Making safe brings every drive to its safe value, says what it read back, and again."""
     with subject.connected() as device:
@@ -52,7 +61,11 @@ def safe_is_confirmed(subject: DeviceSubject) -> None:
             _stands_safe(device, drives)
 
 
-@check(moves=True, mend="let `make_safe` need nothing of a stream, and a stream end when left")
+@check(
+    moves=True,
+    mend="let `make_safe` need nothing of a stream, and a stream end when left",
+    needs=("safe_is_confirmed", "blocks_are_whole"),
+)
 def safe_while_streaming(subject: DeviceSubject) -> None:
     """In the middle of a stream it is made safe, and the next stream begins anew."""
     with subject.connected() as device:
@@ -69,7 +82,11 @@ def safe_while_streaming(subject: DeviceSubject) -> None:
         demand(again.first_sample == 0, f"the next stream begins with sample {again.first_sample}")
 
 
-@check(moves=True, mend="keep no state of a call that failed; see `Driver`")
+@check(
+    moves=True,
+    mend="keep no state of a call that failed; see `Driver`",
+    needs=("safe_is_confirmed",),
+)
 def safe_after_a_failed_call(subject: DeviceSubject) -> None:
     """After a call that was refused it is made safe as ever."""
     with subject.connected() as device:
@@ -86,7 +103,61 @@ def safe_after_a_failed_call(subject: DeviceSubject) -> None:
 
 
 @check(
-    moves=True, mend="raise DeviceLostError where `make_safe` cannot reach the instrument any more"
+    moves=True,
+    mend="try every drive whatever one of them raises, as `rigrunner.api.cleanup.do_all` does",
+    needs=("safe_is_confirmed",),
+)
+def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
+    """Whatever a call of one drive, or all of `make_safe`, raises: the others are made safe."""
+    with subject.connected() as device:
+        setter(device)
+        for method, error in _broken_calls(device):
+            for broken in device.drives:
+                move(subject, device)
+                with _raising(device, method, broken.name, error), suppress(Exception, SystemExit):
+                    device.make_safe()
+                _others_are_safe(device, broken.name, f"`{method}` of {broken.name} raised")
+        move(subject, device)
+        with _raising(device, "make_safe", "", IndexError("made by the check")):
+            make_safe(subject.role, "", device, InlineCaller(), 0.0, connected=True)
+        _others_are_safe(device, "", "`make_safe` raised, each drive was set by itself")
+
+
+def _broken_calls(device: Device) -> list[tuple[str, BaseException]]:
+    """Return the methods by which its own `make_safe` is known to work, and what they raise."""
+    if not isinstance(device, Driver):
+        return []
+    return [("actual", IndexError("made by the check")), ("put", SystemExit(1))]
+
+
+def _others_are_safe(device: Device, broken: str, why: str) -> None:
+    drives = setter(device)
+    for info in device.drives:
+        found = None if info.name == broken else off(drives, info, info.safe_value)
+        demand(found is None, f"{why}, and {info.name} was left at {found} {info.unit}")
+
+
+@contextmanager
+def _raising(device: Device, method: str, broken: str, error: BaseException) -> Iterator[None]:
+    """Let a method of a device raise, for one of its drives or without one always."""
+    usual: Callable[..., object] = getattr(device, method)
+
+    def spoilt(*arguments: object) -> object:
+        if not broken or broken in arguments:
+            raise error
+        return usual(*arguments)
+
+    setattr(device, method, spoilt)
+    try:
+        yield
+    finally:
+        delattr(device, method)
+
+
+@check(
+    moves=True,
+    mend="raise DeviceLostError where `make_safe` cannot reach the instrument any more",
+    needs=("safe_is_confirmed",),
 )
 def safe_after_closing(subject: DeviceSubject) -> None:
     """After closing, making safe tells the truth: safe values that hold, or that it cannot."""
@@ -101,7 +172,11 @@ def safe_after_closing(subject: DeviceSubject) -> None:
         device.close()
 
 
-@check(moves=True, mend="`resume` goes back to what `pause` has kept, and `make_safe` forgets that")
+@check(
+    moves=True,
+    mend="`resume` goes back to what `pause` has kept, and `make_safe` forgets that",
+    needs=("safe_is_confirmed",),
+)
 def pauses_and_goes_on(subject: DeviceSubject) -> None:
     """What moves stands while paused and goes on from there; once made safe, nothing goes on."""
     with subject.connected() as device:
@@ -125,7 +200,12 @@ def pauses_and_goes_on(subject: DeviceSubject) -> None:
         _stands_safe(device, drives)
 
 
-@check(moves=True, mend="see to it that `make_safe` works after all that was done before")
+@check(
+    moves=True,
+    mend="see to it that `make_safe` works after all that was done before",
+    needs=("safe_is_confirmed",),
+    always=True,
+)
 def left_safe(subject: DeviceSubject) -> None:
     """After all the checks its drives are at their safe values."""
     with subject.connected() as device:
@@ -138,6 +218,10 @@ def left_safe(subject: DeviceSubject) -> None:
 
 
 def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
+    demand(
+        isinstance(read_back, Mapping),
+        f"`make_safe` gave {read_back!r}{at(device, 'make_safe')}, needed is what each drive reads",
+    )
     missing = [info.name for info in device.drives if info.name not in read_back]
     demand(not missing, f"making safe says nothing of {', '.join(missing)}")
     for info in device.drives:
@@ -160,6 +244,7 @@ CHECKS = (
     safe_is_confirmed,
     safe_while_streaming,
     safe_after_a_failed_call,
+    safe_though_one_drive_fails,
     safe_after_closing,
     pauses_and_goes_on,
 )

@@ -30,6 +30,7 @@ BUSY = 3.0
 @check(
     moves=True,
     mend="draw from a generator that the settings' `seed` alone determines",
+    needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
 )
 def same_seed_same_samples(subject: DeviceSubject) -> None:
     """A simulator with the same settings gives the same samples."""
@@ -40,7 +41,11 @@ def same_seed_same_samples(subject: DeviceSubject) -> None:
         demand(same, f"{name} is not the same in two devices with the same settings")
 
 
-@check(moves=True, mend="seed the generator with the settings' `seed`")
+@check(
+    moves=True,
+    mend="seed the generator with the settings' `seed`",
+    needs=("same_seed_same_samples",),
+)
 def other_seed_other_samples(subject: DeviceSubject) -> None:
     """A simulator with another seed gives other samples."""
     model = subject.record.settings_model
@@ -53,7 +58,11 @@ def other_seed_other_samples(subject: DeviceSubject) -> None:
     demand(differ, f"with the seeds {seed} and {seed + 1} it gives the same samples")
 
 
-@check(moves=True, mend="let `continue_after` count each stream as if it had been given")
+@check(
+    moves=True,
+    mend="let `continue_after` count each stream as if it had been given",
+    needs=("blocks_are_whole",),
+)
 def continues_after_streams(subject: DeviceSubject) -> None:
     """Told which streams a run has behind it, it gives the one that comes next, not the first."""
     with subject.connected() as device:
@@ -85,7 +94,9 @@ def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
 
 
 @check(
-    moves=True, mend="let only what never waits say `non_blocking = True`; wait by `context.clock`"
+    moves=True,
+    mend="let only what never waits say `non_blocking = True`; wait by `context.clock`",
+    needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
 )
 def non_blocking_is_true(subject: DeviceSubject) -> None:
     """What says that it never waits for hardware comes back at once from every call."""

@@ -21,7 +21,10 @@ TIME_OFF_S, TIME_OFF_PART = 0.5, 0.25
 """By which a stream may take longer or shorter than its samples last, seen from outside."""
 
 
-@check(mend="count samples, not blocks: `first_sample` goes on by the samples of each block")
+@check(
+    mend="count samples, not blocks: `first_sample` goes on by the samples of each block",
+    needs=("quantities_declared",),
+)
 def streams_are_gapless(subject: DeviceSubject) -> None:
     """A stream begins with sample 0, has no gaps, and as many samples as it lasts."""
     with subject.connected() as device:
@@ -39,7 +42,10 @@ def streams_are_gapless(subject: DeviceSubject) -> None:
         demand(abs(total - wanted) <= 1, f"{STREAMED_S} s give {total} samples, not {wanted}")
 
 
-@check(mend="give each Block float64 arrays of one length, in SI units, for the channels asked")
+@check(
+    mend="give each Block float64 arrays of one length, in SI units, for the channels asked",
+    needs=("streams_are_gapless",),
+)
 def blocks_are_whole(subject: DeviceSubject) -> None:
     """Every block has the channels that were asked, equally long, finite, at the stated rate."""
     with subject.connected() as device:
@@ -73,7 +79,10 @@ def _whole(block: Block, wanted: list[str], rate_hz: float) -> None:
         demand(np.isfinite(values).all(), f"{what} holds values that are not finite")
 
 
-@check(mend="wait for the samples' time by `context.clock`; state the true `sample_rate_hz`")
+@check(
+    mend="wait for the samples' time by `context.clock`; state the true `sample_rate_hz`",
+    needs=("blocks_are_whole",),
+)
 def streams_take_their_time(subject: DeviceSubject) -> None:
     """A stream takes as long as its samples last."""
     clock = subject.clock()
@@ -89,7 +98,10 @@ def streams_take_their_time(subject: DeviceSubject) -> None:
         )
 
 
-@check(mend="look at `stop.is_set()` before each block, and state `stop_latency_s` of the record")
+@check(
+    mend="look at `stop.is_set()` before each block, and state `stop_latency_s` of the record",
+    needs=("blocks_are_whole",),
+)
 def stops_in_time(subject: DeviceSubject) -> None:
     """Asked to stop, a stream ends within the latency that the record states."""
     clock, stop, latency_s = subject.clock(), threading.Event(), subject.record.stop_latency_s
@@ -109,7 +121,10 @@ def stops_in_time(subject: DeviceSubject) -> None:
         )
 
 
-@check(mend="free what a stream holds in `finally`, so that it may be left at any block")
+@check(
+    mend="free what a stream holds in `finally`, so that it may be left at any block",
+    needs=("blocks_are_whole",),
+)
 def streams_may_be_left(subject: DeviceSubject) -> None:
     """A stream that is left in the middle does not spoil the next one."""
     with subject.connected() as device:

@@ -14,6 +14,7 @@ from rigrunner.api.devices import (
 )
 from rigrunner.api.hooks import DeviceRecord
 from rigrunner.clock import SimulatedClock, WallClock
+from rigrunner.rig import agrees
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.testing.subject import Subject
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from rigrunner.api.devices import Clock, DriveInfo, Wire
+    from rigrunner.rig_state import RigMarks
 
 CONNECT_S = 5.0
 ROLE = "device"
@@ -37,6 +39,8 @@ class DeviceSubject(Subject):
     """What a station allows of the drives."""
     read_only: bool = False
     """Whether no drive is to be moved, not even to its safe value."""
+    marks: RigMarks | None = None
+    """The marker of the station's rig; None without a station, and for simulators."""
     made_devices: list[Device] = field(default_factory=list)
 
     @property
@@ -71,6 +75,8 @@ class DeviceSubject(Subject):
     ) -> Generator[Device]:
         """Give a connected device, and make it safe and close it, whatever happens."""
         device = self.make(clock=clock, wire=wire, **changes)
+        if self.marks is not None and not self.read_only:
+            self.marks.energise(self.role, device.drives)
         device.connect(CONNECT_S)
         try:
             yield device
@@ -90,6 +96,10 @@ class DeviceSubject(Subject):
         self.made_devices[:] = [each for each in self.made_devices if each is not device]
         if not self.read_only:
             with suppress(Exception):  # checks of their own look at making safe, the last one too
-                device.make_safe()
+                read_back = device.make_safe()
+                if self.marks is not None and all(
+                    agrees(info, read_back[info.name], info.safe_value) for info in device.drives
+                ):
+                    self.marks.confirm([self.role])
         with suppress(Exception):
             device.close()

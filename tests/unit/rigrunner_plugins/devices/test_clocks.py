@@ -213,6 +213,23 @@ def test_a_part_with_a_gap_or_a_wrong_rate_is_named():
         bench.recorded()
 
 
+@pytest.mark.parametrize("part", ["daq", "enc"])
+def test_a_part_with_complex_samples_is_named(part):
+    """Of two clocks the samples are resampled, in which an imaginary part would be lost."""
+    bench = Bench()
+    sampler = getattr(bench, part)
+    plain = sampler.stream
+
+    def imaginary(*asked):
+        for block in plain(*asked):
+            spoilt = {name: values + 0.5j for name, values in block.channels.items()}
+            yield replace(block, channels=spoilt)
+
+    sampler.stream = imaginary
+    with pytest.raises(DeviceRejectedError, match="the samples are complex128, needed are real"):
+        bench.recorded()
+
+
 def test_threads_and_the_wall_clock_show_the_true_offset():
     bench = Bench(hz=3.0, clocks={"lead": "0.5 s"}, clock=WallClock(), non_blocking=False)
     bench.daq.non_blocking = False

@@ -357,6 +357,7 @@ def test_the_engine_takes_what_it_streams(bench, clock):
 
     class Session:
         stop = threading.Event()
+        drives = None
 
         class guard:  # noqa: N801
             feed = staticmethod(lambda *_: None)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rigrunner.api.data import Block
 from rigrunner.api.devices import (
     DeviceContext,
     Identity,
@@ -92,6 +93,19 @@ def test_with_faults_it_says_so_and_is_not_taken_for_a_real_device(monkeypatch):
     assert (found.model, found.simulated) == ("Rig with faults put in", True)
     assert is_simulated(identities({"tester": found}))
     assert not is_simulated(identities({"tester": real}))
+
+
+def test_complex_samples_of_the_wrapped_device_are_refused(monkeypatch):
+    real = Block.__init__
+
+    def imaginary(self, rate_hz, first_sample, monotonic_s, channels):
+        spoilt = {name: values + 0.5j for name, values in channels.items()}
+        real(self, rate_hz, first_sample, monotonic_s, spoilt)
+
+    device = faulty({"kind": "noise", "channel": "torque", "extent": "0.1 N·m"})
+    monkeypatch.setattr(Block, "__init__", imaginary)
+    with pytest.raises(DeviceRejectedError, match="torque: the samples are complex128"):
+        streamed(device, seconds=0.1)
 
 
 def test_a_part_of_the_samples_is_no_number():

@@ -114,8 +114,7 @@ def test_a_server_that_is_gone_leaves_a_rig_that_is_said_not_to_be_safe(server):
     summary, reports = run_with(inverter(server.port), server.stop)
     assert isinstance(summary.error, DeviceLostError)
     assert not summary.safe
-    (problem,) = reports[-1].problems
-    assert "cannot be reached: Connection refused" in problem
+    assert "cannot be reached: Connection refused" in reports[-1].problems[0]
 
 
 def test_a_set_point_that_is_refused_ends_the_run_with_a_stopped_motor(plant, server):

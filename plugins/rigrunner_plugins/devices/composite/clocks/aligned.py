@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.cleanup import do_all, noted_on
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 from rigrunner.signal.interpolation import BEFORE, BEHIND, between
@@ -71,10 +72,15 @@ class AlignedStream:
             try:
                 self._start(held)
                 yield from self._aligned()
-            finally:
-                self._ended.done = True
-                for feed in self._feeds.values():
-                    feed.end()
+            except BaseException as error:
+                with noted_on(error, "ending the parts' streams"):
+                    self._end()
+                raise
+            self._end()
+
+    def _end(self) -> None:
+        self._ended.done = True
+        do_all(*(feed.end for feed in self._feeds.values()))
 
     def conditions(self) -> dict[str, tuple[float, str]]:
         """Return how each channel that is not the reference's was aligned, with the units."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DeviceError, DeviceLostError, DeviceRejectedError
+from rigrunner.api.samples import as_samples
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -130,4 +131,8 @@ class Feed:
 
 def _of(channels: Mapping[str, Array], names: Sequence[str]) -> Iterator[Array]:
     for name in names:
-        yield np.asarray(channels.get(name, ()))
+        try:
+            yield as_samples(channels.get(name, ()))
+        except TypeError as error:
+            told = f"{name}: the samples are {error}, needed are real numbers"
+            raise DeviceRejectedError(told) from error

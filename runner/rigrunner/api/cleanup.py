@@ -1,0 +1,93 @@
+"""Cleanup that is done whatever fails: the first error is raised, later ones are its notes."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, TypeVar
+
+from rigrunner.api.errors import RigrunnerError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterator, Sequence
+
+_T = TypeVar("_T")
+
+
+def do_all(*works: Callable[[], object]) -> None:
+    """Do everything in order, whatever fails; then raise the first error, the others as its notes.
+
+    Nothing that is raised keeps the next one from its turn, SystemExit and Ctrl-C included. Ctrl-C
+    is what is raised where it was among the errors: the caller may begin again.
+    """
+    raise_first(errors_of(*works))
+
+
+def errors_of(*works: Callable[[], object]) -> list[BaseException]:
+    """Do everything in order, whatever fails; return what was raised."""
+    errors: list[BaseException] = []
+    for work in works:
+        try:
+            work()
+        except BaseException as error:  # noqa: BLE001  (the next one has to have its turn)
+            errors.append(error)
+    return errors
+
+
+def raise_first(errors: Sequence[BaseException]) -> None:
+    """Raise the first error, or a Ctrl-C among them, with the others as its notes; or nothing."""
+    if not errors:
+        return
+    first = next((each for each in errors if isinstance(each, KeyboardInterrupt)), errors[0])
+    for other in errors:
+        if other is not first:
+            add_beside(first, error_text(other))
+    raise first
+
+
+@contextmanager
+def noted_on(error: BaseException, what: str) -> Iterator[None]:
+    """Let cleanup after an error add its own failure to that as a note; Ctrl-C is raised.
+
+    So is what fails when a generator is closed: nobody sees the notes of a GeneratorExit.
+
+    ::
+
+        try:
+            ...
+        except BaseException as error:
+            with noted_on(error, "stopping the stream"):
+                stop()
+            raise
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise
+    except BaseException as second:
+        if isinstance(error, GeneratorExit):
+            raise
+        add_beside(error, f"{what} failed too: {error_text(second)}")
+
+
+@contextmanager
+def closed_after(blocks: Generator[_T], what: str) -> Iterator[Generator[_T]]:
+    """Close a generator at the end; what fails in that is noted on the error that came before."""
+    try:
+        yield blocks
+    except BaseException as error:
+        with noted_on(error, what):
+            blocks.close()
+        raise
+    blocks.close()
+
+
+def add_beside(error: BaseException, text: str) -> None:
+    """Add a note to an error, once."""
+    if text not in getattr(error, "__notes__", ()):
+        error.add_note(text)
+
+
+def error_text(error: BaseException) -> str:
+    """Return an error with its notes as one line; a bug with the name of its type."""
+    told = str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
+    return "; ".join((told, *getattr(error, "__notes__", ())))
