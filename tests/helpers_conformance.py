@@ -25,6 +25,7 @@ _DRIVES = {
     "safe_is_confirmed",
     "safe_while_streaming",
     "safe_after_a_failed_call",
+    "safe_though_one_drive_fails",
     "safe_after_closing",
     "pauses_and_goes_on",
     "left_safe",
@@ -33,8 +34,16 @@ _NO_SIMULATOR = {"other_seed_other_samples", "only_a_simulator_knows_the_truth"}
 _INSTRUMENT = {*_NO_SIMULATOR, "non_blocking_is_true"}  # it may wait
 _READ_BY_VALUE = {*_STREAM, "pauses_and_goes_on", *_INSTRUMENT}
 _AT_ONCE = {"drives_are_waited_for_by_asking"}  # its drives are there when `set` returns
-_NO_WIRE = {"exchanges_go_over_the_wire", "only_device_errors_leave_it"}
-_OF_PARTS = {"exchanges_go_over_the_wire", "other_seed_other_samples"}  # the parts have them
+_NO_WIRE = {
+    "exchanges_go_over_the_wire",
+    "only_device_errors_leave_it",
+    "recovers_after_a_failure",
+}
+_OF_PARTS = {  # the parts have them
+    "exchanges_go_over_the_wire",
+    "other_seed_other_samples",
+    "recovers_after_a_failure",
+}
 _REPLAY = {
     "drives_are_waited_for_by_asking",
     "pauses_and_goes_on",

@@ -13,7 +13,7 @@ from rigrunner_reports.certificate.pdf import pdf_maker
 if TYPE_CHECKING:
     from typing import Literal
 
-    Part = Literal["BROWSER", "PDF", "POSTGRES", "YAML_SERVER"]
+    Part = Literal["BROWSER", "NGINX", "PDF", "POSTGRES", "YAML_SERVER"]
 
 
 def lacking(part: Part, why: str) -> NoReturn:

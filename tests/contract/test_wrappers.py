@@ -17,7 +17,7 @@ from rigrunner.registry import load_registry
 from rigrunner.tape import device as tape
 from rigrunner_plugins.devices.fault import device as fault
 
-NO_ABILITY = {"Clock", "StopToken", "MakeDevice", "Wire", "Device"}
+NO_ABILITY = {"Clock", "StopToken", "MakeDevice", "Wire", "Device", "DeviceLog"}
 ABILITIES = {
     kind
     for name, kind in vars(devices).items()

@@ -76,7 +76,10 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         ("raise SystemError('boom')", "boom"),
         ("raise SystemExit('bye')", "SystemExit: bye"),
         ("import asyncio\nraise asyncio.CancelledError", "CancelledError"),
-        (f"{HEAD}@hookimpl\ndef rigrunner_fit(): return []", "unknown hook 'rigrunner_fit'"),
+        (
+            f"{HEAD}@hookimpl\ndef rigrunner_fit(): return []",
+            "is not the name of a hook (call it rigrunner_fits)",
+        ),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return [1]", "not a plugin record"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): pass", "rigrunner_fits returned None, needed is"),
         (f"{HEAD}@hookimpl\ndef rigrunner_fits(): return 1", "TypeError: 'int' object is not iter"),
@@ -94,6 +97,10 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         (GOOD.replace('"line"', '"my line"'), "'my line' of rigrunner_fits: a name has small"),
         (GOOD.replace("lambda s: s", "None"), "'line' of rigrunner_fits: its factory cannot be"),
         (GOOD.replace("settings=LineSettings", "settings=dict"), "no subclass of Settings"),
+        *(
+            (GOOD.replace('help="', f'revision={each}, help="'), "its revision is")
+            for each in ("0", "-1", "1.0", "True", "None")
+        ),
     ],
 )
 def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, source, reason):

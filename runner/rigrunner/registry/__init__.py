@@ -1,8 +1,9 @@
 """From entry points and drop-in files to typed look-ups of plugins."""
 
-from rigrunner.registry.culprit import culprit
+from rigrunner.registry.culprit import culprit, whereabouts
 from rigrunner.registry.loading import HOOK_OF_KIND, load_registry, with_drop_ins
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
+from rigrunner.registry.methods import call_problem, place_of
 
 __all__ = [
     "HOOK_OF_KIND",
@@ -10,7 +11,10 @@ __all__ = [
     "Plugin",
     "Provider",
     "Registry",
+    "call_problem",
     "culprit",
     "load_registry",
+    "place_of",
+    "whereabouts",
     "with_drop_ins",
 ]

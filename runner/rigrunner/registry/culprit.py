@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from traceback import walk_tb
+from traceback import walk_stack, walk_tb
 from typing import TYPE_CHECKING
 
 from rigrunner.registry.installed import installed
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from types import FrameType
 
 DROP_IN = "rigrunner_drop_in_"
@@ -20,17 +21,28 @@ def culprit(error: BaseException) -> str:
 
     It is the innermost frame of a plugin: what that calls may be at fault as well.
     """
+    found = _innermost(walk_tb(error.__traceback__))
+    if not found and error.__cause__ is not None:
+        return culprit(error.__cause__)
+    return found
+
+
+def whereabouts(frame: FrameType) -> str:
+    """Return the plugin of a stranger in whose code a frame is, or was called from; '' for none."""
+    return _innermost(reversed(list(walk_stack(frame))))
+
+
+def _innermost(frames: Iterable[tuple[FrameType, int]]) -> str:
+    """Return the last of these frames that is of a plugin; they begin with the outermost."""
     known = {each.place.partition(":")[0].partition(".")[0]: each for each in installed()}
     found = ""
-    for frame, line in walk_tb(error.__traceback__):
+    for frame, line in frames:
         package = _module(frame).partition(".")[0]
         place = f"{frame.f_code.co_filename}:{line}"
         if package.startswith(DROP_IN):
             found = place
         elif package in known and package not in _OURS:
             found = f"{known[package].name} {known[package].version}, {place}"
-    if not found and error.__cause__ is not None:
-        return culprit(error.__cause__)
     return found
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
 from rigrunner.api.quantity import QuantityError, si_symbol, unit
+from rigrunner.registry.methods import method_problems
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -37,6 +38,7 @@ def declaration_problems(device: object) -> Iterator[str]:
         yield from _of_names(what, infos)
     for info in device.drives:
         yield from (f"drive '{info.name}': {text}" for text in _of_drive(info))
+    yield from method_problems(device)
 
 
 def _strange(infos: object, kind: type[ChannelInfo | DriveInfo]) -> str:
@@ -72,6 +74,8 @@ def _of_drive(info: DriveInfo) -> Iterator[str]:
         return
     if not _finite([info.safe_value]):
         yield f"its safe value is {info.safe_value}"
+    elif not info.minimum <= info.safe_value <= info.maximum:
+        yield f"its safe value is {info.safe_value:g}, and {limits}"
     if info.rate_per_s is not None and not (_finite([info.rate_per_s]) and info.rate_per_s > 0):
         yield f"its rate is {info.rate_per_s}, needed is a number above 0, or None"
     if info.tolerance is not None and not (_finite([info.tolerance]) and info.tolerance >= 0):

@@ -22,10 +22,10 @@ import pluggy
 
 from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.hooks import PROJECT, HookSpecs
-from rigrunner.registry.culprit import DROP_IN
+from rigrunner.registry.culprit import DROP_IN, culprit
 from rigrunner.registry.installed import Installed, installed
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
-from rigrunner.registry.records import check_marked, checked_records
+from rigrunner.registry.records import check_hook_names, check_marked, checked_records
 from rigrunner.registry.versions import check_api_version, version_in
 
 if TYPE_CHECKING:
@@ -85,6 +85,8 @@ class _Source:
     provider: Provider
     load: Callable[[], object]
     text: Callable[[], str]
+    place: str = ""
+    """What its entry point names; '' for a file of a lab's folder."""
 
 
 def _loaded(sources: Iterable[_Source]) -> Registry:
@@ -96,7 +98,7 @@ def _loaded(sources: Iterable[_Source]) -> Registry:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # noqa: BLE001  (a stranger's may raise anything)
-            disabled.append(DisabledPlugin(source.provider, _reason(error)))
+            disabled.append(_disabled(source, error))
     return Registry(plugins, disabled)
 
 
@@ -115,13 +117,40 @@ def _module(source: _Source) -> object:
     return module
 
 
-def _reason(error: BaseException) -> str:
-    """Return what is wrong, and where in the plugin's own files it was raised."""
+def _disabled(source: _Source, error: BaseException) -> DisabledPlugin:
+    """Return what is wrong, where in the plugin's own files it was raised, and what to do."""
+    text = ""
+    with suppress(Exception):
+        text = source.text()
     if isinstance(error, RigrunnerError):
-        return str(error)
+        return DisabledPlugin(source.provider, str(error), error.hint, text)
+    place, said = _place(error), " ".join(str(getattr(error, "message", error)).split())
+    reason = f"{type(error).__name__}: {said}{f' ({place})' if place else ''}"
+    return DisabledPlugin(source.provider, reason, _mend(source, error, place), text)
+
+
+def _place(error: BaseException) -> str:
+    """Return `file:line` in the plugin's own code, or else in whatever it called."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename}:{error.lineno}"
     frames = [each for each in extract_tb(error.__traceback__) if not _is_ours(each.filename)]
-    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}{place}"
+    return culprit(error) or (f"{frames[-1].filename}:{frames[-1].lineno}" if frames else "")
+
+
+def _mend(source: _Source, error: BaseException, place: str) -> str:
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        package = error.name.partition(".")[0]
+        if package == source.place.partition(":")[0].partition(".")[0]:
+            return (
+                f"its entry point in pyproject.toml names '{source.place}': name the module that"
+                " has its hooks"
+            )
+        return f"install the package that brings '{package}', or correct the import"
+    if getattr(error, "code", None) == "model-field-missing-annotation":
+        return f"write the type of that setting, such as `gain: float = 5.0` ({place})"
+    if not place and source.place:
+        return f"its entry point in pyproject.toml names '{source.place}': is that right?"
+    return f"correct {place}" if place else ""
 
 
 def _is_ours(file: str) -> bool:
@@ -134,6 +163,7 @@ def _plugins(provider: Provider, module: object) -> list[Plugin]:
     manager = pluggy.PluginManager(PROJECT)
     manager.add_hookspecs(HookSpecs)
     manager.register(module, provider.name)
+    check_hook_names(module, set(HOOK_OF_KIND.values()))
     manager.check_pending()
     found = {
         kind: getattr(manager.hook, hook).get_hookimpls() for kind, hook in HOOK_OF_KIND.items()
@@ -154,7 +184,7 @@ def _plugins(provider: Provider, module: object) -> list[Plugin]:
 
 def _source(found: Installed) -> _Source:
     provider, entry = Provider(found.name, found.version), found.entry
-    return _Source(provider, entry.load, partial(_text_of, entry))
+    return _Source(provider, entry.load, partial(_text_of, entry), found.place)
 
 
 def _text_of(entry: EntryPoint) -> str:

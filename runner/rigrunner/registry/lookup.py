@@ -6,13 +6,20 @@ import difflib
 from collections import defaultdict
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pydantic import ValidationError
 
+from rigrunner.api.analysis import Requirements
 from rigrunner.api.errors import PluginError, RigrunnerError
-from rigrunner.api.hooks import CompensationRecord, DeviceRecord
-from rigrunner.api.settings import MadeOfOthers, SimulableSettings
+from rigrunner.api.hooks import (
+    CompensationRecord,
+    DeviceRecord,
+    FitRecord,
+    OutlierRuleRecord,
+)
+from rigrunner.api.settings import MadeOfOthers, Reached, SimulableSettings
 from rigrunner.registry.declared import declaration_problems
 
 if TYPE_CHECKING:
@@ -55,6 +62,10 @@ class DisabledPlugin:
 
     provider: Provider
     reason: str
+    mend: str = ""
+    """What to do about it, where that is known."""
+    text: str = ""
+    """Of the file that could not be loaded; '' where that is not known."""
 
     def __str__(self) -> str:
         """Return provider and reason."""
@@ -90,6 +101,17 @@ class Registry:
     def names(self, kind: str) -> list[str]:
         """Return the names of all plugins of that kind, sorted."""
         return [name for found_kind, name in self._found if found_kind == kind]
+
+    def disabled_with(self, name: str) -> DisabledPlugin | None:
+        """Return the provider that could not be loaded and has a plugin of that name, or seems to.
+
+        It is called so itself, as the file of a lab's plugin is, or the name stands in its text.
+        """
+        for each in self.disabled:
+            is_called_so = PurePath(each.provider.name).stem.replace("-", "_") == name
+            if is_called_so or f'"{name}"' in each.text or f"'{name}'" in each.text:
+                return each
+        return None
 
     def find(self, kind: str, name: str) -> Plugin:
         """Return the one plugin of that kind and name; raise PluginError with a suggestion."""
@@ -132,12 +154,32 @@ class Registry:
         record = self.find("compensation", compensation).record
         return record.yields if isinstance(record, CompensationRecord) else None
 
+    def revision(self, kind: str, name: str) -> int:
+        """Return the revision of a plugin; raise PluginError if there is no such plugin."""
+        return self.find(kind, name).record.revision
+
+    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
+        """Return what a plugin of the analysis needs of a run; raise PluginError."""
+        record, validated = self.find(kind, name).record, self.validated(kind, name, settings)
+        if not isinstance(record, (OutlierRuleRecord, FitRecord, CompensationRecord)):
+            return Requirements()
+        with _named(self.find(kind, name)):
+            return record.requires(validated)
+
+    def rejects(self, rule: str) -> bool:
+        """Say whether an outlier rule can reject anything; raise PluginError."""
+        record = self.find("outlier_rule", rule).record
+        return isinstance(record, OutlierRuleRecord) and record.rejects
+
     def make(self, kind: str, name: str, settings: Mapping[str, Any], *context: object) -> Any:
         """Validate the settings and call the plugin's factory; raise PluginError."""
         plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
         with _named(plugin):
             made = plugin.record.factory(validated, *context)  # type: ignore[attr-defined]  # every kind has one
+        if made is None and kind != "device":  # of a device more is looked at than that
+            what = f"the factory of the {kind.replace('_', ' ')} '{name}' gave None"
+            raise PluginError(what, hint="return what it makes: is there a `return`?")
         return _writing(plugin, made) if kind in _WRITES else made
 
     def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
@@ -210,6 +252,35 @@ class Registry:
         if issubclass(record.settings_model, SimulableSettings):
             return record.settings_model.model_validate(dict(settings)).simulated
         return isinstance(record, DeviceRecord) and record.simulated
+
+    def physical_addresses(self, plugin: str, settings: Mapping[str, Any]) -> list[str]:
+        """Return where a device is reached, as its settings say; of one made of others, of all.
+
+        Nothing of a simulator, and of a plugin that does not say.
+        """
+        if self.is_simulated(plugin, settings):
+            return []
+        found = self.settings_of("device", plugin).model_validate(dict(settings))
+        if isinstance(found, MadeOfOthers):
+            parts = found.others().values()
+            return [
+                address
+                for each in parts
+                for address in self.physical_addresses(each.plugin, each.settings)
+            ]
+        return list(found.physical_addresses()) if isinstance(found, Reached) else []
+
+    def is_reopenable(self, plugin: str, settings: Mapping[str, Any]) -> bool:
+        """Say whether a second process can open a device once the first one is gone.
+
+        One that is made of others can be opened if all of them can.
+        """
+        record = self.find("device", plugin).record
+        if issubclass(record.settings_model, MadeOfOthers):
+            made_of = record.settings_model.model_validate(dict(settings)).others().values()
+            if not all(self.is_reopenable(each.plugin, each.settings) for each in made_of):
+                return False
+        return isinstance(record, DeviceRecord) and record.reopenable
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:
         """Return which name may be meant, and what could not be loaded, where it may be."""

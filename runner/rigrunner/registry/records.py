@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ from rigrunner.api import hooks
 from rigrunner.api.errors import PluginError
 from rigrunner.api.settings import Settings
 from rigrunner.registry.declared import NAME
+from rigrunner.registry.methods import call_problem, parameters, place_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
@@ -29,6 +31,16 @@ RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
 }
 
 
+def check_hook_names(module: object, known: Collection[str]) -> None:
+    """Raise PluginError for a function that is marked as a hook, and no hook is called so."""
+    for key, value in vars(module).items():
+        if key in known or getattr(value, f"{hooks.PROJECT}_impl", None) is None:
+            continue
+        near = difflib.get_close_matches(key, known, n=1)
+        meant = f"call it {near[0]}" if near else f"there are: {', '.join(sorted(known))}"
+        raise PluginError(f"{key} ({place_of(value)}) is not the name of a hook", hint=meant)
+
+
 def check_marked(module: object, implementations: Collection[Callable[..., object]]) -> None:
     """Raise PluginError for a function that is named as a hook and not marked as one."""
     name = getattr(module, "__name__", "")
@@ -37,7 +49,7 @@ def check_marked(module: object, implementations: Collection[Callable[..., objec
         if is_its_own and key.startswith(_PREFIX) and value not in implementations:
             raise PluginError(
                 f"its function {key} is not marked as a hook",
-                hint="put @hookimpl above it, of rigrunner.api.hooks",
+                hint=f"put @hookimpl, of rigrunner.api.hooks, above it ({place_of(value)})",
             )
 
 
@@ -45,25 +57,57 @@ def checked_records(kind: str, hook: str, returned: object) -> Iterator[PluginRe
     """Yield the records that a hook returned; raise PluginError for anything else."""
     needed = RECORD_OF_KIND[kind]
     if returned is None or isinstance(returned, (str, hooks.PluginRecord)):
-        raise PluginError(f"{hook} returned {returned!r}, needed is a list of {needed.__name__}")
+        is_record = isinstance(returned, hooks.PluginRecord)
+        got = f"one {type(returned).__name__}" if is_record else repr(returned)
+        hint = "is there a `return`?" if returned is None else "put it into a list: [...]"
+        raise PluginError(
+            f"{hook} returned {got}, needed is a list of {needed.__name__}", hint=hint
+        )
     for record in returned:  # type: ignore[attr-defined]  # what else is no list says so itself
         if not isinstance(record, hooks.PluginRecord):
             raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
         if not isinstance(record, needed):
             given = f"a {type(record).__name__}"
-            raise PluginError(f"{hook} returned {given}, needed is a {needed.__name__}")
+            kinds = [each for each, known in RECORD_OF_KIND.items() if type(record) is known]
+            raise PluginError(
+                f"{hook} returned {given}, needed is a {needed.__name__}",
+                hint=f"return it from the hook for a {kinds[0]}" if kinds else "",
+            )
         _check(record, hook)
+        _check_factory(kind, record, hook)
         yield record
 
 
 def _check(record: PluginRecord, hook: str) -> None:
     where = f"the record {record.name!r} of {hook}"
     if not isinstance(record.name, str) or not re.fullmatch(NAME, record.name):
-        raise PluginError(f"{where}: a name has small letters, digits and '_'")
+        raise PluginError(
+            f"{where}: a name has small letters, digits and '_'",
+            hint="give it a name such as 'spring_scale'",
+        )
     if not callable(record.factory):  # type: ignore[attr-defined]  # every kind has one
         raise PluginError(f"{where}: its factory cannot be called")
+    if type(record.revision) is not int or record.revision < 1:
+        raise PluginError(f"{where}: its revision is {record.revision!r}, needed is 1, 2, ...")
     settings = record.settings
     if not isinstance(settings, str) and not (
         isinstance(settings, type) and issubclass(settings, Settings)
     ):
-        raise PluginError(f"{where}: its settings are {settings!r}, no subclass of Settings")
+        raise PluginError(
+            f"{where}: its settings are {settings!r}, no subclass of Settings",
+            hint="name the class itself, without brackets, derived from rigrunner.api.settings",
+        )
+
+
+def _check_factory(kind: str, record: PluginRecord, hook: str) -> None:
+    """Raise PluginError unless the factory can be called with what it will be given."""
+    factory = record.factory  # type: ignore[attr-defined]  # every kind has one
+    given = ("settings", "context") if kind == "device" else ("settings",)
+    name = getattr(factory, "__name__", type(factory).__name__)
+    problem = call_problem(factory, f"its factory {name}", given)
+    if not problem and parameters(factory)[:2] == ("context", "settings"):
+        place = place_of(factory)
+        problem = f"its factory {name} takes context and settings in the wrong order ({place})"
+    if problem:
+        hint = f"write `def __init__(self, {', '.join(given)})`, or a function of these"
+        raise PluginError(f"the record {record.name!r} of {hook}: {problem}", hint=hint)

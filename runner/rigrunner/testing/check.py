@@ -13,7 +13,14 @@ SubjectT = TypeVar("SubjectT")
 
 
 class Nonconformity(AssertionError):  # noqa: N818  (the word of ISO 9000, 3.6.9)
-    """A demand is not met; the text says what was found, with numbers."""
+    """A demand is not met; the text says what was found, with numbers.
+
+    `mend` says what to do, where that is known better than the check knows it.
+    """
+
+    def __init__(self, text: str, *, mend: str = "") -> None:
+        super().__init__(text)
+        self.mend = mend
 
 
 class NotApplicable(Exception):  # noqa: N818  (it is no error)
@@ -26,6 +33,8 @@ class State(StrEnum):
     PASS = "pass"  # noqa: S105  (no password)
     FAIL = "fail"
     NOT_APPLICABLE = "not applicable"
+    NOT_JUDGED = "not judged"
+    """What it needs has failed, so that it would only fail for the same reason."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +50,10 @@ class Check(Generic[SubjectT]):
     """Raises Nonconformity or NotApplicable; whatever else it raises is a failure too."""
     moves: bool = False
     """Whether it sets the drives of a device."""
+    needs: tuple[str, ...] = ()
+    """The checks that must not have failed before this one can be judged."""
+    always: bool = False
+    """Whether it is done on an instrument even so: that a rig is safe is always looked at."""
 
     def __str__(self) -> str:
         """Return the name, by which a test is chosen."""
@@ -58,24 +71,30 @@ class Finding:
     state: State
     text: str = ""
     """What was found wrong, or why there was nothing to look at."""
+    mend: str = ""
+    """What to do about it, where something failed."""
 
 
 def check(
-    *, mend: str, moves: bool = False
+    *,
+    mend: str,
+    moves: bool = False,
+    needs: tuple[str, ...] = ("can_be_made",),
+    always: bool = False,
 ) -> Callable[[Callable[[SubjectT], None]], Check[SubjectT]]:
     """Make a check of a function: its name is the check's, its docstring the demand."""
 
     def made(work: Callable[[SubjectT], None]) -> Check[SubjectT]:
         holds = " ".join((work.__doc__ or "").split())
-        return Check(work.__name__, holds, mend, work, moves)
+        return Check(work.__name__, holds, mend, work, moves, needs, always)
 
     return made
 
 
-def demand(holds: object, otherwise: str) -> None:
+def demand(holds: object, otherwise: str, *, mend: str = "") -> None:
     """Raise Nonconformity with that text unless it holds."""
     if not holds:
-        raise Nonconformity(otherwise)
+        raise Nonconformity(otherwise, mend=mend)
 
 
 def applies(holds: object, otherwise: str) -> None:

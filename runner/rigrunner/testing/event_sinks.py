@@ -31,7 +31,10 @@ def takes_every_event(subject: Subject) -> None:
         sink(event)
 
 
-@check(mend="hand long work to a thread of your own; keep what you need, not the samples")
+@check(
+    mend="hand long work to a thread of your own; keep what you need, not the samples",
+    needs=("takes_every_event",),
+)
 def comes_back_at_once(subject: Subject) -> None:
     """It comes back from each event within 0.1 s: it is called in the run's own time."""
     least: dict[str, float] = {}
@@ -46,7 +49,10 @@ def comes_back_at_once(subject: Subject) -> None:
     demand(not slow, ", ".join(f"{name} took it {took_s:.2f} s" for name, took_s in slow.items()))
 
 
-@check(mend="copy what you change: other listeners and the run file get the same block")
+@check(
+    mend="copy what you change: other listeners and the run file get the same block",
+    needs=("takes_every_event",),
+)
 def leaves_samples_alone(subject: Subject) -> None:
     """The samples are the same afterwards: the run file is written from them."""
     sink = _sink(subject)
@@ -58,7 +64,7 @@ def leaves_samples_alone(subject: Subject) -> None:
             demand(same, "it changes the samples that it is given")
 
 
-@check(mend="end threads and close files when RunEnded comes")
+@check(mend="end threads and close files when RunEnded comes", needs=("takes_every_event",))
 def lets_go_when_the_run_ends(subject: Subject) -> None:
     """After the run has ended it holds no thread, no file and no socket."""
     _listen(subject)  # what is loaded once is loaded now

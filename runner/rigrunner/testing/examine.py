@@ -1,12 +1,15 @@
-"""Runs checks: each in time, and the crash of one is a failure of that one alone."""
+"""Runs checks: each in time, and none whose result an earlier failure has decided already."""
 
 from __future__ import annotations
 
+import sys
 import threading
 import traceback
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import MissingPackageError, PluginError
+from rigrunner.api.errors import MissingPackageError, RigrunnerError
+from rigrunner.registry import culprit, whereabouts
 from rigrunner.testing.check import Finding, Nonconformity, NotApplicable, State
 
 if TYPE_CHECKING:
@@ -21,10 +24,31 @@ RELEASE_S = 30.0
 """So long what it left behind may take to be made safe and closed."""
 
 
-def examine(subject: Subject, checks: Iterable[AnyCheck]) -> Iterator[Finding]:
-    """Yield what each check found, one after the other."""
+def examine(
+    subject: Subject, checks: Iterable[AnyCheck], longest_s: float = LONGEST_S
+) -> Iterator[Finding]:
+    """Yield what each check found, one after the other.
+
+    One mistake of the plugin is one failure: a check that needs another one which failed is not
+    judged, nor one that fails in the very same way.
+    """
+    causes: dict[str, str] = {}  # by check that failed or was not judged, the one that failed first
+    failures: dict[str, str] = {}  # by what was found, the check that found it first
     for check in checks:
-        yield examine_one(subject, check)
+        always = check.always and not subject.simulated
+        cause = next((causes[each] for each in check.needs if each in causes), "")
+        if cause and not always:
+            causes[check.name] = cause
+            yield Finding(check, State.NOT_JUDGED, f"it needs what '{cause}' demands")
+            continue
+        finding = examine_one(subject, check, longest_s)
+        if finding.state is State.FAIL:
+            cause = failures.setdefault(finding.text, check.name)
+            causes[check.name] = cause
+            if cause != check.name and not always:
+                same = f"it fails as '{cause}' does"
+                finding = replace(finding, state=State.NOT_JUDGED, text=same, mend="")
+        yield finding
 
 
 def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S) -> Finding:
@@ -45,10 +69,11 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
         case NotApplicable():
             return Finding(check, State.NOT_APPLICABLE, str(raised))
         case Nonconformity():
-            return Finding(check, State.FAIL, str(raised))
-        case PluginError():  # already in words, and its hint is to come here
-            return Finding(check, State.FAIL, raised.message)
-    return Finding(check, State.FAIL, _crash(raised))
+            return Finding(check, State.FAIL, str(raised), raised.mend or check.mend)
+        case RigrunnerError():  # it is in words, and says what to do
+            return Finding(check, State.FAIL, raised.message, useful_hint(raised) or check.mend)
+    place = culprit(raised)
+    return Finding(check, State.FAIL, _crash(raised), f"correct {place}" if place else check.mend)
 
 
 def conform(subject: Subject, check: AnyCheck) -> str:
@@ -58,8 +83,13 @@ def conform(subject: Subject, check: AnyCheck) -> str:
     """
     finding = examine_one(subject, check)
     if finding.state is State.FAIL:
-        raise Nonconformity(f"{check.holds}\nfound: {finding.text}\nmend: {check.mend}")
+        raise Nonconformity(f"{check.holds}\nfound: {finding.text}\nmend: {finding.mend}")
     return finding.text
+
+
+def useful_hint(error: RigrunnerError) -> str:
+    """Return an error's hint, unless it sends the author of a plugin to these very checks."""
+    return "" if "check-plugin" in error.hint else error.hint
 
 
 def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
@@ -81,12 +111,22 @@ def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
     thread.start()
     thread.join(longest_s)
     if thread.is_alive():
-        return Nonconformity(f"it did not come back within {longest_s:g} s")
+        return _hangs(thread, longest_s)
     return raised[0] if raised else None
 
 
+def _hangs(thread: threading.Thread, longest_s: float) -> Nonconformity:
+    """Return that a call did not come back, and in which line of the plugin it waits."""
+    frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (Python's own way)
+    place = whereabouts(frame) if frame else ""
+    waits = f": it waits in {place}" if place else ""
+    mend = f"wait no longer than its time-out in {place}" if place else ""
+    return Nonconformity(f"it did not come back within {longest_s:g} s{waits}", mend=mend)
+
+
 def _crash(error: BaseException) -> str:
-    """Return the error with the place in the code that raised it."""
+    """Return the error with the place in the plugin's code, or else that which raised it."""
     frames = traceback.extract_tb(error.__traceback__)
-    place = f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""
-    return f"{type(error).__name__}: {error}{place}"
+    innermost = f"{frames[-1].filename}:{frames[-1].lineno}" if frames else ""
+    place = culprit(error) or innermost
+    return f"{type(error).__name__}: {error}{f' at {place}' if place else ''}"

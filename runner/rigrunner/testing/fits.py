@@ -24,6 +24,19 @@ REPETITIONS = 300
 SCATTER = 0.2
 """Of a standard deviation of 300 normal values five standard errors, 1/sqrt(2 * 299) each."""
 SAME, U_SAME = 1e-6, 1e-4
+_OF_A_CURVE = (
+    "formula",
+    "names",
+    "units",
+    "coefficients",
+    "covariance",
+    "dof",
+    "residuals",
+    "residual_s",
+    "r_squared",
+    "valid_x",
+    "predict",
+)
 
 
 def no_load_torque_nm(frequency_hz: Array) -> Array:
@@ -31,7 +44,10 @@ def no_load_torque_nm(frequency_hz: Array) -> Array:
     return np.asarray(0.9 + 0.025 * frequency_hz + 0.004 * frequency_hz**2)
 
 
-@check(mend="fit without bias: least squares of the curve's own values gives its parameters")
+@check(
+    mend="fit without bias: least squares of the curve's own values gives its parameters",
+    needs=("curve_is_whole",),
+)
 def recovers_its_own_curve(subject: Subject) -> None:
     """Data that lie on a curve of the fit's own give that curve again."""
     fit = _fit(subject)
@@ -45,7 +61,7 @@ def recovers_its_own_curve(subject: Subject) -> None:
     _same_curve(first, again, "data from its own curve give")
 
 
-@check(mend="correct the formula, or the example that the record states")
+@check(mend="correct the formula, or the example that the record states", needs=("curve_is_whole",))
 def published_examples_hold(subject: Subject) -> None:
     """The examples that the record states, such as certified data sets, give what is stated."""
     record = subject.record_as(FitRecord)
@@ -69,6 +85,12 @@ def curve_is_whole(subject: Subject) -> None:
     """Names, units, coefficients and covariance belong together; residuals are the curve's own."""
     given = _noisy(1)
     curve = _fit(subject)(given)
+    missing = [name for name in _OF_A_CURVE if not hasattr(curve, name)]
+    demand(
+        not missing,
+        f"it gave a {type(curve).__name__}, which has no {', '.join(missing)}",
+        mend="return a Curve, as rigrunner.api.analysis has it: is there a `return`?",
+    )
     p = len(curve.coefficients)
     demand(p, "the curve has no coefficients")
     demand(len(set(curve.names)) == p, f"{p} coefficients have the names {', '.join(curve.names)}")
@@ -85,7 +107,10 @@ def curve_is_whole(subject: Subject) -> None:
     demand(same, "the residuals are not what was observed minus the curve")
 
 
-@check(mend="derive the units of the coefficients from `points.x_unit` and `points.y_unit`")
+@check(
+    mend="derive the units of the coefficients from `points.x_unit` and `points.y_unit`",
+    needs=("curve_is_whole",),
+)
 def units_are_kept(subject: Subject) -> None:
     """In other units the curve is the same, or the points are refused: never taken for others."""
     fit, given = _fit(subject), _noisy(2)
@@ -105,7 +130,10 @@ def units_are_kept(subject: Subject) -> None:
     demand(torque, f"fitted in mN·m, its coefficients are in {', '.join(curve.units)}")
 
 
-@check(mend="state the covariance of the coefficients by the law of propagation (GUM 5.2)")
+@check(
+    mend="state the covariance of the coefficients by the law of propagation (GUM 5.2)",
+    needs=("curve_is_whole",),
+)
 def uncertainty_is_the_scatter(subject: Subject) -> None:
     """Over 300 noisy repetitions the curve scatters as it states, within 20 %."""
     fit = _fit(subject)
@@ -132,7 +160,7 @@ def _scatters(what: str, found: Array, stated: Array) -> None:
     )
 
 
-@check(mend="let nothing depend on the order in which points come")
+@check(mend="let nothing depend on the order in which points come", needs=("curve_is_whole",))
 def order_does_not_matter(subject: Subject) -> None:
     """The order of the points does not matter."""
     fit, given = _fit(subject), _noisy(3)
@@ -143,7 +171,7 @@ def order_does_not_matter(subject: Subject) -> None:
     _same_curve(fit(given), fit(shuffled), "in another order the points give")
 
 
-@check(mend="use no absolute tolerances or limits on y and u(y)")
+@check(mend="use no absolute tolerances or limits on y and u(y)", needs=("curve_is_whole",))
 def scale_does_not_matter(subject: Subject) -> None:
     """Points three times as high give a curve three times as high; larger u(y) alone, the same."""
     fit, given = _fit(subject), _noisy(4)
@@ -164,7 +192,10 @@ def scale_does_not_matter(subject: Subject) -> None:
     demand(same, f"with twice the uncertainty of each point it is {doubtful}, not {value}")
 
 
-@check(mend="state `valid_x`, and raise DataError from `predict` outside of it")
+@check(
+    mend="state `valid_x`, and raise DataError from `predict` outside of it",
+    needs=("curve_is_whole",),
+)
 def never_extrapolates(subject: Subject) -> None:
     """It says where it may be used, within the points, and refuses any other x."""
     curve = _fit(subject)(_noisy(5))
@@ -179,7 +210,10 @@ def never_extrapolates(subject: Subject) -> None:
         raise Nonconformity(f"it gives a value at {x:g}, outside of {low:g} to {high:g}")
 
 
-@check(mend="compare the number of points with that of coefficients, and raise DataError with both")
+@check(
+    mend="compare the number of points with that of coefficients, and raise DataError with both",
+    needs=("curve_is_whole",),
+)
 def too_few_points_refused(subject: Subject) -> None:
     """Of too few points it says so; what it does fit is finite."""
     fit, given = _fit(subject), _noisy(6)
@@ -197,7 +231,7 @@ def too_few_points_refused(subject: Subject) -> None:
         demand(finite, f"of {n} points it gives coefficients or a covariance that are not finite")
 
 
-@check(mend="raise DataError where x or y are not finite")
+@check(mend="raise DataError where x or y are not finite", needs=("curve_is_whole",))
 def not_a_number_refused(subject: Subject) -> None:
     """A point that is not a finite number is refused."""
     fit = _fit(subject)
@@ -212,7 +246,7 @@ def not_a_number_refused(subject: Subject) -> None:
             raise Nonconformity(f"it fits points of which one has {what} = {bad}")
 
 
-@check(mend="copy what you change")
+@check(mend="copy what you change", needs=("curve_is_whole",))
 def leaves_the_points_alone(subject: Subject) -> None:
     """The points are the same afterwards."""
     given = _noisy(7)
@@ -249,9 +283,9 @@ def _same_curve(one: Curve, other: Curve, what: str) -> None:
 
 
 CHECKS: tuple[AnyCheck, ...] = (
+    curve_is_whole,
     recovers_its_own_curve,
     published_examples_hold,
-    curve_is_whole,
     units_are_kept,
     uncertainty_is_the_scatter,
     order_does_not_matter,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -10,15 +11,15 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.hooks import ImporterRecord
-from rigrunner.api.importing import NotInFileError
+from rigrunner.api.importing import Column, NotInFileError
 from rigrunner.testing.check import AnyCheck, Nonconformity, applies, check, demand
 from rigrunner.testing.device.watching import census
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from rigrunner.api.hooks import ImporterExample
-    from rigrunner.api.importing import Column, Importer
+    from rigrunner.api.importing import Importer
     from rigrunner.testing.subject import Subject
 
 Wanted = dict[str, "int | str"]
@@ -54,7 +55,10 @@ def missing_file_refused(subject: Subject) -> None:
             demand(path.name in told, f"it refuses {path.name} without naming it: {told}")
 
 
-@check(mend="look at the first bytes, and map what the library raises to DataError")
+@check(
+    mend="look at the first bytes, and map what the library raises to DataError",
+    needs=("missing_file_refused",),
+)
 def foreign_files_refused(subject: Subject) -> None:
     """Whatever is in a file: finite numbers of each column wanted, or a DataError naming it."""
     importer = _importer(subject)
@@ -66,7 +70,7 @@ def foreign_files_refused(subject: Subject) -> None:
             demand(not told or path.name in told, f"{what}: it does not name the file: {told}")
 
 
-@check(mend="close the file in every case: `with open(...)`")
+@check(mend="close the file in every case: `with open(...)`", needs=("foreign_files_refused",))
 def closes_its_files(subject: Subject) -> None:
     """It leaves no file open, of those that it refuses as well."""
     importer = _importer(subject)
@@ -84,19 +88,25 @@ def closes_its_files(subject: Subject) -> None:
         demand(not more, f"it left open: {more}")
 
 
-@check(mend="correct the importer, or the example that the record states")
+@check(
+    mend="correct the importer, or the example that the record states",
+    needs=("missing_file_refused",),
+)
 def examples_are_read(subject: Subject) -> None:
     """The files that the record states as examples give the numbers that it states."""
     for example, path in _examples(subject):
         found = _importer(subject).read(path, example.columns, example.group)
-        demand(set(found) == set(example.columns), f"it gives {', '.join(found)}")
+        _whole(found, dict(example.columns), example.source)
         for name, stated in example.values.items():
             given = found[name].values
             same = given.shape == (len(stated),) and np.allclose(given, stated, rtol=1e-12)
             demand(same, f"{example.source}: {name} is {given}, stated is {stated}")
 
 
-@check(mend="raise NotInFileError with `wanted`, and the columns that are there as its hint")
+@check(
+    mend="raise NotInFileError with `wanted`, and the columns that are there as its hint",
+    needs=("examples_are_read",),
+)
 def missing_columns_are_named(subject: Subject) -> None:
     """A column that an example does not have is refused by its name."""
     for example, path in _examples(subject):
@@ -115,7 +125,10 @@ def missing_columns_are_named(subject: Subject) -> None:
             raise Nonconformity("it gives a column that is not there")
 
 
-@check(mend="check lengths before you read, and map what the library raises to DataError")
+@check(
+    mend="check lengths before you read, and map what the library raises to DataError",
+    needs=("examples_are_read",),
+)
 def cut_files_refused(subject: Subject) -> None:
     """An example that is cut short anywhere gives a DataError, or fewer whole rows."""
     for example, path in _examples(subject):
@@ -172,6 +185,11 @@ def _read_or_refusal(
 
 
 def _whole(found: Mapping[str, Column], wanted: Wanted, what: str) -> None:
+    demand(
+        isinstance(found, Mapping) and all(isinstance(each, Column) for each in found.values()),
+        f"{what}: `read` gave {found!r:.80}, needed is a Column for each name that is wanted",
+        mend="return `{name: Column(values), ...}`: is there a `return`?",
+    )
     demand(set(found) == set(wanted), f"{what}: wanted {[*wanted]}, it gives {[*found]}")
     for name, column in found.items():
         finite = column.values.ndim == 1 and np.isfinite(column.values).all()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.testing import event_sinks, fits, importers, outlier_rules, settings
+from rigrunner.testing import event_sinks, fits, importers, making, outlier_rules, settings
 from rigrunner.testing.compensation import CHECKS as COMPENSATION_CHECKS
 from rigrunner.testing.compensation import CompensationSubject
 from rigrunner.testing.device import CHECKS as DEVICE_CHECKS
@@ -37,7 +37,7 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
 
 def checks(kind: str) -> tuple[AnyCheck, ...]:
     """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order."""
-    return (*settings.CHECKS, *OF_KIND.get(kind, ()))
+    return (*settings.CHECKS, *making.CHECKS, *OF_KIND.get(kind, ()))
 
 
 def subject(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.analysis import Rejection
 from rigrunner.api.errors import DataError
 from rigrunner.api.hooks import OutlierRuleRecord
 from rigrunner.testing.check import AnyCheck, applies, check, demand
@@ -13,7 +14,7 @@ from rigrunner.testing.check import AnyCheck, applies, check, demand
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api.analysis import OutlierRule, Rejection
+    from rigrunner.api.analysis import OutlierRule
     from rigrunner.api.data import Array
     from rigrunner.testing.subject import Subject
 
@@ -22,7 +23,19 @@ PLANTED, GROSS = 20, 7.0
 SAMPLES = 200
 
 
-@check(mend="reject nothing where the scatter is zero, or of the size of rounding")
+@check(mend="return a list of Rejection of rigrunner.api.analysis, an empty one for no gross error")
+def gives_rejections(subject: Subject) -> None:
+    """It gives a list of what it rejects, each a Rejection."""
+    found = _rule(subject)(np.append(_normal(1), GROSS))
+    demand(isinstance(found, (list, tuple)), f"it gave {found!r}, needed is a list of Rejection")
+    strange = [each for each in found if not isinstance(each, Rejection)]
+    demand(not strange, f"it gave {strange[:1]!r}, needed is a list of Rejection")
+
+
+@check(
+    mend="reject nothing where the scatter is zero, or of the size of rounding",
+    needs=("gives_rejections",),
+)
 def nothing_of_constant_values(subject: Subject) -> None:
     """Of values that are all the same, but for rounding, it rejects nothing."""
     for constant in (0.0, 2.0, 0.1, -1e9):
@@ -38,7 +51,10 @@ def _keeps(subject: Subject, values: Array, what: str) -> None:
     demand(not found, f"of {what} it rejects {_indices(found)}")
 
 
-@check(mend="scale the statistic by the scatter of the other values, and compare it with a limit")
+@check(
+    mend="scale the statistic by the scatter of the other values, and compare it with a limit",
+    needs=("gives_rejections",),
+)
 def finds_a_gross_error(subject: Subject) -> None:
     """It finds one gross error, 100 standard deviations away, and says by which numbers."""
     record = subject.record_as(OutlierRuleRecord)
@@ -54,7 +70,7 @@ def finds_a_gross_error(subject: Subject) -> None:
         demand(beyond, f"statistic {each.statistic} is not beyond {each.critical}")
 
 
-@check(mend="correct the rule, or the example that the record states")
+@check(mend="correct the rule, or the example that the record states", needs=("gives_rejections",))
 def published_rejections_hold(subject: Subject) -> None:
     """The examples that the record states, such as a standard's, give what is stated."""
     examples = subject.record_as(OutlierRuleRecord).examples
@@ -68,7 +84,7 @@ def published_rejections_hold(subject: Subject) -> None:
         )
 
 
-@check(mend="let nothing depend on the order of the values")
+@check(mend="let nothing depend on the order of the values", needs=("gives_rejections",))
 def order_of_values_does_not_matter(subject: Subject) -> None:
     """In another order the same values are rejected, for the same numbers."""
     rule = _rule(subject)
@@ -80,7 +96,7 @@ def order_of_values_does_not_matter(subject: Subject) -> None:
         _same(found, again, "in another order")
 
 
-@check(mend="use no absolute tolerances")
+@check(mend="use no absolute tolerances", needs=("gives_rejections",))
 def shift_and_scale_do_not_matter(subject: Subject) -> None:
     """Shifted, scaled or mirrored, the same values are rejected, for the same numbers."""
     rule = _rule(subject)
@@ -92,7 +108,10 @@ def shift_and_scale_do_not_matter(subject: Subject) -> None:
             _same(found, again, f"times {scale:g} plus {shift:g}")
 
 
-@check(mend="stop rejecting in time, or state `leaves_at_least` of the record as it is")
+@check(
+    mend="stop rejecting in time, or state `leaves_at_least` of the record as it is",
+    needs=("gives_rejections",),
+)
 def leaves_as_many_as_it_says(subject: Subject) -> None:
     """It never leaves fewer values than its record says, nor names one twice."""
     least = subject.record_as(OutlierRuleRecord).leaves_at_least
@@ -112,7 +131,7 @@ def leaves_as_many_as_it_says(subject: Subject) -> None:
         )
 
 
-@check(mend="copy what you change")
+@check(mend="copy what you change", needs=("gives_rejections",))
 def leaves_the_values_alone(subject: Subject) -> None:
     """The values are the same afterwards."""
     values = np.append(_normal(1), GROSS)
@@ -147,6 +166,7 @@ def _normal(seed: int) -> Array:
 
 
 CHECKS: tuple[AnyCheck, ...] = (
+    gives_rejections,
     nothing_of_constant_values,
     finds_a_gross_error,
     published_rejections_hold,

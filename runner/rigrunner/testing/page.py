@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from rigrunner.testing import settings
+from rigrunner.testing import making, settings
 from rigrunner.testing.kinds import OF_KIND
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def page() -> str:
 
 def _lines() -> Iterator[str]:
     yield HEAD
-    yield from _section("Every plugin", settings.CHECKS)
+    yield from _section("Every plugin", (*settings.CHECKS, *making.CHECKS))
     for kind, checks in OF_KIND.items():
         yield from _section(f"Plugins of the kind {kind.replace('_', ' ')}", checks)
 

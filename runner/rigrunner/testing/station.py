@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import UsageError
+from rigrunner.api.errors import DeviceError, UsageError
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
 def bound_subject(station: Path, role: str, plugin: str) -> Iterator[DeviceSubject]:
     """Give the device that fills a role, ready to be checked within the station's limits.
 
-    The rig is held meanwhile. Raises UsageError where the station has no such role, or another
-    plugin in it, and DeviceError where a run has the rig.
+    The rig is held meanwhile, and marked as energised while the device is in use. Raises UsageError
+    where the station has no such role, or another plugin in it, and DeviceError where a run has the
+    rig, or it was left energised.
     """
     loaded = load_station(station)
     devices = loaded.model.devices
@@ -43,5 +45,9 @@ def bound_subject(station: Path, role: str, plugin: str) -> Iterator[DeviceSubje
     subject = DeviceSubject(
         found, registry, bound.settings, folder=station.parent, role=role, rules=rules
     )
-    with station_lock(loaded, registry, f"check-plugin {plugin}"):
-        yield subject
+    with station_lock(loaded, registry, f"check-plugin {plugin}") as marks:
+        if marks is not None and marks.left is not None and marks.unconfirmed:
+            raise DeviceError(
+                marks.left.text, hint=f"'rigrunner devices {station}' makes it safe first"
+            )
+        yield replace(subject, marks=marks if marks and role in marks.roles else None)

@@ -40,6 +40,11 @@ class Subject:
         """What the plugin declares."""
         return self.plugin.record
 
+    @property
+    def simulated(self) -> bool:
+        """Whether there is no instrument behind it."""
+        return True
+
     def make(self, **changes: Any) -> Any:
         """Return what the factory makes of the settings and the changes; raise PluginError."""
         return self.registry.make(self.kind, self.name, {**self.settings, **changes})

@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from contextlib import AbstractContextManager
 
+    from rigrunner.registry import DisabledPlugin, Registry
     from rigrunner.testing import AnyCheck, Finding, Subject
 
 WIDTH = 96
 INDENT = " " * 8
+LOADED = "It can be loaded, and its hooks return what it brings."
 LABELS = {"pass": "pass", "fail": "FAIL", "not applicable": "n/a"}
 KINDS = (
     "device",
@@ -72,8 +74,9 @@ def command(
 ) -> ExitCode:
     """Check that a plugin keeps to what every plugin must.
 
-    What it does not keep to is told with what to do. Without settings, those with which its own
-    record says that it can be tried are taken. The exit code is 1 if it fails a check.
+    What it does not keep to is told with what to do; checks that need what failed are left out.
+    Without settings, those with which its own record says that it can be tried are taken. The exit
+    code is 1 if it fails a check.
     """
     if (station is None) != (role is None):
         raise UsageError("--station and --role go together", hint="--station rig.yaml --role press")
@@ -85,7 +88,11 @@ def command(
         if station is not None and role is not None:
             subjects: Sequence[Subject] = [held.enter_context(_bound(station, role, name))]
         else:
-            subjects = _installed(name, kind, settings_file, drop_in)
+            registry = _registry(drop_in)
+            unloaded = registry.disabled_with(name)
+            if unloaded is not None and not _kinds(registry, name):
+                return _not_loaded(name, unloaded, as_json=as_json)
+            subjects = _installed(registry, name, kind, settings_file)
         stop = held.enter_context(stop_on_signals())
         held.enter_context(stop.while_asking())  # a signal breaks a check off, as Ctrl-C does
         findings = [
@@ -104,17 +111,39 @@ def _bound(station: str, role: str, name: str) -> AbstractContextManager[Subject
     return bound_subject(find_station(station), role, name)
 
 
-def _installed(
-    name: str, kind: str | None, settings_file: Path | None, drop_in: Path | None
-) -> list[Subject]:
-    """Return the plugins of that name, of that kind or of all."""
+def _registry(drop_in: Path | None) -> Registry:
     from rigrunner.registry import load_registry, with_drop_ins
-    from rigrunner.testing import subject
 
     registry = load_registry()
-    if drop_in is not None:
-        registry = with_drop_ins(registry, drop_in)
-    kinds = [each.kind for each in registry.plugins if each.record.name == name]
+    return registry if drop_in is None else with_drop_ins(registry, drop_in)
+
+
+def _kinds(registry: Registry, name: str) -> list[str]:
+    return [each.kind for each in registry.plugins if each.record.name == name]
+
+
+def _not_loaded(name: str, unloaded: DisabledPlugin, *, as_json: bool) -> ExitCode:
+    """Say why a plugin cannot be loaded, in the form of a check that failed."""
+    found = unloaded.reason.removesuffix(f" ({unloaded.mend})")
+    mend = unloaded.mend or "see where its hooks are, and what they return"
+    provider = str(unloaded.provider)
+    if as_json:
+        told = _told("is_loaded", "fail", LOADED, found, mend)
+        result_json([{"kind": "", "name": name, "provider": provider, "findings": [told]}])
+    else:
+        result(f"'{name}' of {provider}")
+        result(_failure("is_loaded", LOADED, found, mend))
+        result("\n0 pass, 1 fail, 0 not applicable; nothing else is judged until that is mended")
+    return ExitCode.FAIL
+
+
+def _installed(
+    registry: Registry, name: str, kind: str | None, settings_file: Path | None
+) -> list[Subject]:
+    """Return the plugins of that name, of that kind or of all."""
+    from rigrunner.testing import subject
+
+    kinds = _kinds(registry, name)
     if kind is not None:
         kinds = [kind]
     if not kinds:
@@ -144,7 +173,7 @@ def _settings(file: Path | None) -> Mapping[str, Any] | None:
 
 def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
     """Do the checks, say what each found as it ends, and leave the device safe."""
-    from rigrunner.testing import checks, examine_one
+    from rigrunner.testing import State, checks, examine
 
     chosen = [each for each in checks(subject.kind) if not (read_only and each.moves)]
     left_out = len(checks(subject.kind)) - len(chosen)
@@ -153,10 +182,10 @@ def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> li
         result(f"{subject.kind.replace('_', ' ')} '{subject.name}' of {subject.plugin.provider}")
     findings = []
     try:
-        for each in chosen:
-            findings.append(examine_one(subject, each))
-            if not quiet:
-                result(_line(findings[-1]))
+        for found in examine(subject, chosen):
+            findings.append(found)
+            if not quiet and found.state is not State.NOT_JUDGED:
+                result(_line(found))
     except BaseException:
         _make_safe(subject, chosen)
         raise
@@ -214,18 +243,31 @@ def _line(finding: Finding) -> str:
         return head
     if finding.state == "not applicable":
         return f"{head}: {finding.text}"
-    told = (finding.check.holds, f"found: {finding.text}", f"mend: {finding.check.mend}")
-    return "\n".join([head, *(_wrapped(text) for text in told)])
+    return _failure(finding.check.name, finding.check.holds, finding.text, finding.mend)
+
+
+def _failure(name: str, holds: str, found: str, mend: str) -> str:
+    told = (holds, f"found: {found}", f"mend: {mend}")
+    return "\n".join([f"FAIL  {name}", *(_wrapped(text) for text in told)])
 
 
 def _wrapped(text: str) -> str:
-    return fill(text, WIDTH, initial_indent=INDENT, subsequent_indent=f"{INDENT}  ")
+    return fill(  # what is a path stays in one piece, to be clicked on
+        text,
+        WIDTH,
+        initial_indent=INDENT,
+        subsequent_indent=f"{INDENT}  ",
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
 
 
 def _summary(findings: Sequence[Finding], left_out: int) -> str:
     count = Counter(finding.state for finding in findings)
     words = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
     more = f"; {left_out} left out, as they set drives" if left_out else ""
+    not_judged = count["not judged"]  # type: ignore[index]  # a StrEnum
+    more += f"; {not_judged} not judged until what failed is mended" if not_judged else ""
     return f"\n{', '.join(words)}{more}"
 
 
@@ -235,13 +277,11 @@ def _document(subject: Subject, findings: Sequence[Finding]) -> dict[str, Any]:
         "name": subject.name,
         "provider": str(subject.plugin.provider),
         "findings": [
-            {
-                "check": each.check.name,
-                "state": str(each.state),
-                "holds": each.check.holds,
-                "found": each.text,
-                "mend": each.check.mend if each.state == "fail" else "",
-            }
+            _told(each.check.name, each.state, each.check.holds, each.text, each.mend)
             for each in findings
         ],
     }
+
+
+def _told(name: str, state: str, holds: str, found: str, mend: str) -> dict[str, str]:
+    return {"check": name, "state": str(state), "holds": holds, "found": found, "mend": mend}

@@ -33,7 +33,10 @@ MOST_MISSES = 1
 """Of true intervals of 95 %, two of five miss in 2.3 % of all cases, two of three in 0.7 %."""
 
 
-@check(mend="give the record `yields`, and the Compensation the measurand's name")
+@check(
+    mend="give the record `yields`, and the Compensation the measurand's name",
+    needs=("points_are_whole",),
+)
 def measurand_stated(subject: CompensationSubject) -> None:
     """The record says which torque comes out, and the result names it: a limit is for one alone."""
     demand(subject.record.yields is not None, "its record does not say what it yields")
@@ -62,7 +65,10 @@ def points_are_whole(subject: CompensationSubject) -> None:
         )
 
 
-@check(mend="make the point with `rigrunner.signal.propagation.compensated_point`")
+@check(
+    mend="make the point with `rigrunner.signal.propagation.compensated_point`",
+    needs=("points_are_whole",),
+)
 def uncertainty_is_made_of_its_parts(subject: CompensationSubject) -> None:
     """The uncertainty is finite, in N·m, and what the lines of its budget combine to (GUM 5.1)."""
     for point in subject.plain.points:
@@ -85,7 +91,10 @@ def _budget(point: CompensatedPoint) -> None:
     demand(same, f"{at} there are {torque.dof:g} degrees of freedom, its lines give {dof:g}")
 
 
-@check(mend="bring the register's accuracy in: `rigrunner.signal.sensor.gain`, `reading_effects`")
+@check(
+    mend="bring the register's accuracy in: `rigrunner.signal.sensor.gain`, `reading_effects`",
+    needs=("points_are_whole",),
+)
 def sensor_is_in_the_budget(subject: CompensationSubject) -> None:
     """A transducer that is ten times less accurate makes the uncertainty larger."""
     worse = subject.number(subject.runs.changed(_ten_times_worse))
@@ -97,7 +106,9 @@ def sensor_is_in_the_budget(subject: CompensationSubject) -> None:
         )
 
 
-@check(mend="let nothing depend on chance, or on what was analysed before")
+@check(
+    mend="let nothing depend on chance, or on what was analysed before", needs=("points_are_whole",)
+)
 def same_recordings_same_numbers(subject: CompensationSubject) -> None:
     """The same recordings give the same numbers."""
     first, again = subject.plain, subject.number(subject.runs)
@@ -105,7 +116,10 @@ def same_recordings_same_numbers(subject: CompensationSubject) -> None:
     demand(same, f"first it gives {torques_nm(first)}, then {torques_nm(again)}")
 
 
-@check(mend="find what the budget lacks; state a known bias in `not_covered`")
+@check(
+    mend="find what the budget lacks; state a known bias in `not_covered`",
+    needs=("points_are_whole",),
+)
 def truth_is_within_its_interval(subject: CompensationSubject) -> None:
     """On five random rigs in closed form its 95 % interval holds the truth, or misses it once."""
     _known(subject)
@@ -113,7 +127,10 @@ def truth_is_within_its_interval(subject: CompensationSubject) -> None:
     _holds(subject, [made(number) for number in range(CLOSED_FORM_RIGS)])
 
 
-@check(mend="find what the method takes from the closed form, which this rig does not share")
+@check(
+    mend="find what the method takes from the closed form, which this rig does not share",
+    needs=("points_are_whole",),
+)
 def truth_is_within_it_on_another_rig(subject: CompensationSubject) -> None:
     """On three random rigs in the time domain it holds the truth, or misses it once."""
     _known(subject)
@@ -165,8 +182,8 @@ def _ten_times_worse(run: RunData) -> RunData:
 
 
 CHECKS = (
-    measurand_stated,
     points_are_whole,
+    measurand_stated,
     uncertainty_is_made_of_its_parts,
     sensor_is_in_the_budget,
     same_recordings_same_numbers,

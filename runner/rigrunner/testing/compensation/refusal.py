@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 ANGLE = "tester.angle"
 
 
-@check(mend="without `sweep.no_load` raise DataError, or say it in `not_applicable`")
+@check(
+    mend="without `sweep.no_load` raise DataError, or say it in `not_applicable`",
+    needs=("points_are_whole",),
+)
 def without_no_load_run_it_refuses(subject: CompensationSubject) -> None:
     """What load adds cannot be told without a no-load run: it says so, and gives no number."""
     yields = subject.record.yields
@@ -29,7 +32,10 @@ def without_no_load_run_it_refuses(subject: CompensationSubject) -> None:
     demand("no-load" in words, f"it refuses without naming the no-load run: {words}")
 
 
-@check(mend="look at `point.motion`: without an angle refuse, or widen the uncertainty")
+@check(
+    mend="look at `point.motion`: without an angle refuse, or widen the uncertainty",
+    needs=("points_are_whole",),
+)
 def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
     """Without a channel that shows the motion it refuses, or is less sure."""
     runs = subject.runs.changed(each_recording(_without_angle))
@@ -43,7 +49,10 @@ def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
         )
 
 
-@check(mend="look at the points' type: SwingPoint, StartPoint, or the peaks alone")
+@check(
+    mend="look at the points' type: SwingPoint, StartPoint, or the peaks alone",
+    needs=("points_are_whole",),
+)
 def other_motion_is_refused(subject: CompensationSubject) -> None:
     """Starts given to a method for swings, or swings to one for starts, give no number."""
     try:

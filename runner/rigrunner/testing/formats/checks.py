@@ -35,14 +35,20 @@ def makes_a_file(subject: FormatSubject) -> None:
         demand(each.made, "it makes no byte")
 
 
-@check(mend="write no date of today, no random names, and nothing in the order of a set")
+@check(
+    mend="write no date of today, no random names, and nothing in the order of a set",
+    needs=("makes_a_file",),
+)
 def same_run_same_bytes(subject: FormatSubject) -> None:
     """The same run gives the same bytes: what is printed can be made again and compared."""
     for given, first in zip(subject.inputs, subject.written, strict=True):
         demand(subject.writer(given) == first.made, "it makes other bytes each time")
 
 
-@check(mend="escape what was typed: jinja2 with autoescape=True, or html.escape")
+@check(
+    mend="escape what was typed: jinja2 with autoescape=True, or html.escape",
+    needs=("makes_a_file",),
+)
 def names_are_escaped(subject: FormatSubject) -> None:
     """A name that is a script is shown as text, not run, where the format is one of markup."""
     for each in subject.written:
@@ -52,7 +58,7 @@ def names_are_escaped(subject: FormatSubject) -> None:
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
 
 
-@check(mend="put styles, fonts and pictures into the file itself")
+@check(mend="put styles, fonts and pictures into the file itself", needs=("makes_a_file",))
 def nothing_is_fetched(subject: FormatSubject) -> None:
     """Neither making it nor showing it asks another computer for anything."""
     for each in subject.written:
@@ -62,7 +68,7 @@ def nothing_is_fetched(subject: FormatSubject) -> None:
             demand(found is None, f"showing it would load {found and found[0][:120]}")
 
 
-@check(mend="close what is opened; end threads")
+@check(mend="close what is opened; end threads", needs=("makes_a_file",))
 def leaves_nothing_open(subject: FormatSubject) -> None:
     """It leaves no thread and no open file behind."""
     subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now

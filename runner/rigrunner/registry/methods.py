@@ -1,0 +1,126 @@
+"""Whether the methods of a device are there, and can be called as they will be."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from typing import TYPE_CHECKING
+
+from rigrunner.api.driver import Driver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rigrunner.api.devices import Device
+
+_OF_A_DEVICE = {
+    "connect": ("timeout_s",),
+    "make_safe": (),
+    "close": (),
+    "read": ("channels",),
+    "set": ("drive", "value"),
+    "read_back": ("drive",),
+    "begin": ("drive", "value"),
+    "arrived": ("drive",),
+    "stream": ("channels", "duration_s", "stop"),
+    "pause": (),
+    "resume": (),
+}
+"""With what each method is called, where a device has it."""
+_OF_A_DRIVER = {
+    "open": ("timeout_s",),
+    "shut": (),
+    "get": ("channel",),
+    "get_all": ("channels",),
+    "put": ("drive", "value"),
+    "actual": ("drive",),
+}
+
+
+def place_of(function: object) -> str:
+    """Return `file:line` where a function or a class of Python begins; '' for any other."""
+    if isinstance(function, type):
+        function = function.__init__  # type: ignore[misc]  # the one that this class has
+    code = getattr(inspect.unwrap(function), "__code__", None)  # type: ignore[arg-type]  # anything
+    return f"{code.co_filename}:{code.co_firstlineno}" if code else ""
+
+
+def call_problem(function: Callable[..., object], what: str, arguments: tuple[str, ...]) -> str:
+    """Return why a function cannot be called with so many arguments; '' if it can."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of a builtin Python knows no signature
+        return ""
+    try:
+        signature.bind(*arguments)
+    except TypeError:
+        needed = ", ".join(arguments) or "nothing"
+        taken = signature.replace(return_annotation=inspect.Signature.empty)
+        return f"{what} takes {taken}, and is called with {needed}{_at(function)}"
+    return ""
+
+
+def parameters(function: Callable[..., object]) -> tuple[str, ...]:
+    """Return the names of what a function takes; nothing where Python knows none."""
+    try:
+        return tuple(inspect.signature(function).parameters)
+    except (TypeError, ValueError):
+        return ()
+
+
+def method_problems(device: Device) -> Iterator[str]:
+    """Yield what is wrong with the methods of a device, and where they stand."""
+    kind = type(device)
+    if isinstance(device, Driver):
+        if not hasattr(device, "clock"):
+            yield f"{kind.__name__}.__init__ does not call super().__init__(){_at(kind)}"
+            return
+        yield from _missing(device)
+    called = _OF_A_DEVICE | (_OF_A_DRIVER if isinstance(device, Driver) else {})
+    for name, arguments in called.items():
+        function = getattr(kind, name, None)
+        if function is None or not inspect.isroutine(function):
+            continue
+        what = f"{kind.__name__}.{name}"
+        if inspect.iscoroutinefunction(function) or inspect.isasyncgenfunction(function):
+            yield (
+                f"{what} is `async def`, and a device is called synchronously: write"
+                f" `def {name}`{_at(function)}"
+            )
+            continue
+        problem = call_problem(getattr(device, name), what, arguments)
+        if problem:
+            yield problem
+
+
+def _missing(device: Driver) -> Iterator[str]:
+    kind = type(device)
+    needed: dict[str, tuple[str, ...]] = {"open": ("connect",)}
+    if device.channels:
+        needed["get"] = ("get_all", "read")
+    if device.drives:
+        needed["put"] = ("begin", "set")
+    for name, others in needed.items():
+        if all(_is_drivers(kind, each) for each in (name, *others)):
+            yield f"{kind.__name__} has no `{name}`{_near(kind, name)}"
+
+
+def _is_drivers(kind: type[Driver], name: str) -> bool:
+    return getattr(kind, name) is getattr(Driver, name)
+
+
+def _near(kind: type[Driver], name: str) -> str:
+    """Return which of the class's own methods may be meant, and where it stands; '' for none."""
+    own = {each: getattr(kind, each) for each in dir(kind) if not hasattr(Driver, each)}
+    methods = {each: value for each, value in own.items() if inspect.isfunction(value)}
+    lower = {each.lower(): each for each in methods}
+    near = difflib.get_close_matches(name, lower, n=1)
+    if not near:
+        return ""
+    meant = lower[near[0]]
+    return f": is `{meant}` meant?{_at(methods[meant])}"
+
+
+def _at(function: object) -> str:
+    place = place_of(function)
+    return f" ({place})" if place else ""

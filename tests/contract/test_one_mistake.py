@@ -1,0 +1,496 @@
+"""One mistake in a plugin gives one failed check, which says what to change and where.
+
+Each begins with what `rigrunner new` makes, and makes one mistake in it, as newcomers do.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from helpers_cli import call
+from rigrunner.registry import load_registry, with_drop_ins
+from rigrunner.testing import State, checks, examine, subject
+from rigrunner.workflow.new_plugin import NewPlugin
+
+SIMULATOR = "    simulator = SimulatedSpring\n"
+GET = '        return float(self.ask(f"{channel.upper()}?"))\n'
+PUT = '        self.ask(f"{drive.upper()} {value}")\n'
+WHOLE_PUT = f'''\
+    def put(self, drive: str, value: float) -> None:
+        """Give a drive a new set-point."""
+{PUT}'''
+CHANNELS = '(ChannelInfo("force", "N", "Force"),)'
+BEGINNING = "\n\nclass SimulatedSpring"
+SOCKET = ("from rigrunner.api.devices", "import socket\n\nfrom rigrunner.api.devices")
+OPENED = 'socket.create_connection(("127.0.0.1", 9), 0.5)'
+
+
+def init(*lines, given="self, settings, context"):
+    """Return the edit that gives the class a constructor of its own."""
+    body = "".join(f"        {line}\n" for line in lines)
+    return (SIMULATOR, f"{SIMULATOR}\n    def __init__({given}):\n{body}")
+
+
+def method(text):
+    return (SIMULATOR, f"{SIMULATOR}\n{text}")
+
+
+def setting(line):
+    """Return the edits that give the plugin settings of its own, with this line."""
+    own = f'\n\nclass Own(LineSettings):\n    """Own."""\n\n    {line}\n{BEGINNING}'
+    return [(BEGINNING, own), ("settings=LineSettings", "settings=Own")]
+
+
+SUPER = "super().__init__(settings, context)"
+DEVICE = {
+    "a unit that is not SI": (
+        [('"N", "Force")', '"kN", "Force")'), ('"N", "Force", min', '"kN", "Force", min')],
+        ["is in 'kN', needed is the coherent SI unit, N", "correct Spring (", "spring.py:22)"],
+    ),
+    "a unit that is none": (
+        [('"N", "Force")', '"Newton", "Force")')],
+        ["force is in 'Newton'; that is no unit that is known here"],
+    ),
+    "a tuple of one without its comma": (
+        [(CHANNELS, CHANNELS.replace(",)", ")"))],
+        ["channels is one ChannelInfo", "a comma: `channels = (ChannelInfo(...),)`"],
+    ),
+    "channels that are names": (
+        [(CHANNELS, '["force"]')],
+        ["channels has 'force', needed is a tuple of ChannelInfo"],
+    ),
+    "a channel with too few words": (
+        [('"force", "N", "Force")', '"force")')],
+        ["missing 2 required positional arguments: 'unit' and 'long_name'", "spring.py:25"],
+    ),
+    "a name that stands twice": (
+        [(CHANNELS, f"{CHANNELS[:-1]} {CHANNELS[1:]}")],
+        ["channel 'force': the name stands twice", "spring.py:22"],
+    ),
+    "minimum and maximum swapped": (
+        [("minimum=0.0, maximum=1000.0", "minimum=1000.0, maximum=0.0")],
+        ["drive 'force': its limits are 1000.0 and 0.0, needed are", "the lower one first"],
+    ),
+    "limits as text": (
+        [("minimum=0.0", 'minimum="0 N"')],
+        ["its limits are 0 N and 1000.0, needed are two finite numbers"],
+    ),
+    "a safe value beyond the limits": (
+        [("minimum=0.0", "minimum=10.0")],
+        ["drive 'force': its safe value is 0, and its limits are 10.0 and 1000.0"],
+    ),
+    "a constructor in the wrong order": (
+        [init("super().__init__(settings, context)", given="self, context, settings")],
+        ["context and settings in the wrong order", "spring.py:29", "(self, settings, context)"],
+    ),
+    "a constructor that takes nothing": (
+        [init("super().__init__()", given="self")],
+        ["its factory Spring takes (), and is called with settings, context", "spring.py:29"],
+    ),
+    "no base class": (
+        [("class Spring(LineDriver)", "class Spring")],
+        ["its factory Spring takes (), and is called with settings, context"],
+    ),
+    "no super().__init__": (
+        [init("self.settings = settings")],
+        ["Spring.__init__ does not call super().__init__()", "spring.py:29"],
+    ),
+    "raising in the constructor": (
+        [init(SUPER, 'raise RuntimeError("no licence")')],
+        ["RuntimeError: no licence", "correct", "spring.py:31"],
+    ),
+    "opening the port in the constructor": (
+        [SOCKET, init(SUPER, OPENED)],
+        ["making it raises ConnectionRefusedError", "spring.py:33", "in `open` of a Driver"],
+    ),
+    "opening a socket in the constructor": (
+        [
+            SOCKET,
+            init(
+                SUPER,
+                "with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:",
+                '    port.connect(("127.0.0.1", 9))',
+            ),
+        ],
+        ["making it did: socket.connect", "open sockets, ports and threads in `connect`"],
+    ),
+    "no simulator": (
+        [(SIMULATOR, "")],
+        ["Spring has no simulator", "write `simulator = ...` into the class"],
+    ),
+    "a simulator that does not answer": (
+        [("def answer(", "def reply(")],
+        ["SimulatedSpring, the simulator of Spring, has no method `answer`"],
+    ),
+    "a simulator that returns nothing": (
+        [('        return "Example', '        "Example')],
+        ["`answer` of SimulatedSpring gave None to '*IDN?'", "is there a `return`?"],
+    ),
+    "put misspelt": (
+        [("def put(", "def putt(")],
+        ["Spring has no `put`: is `putt` meant?", "spring.py:33"],
+    ),
+    "no put": (
+        [(f"\n{WHOLE_PUT}", "")],
+        ["Spring has no `put`", "correct Spring (", "spring.py:22)"],
+    ),
+    "put that sends nothing": (
+        [(PUT, "        pass\n")],
+        ["force reads back 0 N after 0 s, set to 100 N", "send the set-point in `put` (", ":33)"],
+    ),
+    "put in another unit": (
+        [("{value}", "{value / 1000}")],
+        ["force reads back 0.1 N after 0 s, set to 100 N", "in the unit of the DriveInfo"],
+    ),
+    "async def get": (
+        [("    def get(", "    async def get(")],
+        ["Spring.get is `async def`", "write `def get`", "spring.py:29"],
+    ),
+    "get without a channel": (
+        [("def get(self, channel: str)", "def get(self)"), ("{channel.upper()}", "FORCE")],
+        ["Spring.get takes (), and is called with channel", "spring.py:29"],
+    ),
+    "get without self": (
+        [("def get(self, channel: str)", "def get(channel: str)")],
+        ["Spring.get takes (), and is called with channel"],
+    ),
+    "a str from get": (
+        [(GET, '        return self.ask(f"{channel.upper()}?")\n')],
+        ["force reads '0.0'", "spring.py:29", "convert the str: `return float(...)`"],
+    ),
+    "an int from get": (
+        [(GET, "        return 0\n")],
+        ["force reads 0", "convert the int: `return float(...)`"],
+    ),
+    "get that forgets to return": (
+        [(GET, GET.replace("return ", ""))],
+        ["force reads None", "spring.py:29", "is there a `return`?"],
+    ),
+    "get that gives no number": (
+        [(GET, '        return float("nan")\n')],
+        ["force reads nan", "needed is a finite float"],
+    ),
+    "a misspelt call in get": (
+        [('self.ask(f"{channel', 'self.aks(f"{channel')],
+        ["AttributeError: 'Spring' object has no attribute 'aks'", "correct", "spring.py:31"],
+    ),
+    "a channel that get does not know": (
+        [(GET, '        return {"Force": 1.0}[channel]\n')],
+        ["KeyError: 'force'", "correct", "spring.py:31"],
+    ),
+    "get past the wire": (
+        [(GET, "        return self._link._instrument.force\n")],
+        ["it reads without one exchange over the wire", "through `self.exchange("],
+    ),
+    "read that gives a list": (
+        [method("    def read(self, channels):\n        return [*map(self.get, channels)]\n")],
+        ["asked for ['force'], `read` gave [0.0]", "spring.py:29"],
+    ),
+    "make_safe that gives nothing": (
+        [method('    def make_safe(self):\n        self.put("force", 0.0)\n')],
+        ["`make_safe` gave None", "spring.py:29", "read each back, and return these"],
+    ),
+    "identify that gives nothing": (
+        [method('    def identify(self):\n        self.ask("*IDN?")\n')],
+        ["`identify` of Spring gave None", "return Identity(maker, model, serial, firmware)"],
+    ),
+    "an identity without a model": (
+        [("Example,Model 1,", "Example,,")],
+        ["the identity has no model", "fill in `maker`, `model`"],
+    ),
+    "a syntax error": (
+        [("channel: str) -> float:", "channel: str) -> float")],
+        ["SyntaxError: expected ':'", "correct", "spring.py:29"],
+    ),
+    "a module that is not there": (
+        [("from rigrunner.api.devices", "import pyvissa\nfrom rigrunner.api.devices")],
+        ["No module named 'pyvissa'", "spring.py:3", "install the package that brings 'pyvissa'"],
+    ),
+    "ending the program": (
+        [("api_version = 1\n", "api_version = 1\nraise SystemExit(0)\n")],
+        ["SystemExit: 0", "spring.py:8"],
+    ),
+    "no api_version": (
+        [("api_version = 1\n", "")],
+        ["for which plugin API it is made", "its module needs a line 'api_version = 1'"],
+    ),
+    "a hook's name misspelt": (
+        [("def rigrunner_devices", "def rigrunner_device")],
+        ["rigrunner_device (", "is not the name of a hook", "call it rigrunner_devices"],
+    ),
+    "no hookimpl": (
+        [("@hookimpl\n", "")],
+        ["rigrunner_devices is not marked as a hook", "put @hookimpl", "spring.py:38"],
+    ),
+    "a hook that forgets to return": (
+        [("    return [\n        DeviceRecord", "    [\n        DeviceRecord")],
+        ["rigrunner_devices returned None", "is there a `return`?"],
+    ),
+    "a hook that returns one record": (
+        [("    return [\n", "    return (\n"), ("        )\n    ]", "        )\n    )")],
+        ["returned one DeviceRecord, needed is a list of DeviceRecord", "put it into a list"],
+    ),
+    "a name that YAML cannot have": (
+        [('name="spring"', 'name="Spring-1"')],
+        ["'Spring-1'", "small letters, digits and '_'", "such as 'spring_scale'"],
+    ),
+    "a factory that is called": (
+        [("factory=Spring,", "factory=Spring(),")],
+        ["missing 2 required positional arguments: 'settings' and 'context'", "spring.py:46"],
+    ),
+    "settings that are no class": (
+        [("settings=LineSettings,", "settings=LineSettings(simulated=True),")],
+        ["no subclass of Settings", "name the class itself, without brackets"],
+    ),
+    "a record without help": (
+        [('            help="Spring, by lines of text",\n', "")],
+        ["missing 1 required keyword-only argument: 'help'", "spring.py:42"],
+    ),
+    "a setting without a type": (
+        setting("gain = 5"),
+        ["A non-annotated attribute was detected: `gain = 5`", "write the type", "spring.py:10"],
+    ),
+    "a setting without a word of help": (
+        setting("gain: float = 5"),
+        ["no word of help on: gain", "write a docstring under the field"],
+    ),
+}
+OTHERS = {
+    "fit": {
+        "forgetting to return": (
+            [("    return SpringCurve(", "    SpringCurve(")],
+            ["it gave a NoneType, which has no formula", "is there a `return`?"],
+        ),
+        "a call that takes nothing": (
+            [("def fit(points: Points)", "def fit()"), ("points.", "None.")],
+            ["fit takes (), and ", "is called with points", "correct what _make"],
+        ),
+        "a factory that forgets to return": (
+            [("    return fit\n", "    fit\n")],
+            ["the factory of the fit 'spring' gave None", "is there a `return`?"],
+        ),
+        "a factory that takes nothing": (
+            [("def _make(_: NoSettings)", "def _make()")],
+            ["its factory _make takes ()", "is called with settings"],
+        ),
+        "a coefficient without its unit": (
+            [('units=(points.y_unit, f"{points.y_unit}/{points.x_unit}")', 'units=("N·m",)')],
+            ["2 coefficients have 1 units", "one name, one unit"],
+        ),
+        "a variance for a covariance": (
+            [("covariance=(covariance + covariance.T) / 2", "covariance=np.diag(covariance)")],
+            ["the covariance has the shape (2,)"],
+        ),
+        "a crash": (
+            [("q, r = np.linalg.qr(columns)", "q, r = np.linalg.qrr(columns)")],
+            ["AttributeError", "'qrr'", "correct", "spring.py:"],
+        ),
+        "a hook of another kind": (
+            [("def rigrunner_fits", "def rigrunner_devices")],
+            ["returned a FitRecord, needed is a DeviceRecord", "from the hook for a fit"],
+        ),
+    },
+    "outlier-rule": {
+        "forgetting to return": (
+            [("        return [\n            Rejection", "        [\n            Rejection")],
+            ["it gave None, needed is a list of Rejection"],
+        ),
+        "indices for rejections": (
+            [
+                (", float(values[index]), NAME, float(distance[index]), limit)", ")"),
+                ("            Rejection(int(index)", "            int(index"),
+            ],
+            ["it gave [24], needed is a list of Rejection"],
+        ),
+        "a crash": (
+            [("np.median(values))", "np.medain(values))")],
+            ["AttributeError", "'medain'", "correct", "spring.py:"],
+        ),
+        "a setting without a type": (
+            [("limit: Annotated[float, Field(gt=0, strict=False)] = 3.5", "limit = 3.5")],
+            ["A non-annotated attribute was detected: `limit = 3.5`", "write the type"],
+        ),
+        "no __call__": (
+            [("def __call__(", "def call(")],
+            ["Spring cannot be called: it needs a method `__call__`", "correct what Spring"],
+        ),
+    },
+    "compensation": {
+        "forgetting to return": (
+            [("    return Compensation(", "    Compensation(")],
+            ["gave None, needed is a Compensation", "give one CompensatedPoint for each point"],
+        ),
+        "a crash": (
+            [("raw.value - rig.value", "raw.valeu - rig.value")],
+            ["AttributeError", "'valeu'", "correct", "spring.py:"],
+        ),
+        "a factory that forgets to return": (
+            [("    return compensate\n", "    compensate\n")],
+            ["the factory of the compensation 'spring' gave None"],
+        ),
+        "a method that takes nothing": (
+            [("def compensate(sweep: Sweep)", "def compensate()")],
+            ["compensate takes (), and ", "is called with sweep"],
+        ),
+    },
+    "importer": {
+        "forgetting to return": (
+            [("        return {wanted: Column(np", "        {wanted: Column(np")],
+            ["`read` gave None, needed is a Column for each name", "is there a `return`?"],
+        ),
+        "arrays for columns": (
+            [("Column(np.array(values))", "np.array(values)")],
+            ["needed is a Column for each name that is wanted"],
+        ),
+        "no read": (
+            [("    def read(", "    def raed(")],
+            ["Spring has no method `read`"],
+        ),
+        "letting an OSError out": (
+            [("    except OSError as error:", "    except KeyError as error:")],
+            ["missing.dat gives FileNotFoundError, which is no DataError", "catch OSError"],
+        ),
+        "the class for the object": (
+            [("    return Spring()\n", "    return Spring\n")],
+            ["Spring.read takes (self, path", "is called with path, columns, group"],
+        ),
+    },
+    "report": {
+        "a text for bytes": (
+            [('.getvalue().encode("utf-8")', ".getvalue()")],
+            ["gave a str, needed are bytes", "encode('utf-8')"],
+        ),
+        "forgetting to return": (
+            [("    return text.getvalue()", "    text.getvalue()")],
+            ["gave a NoneType, needed are bytes"],
+        ),
+        "a suffix without its dot": (
+            [('suffix=".csv"', 'suffix="csv"')],
+            ["the suffix is 'csv'"],
+        ),
+        "a crash": (
+            [("point.torque", "point.torqeu")],
+            ["AttributeError", "'torqeu'", "correct", "spring.py:"],
+        ),
+        "a date of today": (
+            [
+                ("import csv\n", "import csv\nimport time\n"),
+                ("rows.writerow(HEADER)", "rows.writerow([*HEADER, time.monotonic_ns()])"),
+            ],
+            ["it makes other bytes each time", "write no date of today"],
+        ),
+    },
+}
+
+
+def written(folder, word, edits):
+    """Write the plugin with its mistake into a lab's folder of plugins; return that."""
+    text = NewPlugin(word, "spring").module()
+    for old, new in edits:
+        assert old in text, f"no longer in what `rigrunner new` makes: {old}"
+        text = text.replace(old, new)
+    plugins = folder / "plugins"
+    plugins.mkdir()
+    (plugins / "spring.py").write_text(text, encoding="utf-8")
+    return plugins
+
+
+def failures(folder, word, edits):
+    """Return what check-plugin says of each check that failed."""
+    plugins = written(folder, word, edits)
+    called = call("check-plugin", "spring", "--drop-in", plugins)
+    assert (called.code, called.err) == (1, "")
+    told = re.split(r"^(?=FAIL|pass|n/a|$)", called.out, flags=re.MULTILINE)
+    return [" ".join(each.split()) for each in told if each.startswith("FAIL")]
+
+
+@pytest.mark.parametrize("mistake", DEVICE)
+def test_one_mistake_in_a_device_is_one_failure(mistake, tmp_path):
+    edits, words = DEVICE[mistake]
+    (failure,) = failures(tmp_path, "device", edits)
+    assert [word for word in words if word not in failure] == [], failure
+
+
+CASES = [(word, mistake) for word, mistakes in OTHERS.items() for mistake in mistakes]
+
+
+@pytest.mark.parametrize(("word", "mistake"), CASES, ids=[" ".join(each) for each in CASES])
+def test_one_mistake_in_any_other_plugin_is_one_failure(word, mistake, tmp_path):
+    edits, words = OTHERS[word][mistake]
+    (failure,) = failures(tmp_path, word, edits)
+    assert [each for each in words if each not in failure] == [], failure
+
+
+def test_a_call_that_never_comes_back_is_one_failure_with_its_line(tmp_path):
+    waits = [
+        ("from rigrunner.api.devices", "import time\n\nfrom rigrunner.api.devices"),
+        (GET, "        while True:\n            time.sleep(0.01)\n"),
+    ]
+    registry = with_drop_ins(load_registry(), written(tmp_path, "device", waits))
+    hangs = subject("device", "spring", registry=registry)
+    hangs.made_devices.clear()
+    chosen = [each for each in checks("device") if each.name in HANGING]
+    found = list(examine(hangs, chosen, longest_s=0.3))
+    (failed,) = [each for each in found if each.state is State.FAIL]
+    assert "did not come back within 0.3 s: it waits in" in failed.text
+    assert re.search(r"spring.py:3[34]", failed.mend)
+    after = found[found.index(failed) + 1 :]
+    assert {each.state for each in after} == {State.NOT_JUDGED}
+
+
+HANGING = {
+    "can_be_made",
+    "connects_and_says_who_it_is",
+    "quantities_declared",
+    "readings_are_true",
+    "drives_go_where_they_are_set",
+    "safe_is_confirmed",
+}
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("spring_nowhere", ["No module named 'spring_nowhere'", "names 'spring_nowhere'"]),
+        ("json", ["it does not say for which plugin API it is made"]),
+    ],
+)
+def test_an_entry_point_that_names_another_module_says_so(place, words):
+    registry = load_registry([EntryPoint("spring", place, "rigrunner")])
+    told = registry.disabled_with("spring")
+    assert told is not None
+    assert [word for word in words if word not in f"{told.reason} {told.mend}"] == []
+
+
+def test_what_is_not_judged_says_for_which_failure(tmp_path):
+    plugins = written(tmp_path, "device", DEVICE["a str from get"][0])
+    called = call("check-plugin", "spring", "--drop-in", plugins, "--json")
+    (document,) = json.loads(called.out)
+    states = {each["check"]: (each["state"], each["found"]) for each in document["findings"]}
+    assert states["limits_hold"] == ("not judged", "it needs what 'readings_are_true' demands")
+    assert {each.name for each in checks("device")} == set(states)
+
+
+def test_two_mistakes_that_have_nothing_to_do_with_each_other_are_both_told(tmp_path):
+    edits = [*DEVICE["a str from get"][0], ("Spring, by lines of text", "")]
+    names = [each.split()[1] for each in failures(tmp_path, "device", edits)]
+    assert names == ["help_line", "readings_are_true"]
+
+
+def test_that_an_instrument_is_safe_is_looked_at_whatever_failed():
+    """Of a simulator it is not: nothing is energised, and the failure would be the same."""
+    (left_safe,) = [each for each in checks("device") if each.always]
+    assert left_safe.name == "left_safe"
+    assert left_safe is checks("device")[-1]
+
+
+@pytest.mark.parametrize("kind", ["device", "fit", "report_format", "event_sink", "compensation"])
+def test_every_check_comes_after_what_it_needs(kind):
+    seen = set()
+    for each in checks(kind):
+        assert seen.issuperset(each.needs), each
+        seen.add(each.name)
