@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.limits import ValueLimit  # noqa: TC001  (read at run time, as above)
+
 if TYPE_CHECKING:
     from rigrunner.api.data import Block
 
@@ -19,8 +21,14 @@ class Outcome(StrEnum):
     """How a run ended; not to be confused with the verdict on what it measured."""
 
     COMPLETED = "completed"
+    STOPPED_AT_LIMIT = "stopped at a limit"
+    """A value was out of its limits where the procedure says to stop: the specimen has failed."""
     ABORTED = "aborted"
     ERROR = "error"
+
+
+CONCLUDED = frozenset({Outcome.COMPLETED, Outcome.STOPPED_AT_LIMIT})
+"""How a run ends that has a verdict: any other neither passes nor fails."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +60,8 @@ class StepStarted(Event):
     recording: str = ""
     setpoints: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    limits: tuple[ValueLimit, ...] = ()
+    """What the values may be that the step finds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +102,11 @@ class Note(Event):
 
     step: str
     text: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitMissed(Note):
+    """A value that was just put on record is out of its limits; the verdict on the run is fail."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,7 +160,10 @@ class Intervention(Event):
 
 @dataclass(frozen=True, kw_only=True)
 class StepEnded(Event):
-    """A step is over; `values` holds what it measured, in SI units ('tester.torque': 0.01)."""
+    """A step is over; `values` holds what it measured, in SI units ('tester.torque': 0.01).
+
+    It is `ok` if it was carried out, also where a value is out of its limits: see `LimitMissed`.
+    """
 
     step: str
     index: int
@@ -156,6 +174,8 @@ class StepEnded(Event):
     """The table that `values` is a row of, at `setpoints`, where the step is a `measure`."""
     setpoints: Mapping[str, float] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
+    statistics: Mapping[str, float] = field(default_factory=dict)
+    """Of a recording: the statistics of its samples that have limits, 'role.name.statistic'."""
     units: Mapping[str, str] = field(default_factory=dict)
     truth: Mapping[str, float] = field(default_factory=dict)
     """Of a simulator; goes into the run file's verification group, which no analysis reads."""
@@ -165,7 +185,7 @@ class StepEnded(Event):
 class Scanned(Event):
     """A point of a scan: its drive stood at the set-point, and these values were read, in SI units.
 
-    It comes between the start and the end of the scan's step, once the values are within limits.
+    It comes between the start and the end of the scan's step, whose start has the limits.
     """
 
     step: str
@@ -186,7 +206,10 @@ class RunEnded(Event):
     read_back: Mapping[str, float] = field(default_factory=dict)
     """What was read back of each drive after making safe: 'role.drive' in SI units."""
     resumable: bool = False
-    """Whether it ended because it could not be kept on record: once it can be, it may go on."""
+    """Whether it may be resumed once its cause is mended.
+
+    That is so where it could not be kept on record, or where a device was lost or did not answer.
+    """
 
 
 class EventSink(Protocol):

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from math import inf, nan
 from typing import TYPE_CHECKING
 
+from rigrunner.api.events import CONCLUDED
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
-    from rigrunner.api.data import Estimate, Points, RunData
+    from rigrunner.api.data import Estimate, Measurement, Points, RunData
+    from rigrunner.api.limits import Judgement
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
 
@@ -41,6 +46,78 @@ class Verdict(StrEnum):
     INCONCLUSIVE = "inconclusive"
     CONDITIONAL_FAIL = "conditional fail"
     FAIL = "fail"
+
+
+WORST_FIRST = (
+    Verdict.FAIL,
+    Verdict.INCONCLUSIVE,
+    Verdict.CONDITIONAL_FAIL,
+    Verdict.CONDITIONAL_PASS,
+    Verdict.PASS,
+)
+"""A run fails if one of its limits does, and passes if all of them do."""
+
+
+def worst(verdicts: Iterable[Verdict | None]) -> Verdict | None:
+    """Return the worst of some verdicts; None where there is none."""
+    return min((each for each in verdicts if each), key=WORST_FIRST.index, default=None)
+
+
+@dataclass(frozen=True)
+class JudgedValue:
+    """A measured value with its judgement, and where in the run it stands."""
+
+    judgement: Judgement
+    row: Measurement
+    number: int
+    """The row's number in its table, from 1."""
+
+
+@dataclass(frozen=True)
+class MeasuredLimits:
+    """The limits on measured values of a run, each value held against its own.
+
+    Values are compared as they were read, without their uncertainty (simple acceptance).
+    """
+
+    values: tuple[JudgedValue, ...] = ()
+
+    @classmethod
+    def of(cls, rows: Iterable[Measurement]) -> MeasuredLimits:
+        """Return the limited values of some tables."""
+        return cls(tuple(_judged(rows)))
+
+    @cached_property
+    def missed(self) -> tuple[JudgedValue, ...]:
+        """The values that are out of limits."""
+        return tuple(each for each in self.values if not each.judgement.passes)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """'fail' if one value is out of limits, else 'pass'; None where no value has a limit."""
+        if not self.values:
+            return None
+        return Verdict.FAIL if self.missed else Verdict.PASS
+
+    @property
+    def reason(self) -> str:
+        """One sentence; '' where no value has a limit."""
+        if not self.values:
+            return ""
+        count, missed = len(self.values), len(self.missed)
+        if not missed:
+            return f"Measured values with limits: {count}, all within limits."
+        more = f", and {missed - 1} more" if missed > 1 else ""
+        first = self.missed[0].judgement.text
+        return f"Measured values out of limits: {missed} of {count} ({first}{more})."
+
+
+def _judged(rows: Iterable[Measurement]) -> Iterator[JudgedValue]:
+    numbers = Counter[str]()
+    for row in rows:
+        numbers[row.name] += 1
+        for judgement in row.judgements:
+            yield JudgedValue(judgement, row, numbers[row.name])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +213,8 @@ class Result:
     fits: tuple[FittedTorque, ...]
     compensations: Mapping[str, Compensation]
     primary: str = ""
+    kind: MeasurandKind | None = None
+    """Which torque the primary method yields of what was recorded; None where it does not say."""
     headline: Estimate | None = None
     """The mean over the set-points by the primary method."""
     headline_components: tuple[Component, ...] = ()
@@ -149,6 +228,30 @@ class Result:
     notes: tuple[str, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
     """The analysis as it was asked for, resolved to defaults."""
+    revisions: Mapping[str, int] = field(default_factory=dict)
+    """By which revision of each method it was computed: 'analysis', 'fit linear', ..."""
+
+    @cached_property
+    def limits(self) -> MeasuredLimits:
+        """The limits on measured values, each with its judgement."""
+        return MeasuredLimits.of(self.run.measurements)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The verdict on the run: the worst of its limits on measured values and of the decision.
+
+        None where there is nothing to decide, and of a run that neither was completed nor stopped
+        at a limit: it neither passes nor fails.
+        """
+        if self.run.outcome not in CONCLUDED:
+            return None
+        return worst((self.limits.verdict, self.decision.verdict if self.decision else None))
+
+    @property
+    def verdict_reason(self) -> str:
+        """Why, in a sentence for the limits on measured values and one for the decision."""
+        decided = "" if self.decision is None else self.decision.reason
+        return " ".join(text for text in (self.limits.reason, decided) if text)
 
 
 @dataclass(frozen=True, eq=False)

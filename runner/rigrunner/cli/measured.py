@@ -30,7 +30,21 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
         + [_cell(one.values.get(member)) for member in values]
         for one in rows
     ]
-    return f"Measured: {name}\n{table(header, cells, 'r' * len(header))}"
+    align = "r" * len(header)
+    limits = dict.fromkeys(limit for one in rows for limit in one.limits)
+    if limits:
+        header, align = [*header, "verdict"], f"{align}l"
+        cells = [[*cell, _verdict(one)] for cell, one in zip(cells, rows, strict=True)]
+    allowed = [f"{limit.of}: allowed is {limit.text}" for limit in limits]
+    return "\n".join([f"Measured: {name}", table(header, cells, align), *allowed])
+
+
+def _verdict(row: Measurement) -> str:
+    """Return 'pass', or FAIL with the values of a row that are out of limits."""
+    missed = [each.limit.of for each in row.judgements if not each.passes]
+    if missed:
+        return f"FAIL: {', '.join(missed)}"
+    return "pass" if row.judgements else ""
 
 
 def _cell(value: float | None) -> str:

@@ -29,6 +29,7 @@ class Attempt:
         self._index = index
         self._name = action_name(action)
         self._setpoints = self._units = NONE
+        self._limits = step.limits
         if isinstance(action, Measure):
             self._measurement = action.name
             self._setpoints, self._units = action.setpoints, action.units
@@ -39,6 +40,11 @@ class Attempt:
             self._setpoints, self._units = action.setpoints, action.units
         elif isinstance(action, Scan):
             self._setpoints, self._units = action.setpoints, action.units
+
+    @property
+    def reads(self) -> bool:
+        """Whether the step reads what belongs to where the drives stand."""
+        return isinstance(self.action, (Measure, Record, Scan))
 
     def started(self) -> dict[str, Any]:
         """Return all fields of its StepStarted, whose stamp is to be filled in."""
@@ -53,6 +59,7 @@ class Attempt:
             "recording": self.recording,
             "setpoints": self._setpoints,
             "units": self._units,
+            "limits": self._limits,
         }
 
     def ended(self, found: Measured = NOTHING, *, ok: bool) -> dict[str, Any]:
@@ -69,6 +76,7 @@ class Attempt:
             "measurement": self._measurement,
             "setpoints": self._setpoints if self._measurement else NONE,
             "values": found.values,
+            "statistics": found.statistics,
             "units": found.units,
             "truth": found.truth if ok else NONE,
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,10 @@ class Measured:
     values: Mapping[str, float]
     units: Mapping[str, str]
     truth: Mapping[str, float]
+    statistics: Mapping[str, float] = field(default_factory=dict)
+    """Of a recording: what of its samples has limits, in SI units by 'role.name.statistic'."""
+    missed: str = ""
+    """Of a scan: the value out of limits that ended it, in words."""
 
 
 NOTHING = Measured(NONE, NONE, NONE)

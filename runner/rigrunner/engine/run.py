@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.bus import Emitter
 from rigrunner.engine.breaks import take_break
+from rigrunner.engine.drive_watch import DriveWatch
 from rigrunner.engine.interlocks import Guard, InterlockError
 from rigrunner.engine.notes import Notes
 from rigrunner.engine.pausing import Choice, Forbearing, PauseWantedError, StopNow
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from rigrunner.bus import Bus
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.overrides import Override
-    from rigrunner.engine.pausing import Decision, Pauses
+    from rigrunner.engine.pausing import Decision, Interference, Pauses
     from rigrunner.engine.seam import Seam
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport
@@ -47,7 +48,10 @@ _TEARDOWN = Phase.TEARDOWN
 
 @dataclass(frozen=True)
 class RunSummary:
-    """How a run ended. Only `completed` is a success, and only where the rig is safe."""
+    """How a run ended.
+
+    Only `completed` and `stopped at a limit` are successes of the runner, where the rig is safe.
+    """
 
     outcome: Outcome
     reason: str
@@ -57,6 +61,8 @@ class RunSummary:
     """What speaks against the rig being safe, in words."""
     passed_over: tuple[str, ...] = ()
     """The failures and skips after which the run went on, as procedure or person said."""
+    resumable: bool = False
+    """Whether it may be resumed once its cause is mended, as `RunEnded` says."""
 
     @property
     def safe(self) -> bool:
@@ -76,19 +82,24 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     *,
     pauses: Pauses | None = None,
     seam: Seam | None = None,
+    before: Sequence[Interference] = (),
+    watches_drives: bool = True,
 ) -> RunSummary:
     """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
 
     Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
     tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
     whatever asks for a pause aborts the run. With a `seam` a run that was broken off goes on there.
-    Connecting and closing the rig is the caller's.
+    What happened `before` it is put on record with its start. `watches_drives`: they are read back
+    beside each reading; not in the replay of a tape that has none of that. Connecting and closing
+    the rig is the caller's.
     """
     emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
-    session = Session(rig, emit, answers, stop, guard, pauses)
+    drives = DriveWatch(rig, emit) if watches_drives else None
+    session = Session(rig, emit, answers, stop, guard, pauses, drives=drives)
     notes = Notes(bus, emit, stop, seam.passed_over if seam else ())
-    run = Run(plan, session, notes, overrides, seam)
+    run = Run(plan, session, notes, overrides, seam, before=before)
     reports: tuple[SafetyReport, ...] = ()
     try:
         run.attempt(partial(run.forward, run_id))
@@ -110,8 +121,11 @@ class Run:
         notes: Notes,
         overrides: Sequence[Override],
         seam: Seam | None = None,
+        *,
+        before: Sequence[Interference] = (),
     ) -> None:
         self._plan = plan
+        self._before = before
         self._overrides = overrides
         self._seam = seam
         self._session = session
@@ -124,19 +138,19 @@ class Run:
         steps = self._plan.steps
         index = self._begin(run_id) if self._seam is None else self._take_up(run_id, self._seam)
         before = settles_before(steps, index) if index < len(steps) else []
-        while index < len(steps) and self.notes.first is None:
+        while index < len(steps) and self.notes.goes_on:
             step = steps[index]
             if step.phase is _TEARDOWN:
                 if not step.calls:
                     break
-                self._tear_down(index, step)
+                self.notes.stopped_at = self._tear_down(index, step)
                 index += 1
                 continue
             try:
                 for one in before:
                     self._go_on(one, at=index)
                 before = []
-                self._go_on(index, at=index)
+                self.notes.stopped_at = self._go_on(index, at=index)
                 index += 1
             except PauseWantedError as wanted:
                 decision = take_break(steps, index, wanted, self._session)
@@ -153,30 +167,35 @@ class Run:
                 return
             self._tear_down(index, step)
 
-    def attempt(self, work: Callable[[], None]) -> None:
-        """Do something whose failure must not keep the rig from being made safe."""
+    def attempt(self, work: Callable[[], str | None]) -> str:
+        """Do something whose failure must not keep the rig from being made safe.
+
+        Return the values out of limits that it names, in words; '' for none.
+        """
         try:
-            work()
+            return work() or ""
         except InterlockError as error:
             self.notes.note("run", error)
             if error.makes_safe:
                 self._tell_safe(self._session.rig.make_safe())
         except BaseException as error:  # noqa: BLE001  (kept; what follows must make the rig safe)
             self.notes.note("run", error)
+        return ""
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
-        """Make the rig safe, which nobody's impatience breaks off; what fell before is noted."""
+        """Make the rig safe, which nobody's impatience breaks off; what was raised is noted."""
         rig, stop = self._session.rig, self._session.stop
         try:
             if isinstance(stop, Forbearing):
                 stop.let_be()
             return rig.make_safe()
-        except KeyboardInterrupt as error:
+        except BaseException as error:  # noqa: BLE001  (kept; the rig is made safe all the same)
             self.notes.note("run", error)
             return rig.make_safe()
 
     def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
         """Put on record how the rig was left and how the run ended."""
+        replace(self._session, emit=self.notes.tell).put_messages()
         self._tell_safe(reports)
         unsafe = unsafe_text(reports)
         if unsafe:
@@ -185,11 +204,12 @@ class Run:
             self.notes.keep(DeviceError(out_of_step))
         read_back = {name: value for each in reports for name, value in _read_back(each).items()}
         outcome, reason = self.notes.outcome()
-        resumable = self.notes.is_unkept(self.notes.first)
+        resumable = bool(self._plan.steps) and self.notes.may_be_resumed()
         known = {"reason": reason, "read_back": read_back, "resumable": resumable}
         self.notes.tell(RunEnded, outcome=outcome, **known)
         passed_over = self.notes.passed_over
-        return RunSummary(*self.notes.outcome(), self.notes.first, unsafe, passed_over)
+        outcome, reason = self.notes.outcome()
+        return RunSummary(outcome, reason, self.notes.first, unsafe, passed_over, resumable)
 
     def _begin(self, run_id: str) -> int:
         """Put the start on record, and return the first step."""
@@ -213,7 +233,9 @@ class Run:
             unpaused.check(anew=True)
             self._begun = index
             try:
-                do_step(index, step, unpaused, self.notes, self._tries)
+                if missed := do_step(index, step, unpaused, self.notes, self._tries):
+                    self.notes.stopped_at = missed
+                    break
             except PauseWantedError as wanted:
                 text = f"{wanted.message}, while the run was being taken up again"
                 raise AbortedError(text, by=wanted.by) from wanted
@@ -223,12 +245,14 @@ class Run:
         """Say that these steps are begun, and how long they take."""
         count, seconds = len(self._plan.steps), sum(step.estimated_s for step in to_do)
         self._session.emit(RunStarted, run_id=run_id, steps=count, estimated_s=seconds)
+        for each in self._before:
+            self._session.emit(Intervention, **asdict(each))
 
-    def _go_on(self, index: int, at: int) -> None:
-        """Do a step on the way forward; `at` is how far the run has come."""
+    def _go_on(self, index: int, at: int) -> str:
+        """Do a step on the way forward; `at` is how far the run has come. Return as `do_step`."""
         self._session.check(anew=True)
         self._begun = at
-        do_step(index, self._plan.steps[index], self._session, self.notes, self._tries)
+        return do_step(index, self._plan.steps[index], self._session, self.notes, self._tries)
 
     def _next(self, index: int, decision: Decision) -> int:
         """Return the step that follows upon a decision."""
@@ -237,18 +261,22 @@ class Run:
         if decision.choice not in (Choice.REPEAT, Choice.SKIP):
             return index
         for one, step in teardowns_within(steps, self._begun, range(index, point.stop)):
-            self._tear_down(one, step)
+            if missed := self._tear_down(one, step):
+                self.notes.stopped_at = missed
         if decision.choice is Choice.REPEAT:
             return point.start
         about = point_name(steps, index)
         self.notes.pass_over(f"{about}: skipped by {decision.by}: {decision.reason}")
         return point.stop
 
-    def _tear_down(self, index: int, step: PlannedStep) -> None:
-        """Do one step of a teardown; nothing keeps the next one from its turn."""
+    def _tear_down(self, index: int, step: PlannedStep) -> str:
+        """Do one step of a teardown; nothing keeps the next one from its turn.
+
+        Return as `do_step`: the teardown of a called procedure may stop the run that goes on.
+        """
         self._begun = index
         undisturbed = replace(self._session.ending(), emit=self.notes.tell)
-        self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._tries))
+        return self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._tries))
 
     def _tell_safe(self, reports: tuple[SafetyReport, ...]) -> None:
         """Put on record how each drive and device was made safe, in order."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError, DeviceError
-from rigrunner.api.events import Note, Scanned
+from rigrunner.api.events import Scanned
 from rigrunner.engine.found import NONE, Measured, by_role
-from rigrunner.engine.limits import clear_ranges, judge
+from rigrunner.engine.limits import clear_ranges, missed_text, remarks_on
 from rigrunner.engine.moving import set_drive, wait
 from rigrunner.plan.actions import SetDrive
 
@@ -22,8 +22,8 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
     """Do all points, each on record before the next begins; return the values of the last one.
 
     Between two points is what there is between two steps: the run can be stopped or paused there,
-    and all interlocks are read. Raises DataError for the first values beyond the limits, and what
-    the devices raise, with the set-point.
+    and all interlocks are read. The first row out of limits ends it where the procedure says so,
+    and is named in what is returned. Raises what the devices raise, with the set-point.
     """
     emit = session.emit.__call__  # a method is called more quickly than an object that has it
     member, others, table = action.member, action.setpoints, action.name
@@ -38,16 +38,9 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
             if settle_s:
                 wait(settle_s, session)
             values = read()
-            remarks: list[str] = []
-            for name, least, greatest in clear:  # written out: there may be thousands in a second
-                if not least <= values[name] <= greatest:
-                    remarks = _judged(path, action, point, values, session)
-                    break
         except (DeviceError, DataError) as error:
             error.message = f"at {where_at(action, point)}: {error.message}"
             raise
-        for text in remarks:
-            emit(Note, step=path, text=f"at {where_at(action, point)}: {text}")
         row = {
             "seq": 0,
             "monotonic_s": 0.0,
@@ -59,22 +52,23 @@ def scan(path: str, action: Scan, session: Session) -> Measured:
             "values": values,
         }
         emit(Scanned, row)
+        for name, least, greatest in clear:  # written out: there may be thousands in a second
+            if not least <= values[name] <= greatest:
+                missed = _told(path, action, point, values, session)
+                if missed and action.stops_at_limit:
+                    return Measured(values, action.units, NONE, missed=missed)
+                break
     return Measured(values, action.units, NONE)
 
 
-def _judged(
+def _told(
     path: str, action: Scan, point: int, values: Mapping[str, float], session: Session
-) -> list[str]:
-    """Return which values are marginal; what is beyond limits has no row, but is on record."""
-    try:
-        return judge(action.limits, values)
-    except DataError:
-        found = ", ".join(
-            f"{name} {value!r} {action.units[name]}" for name, value in values.items()
-        )
-        text = f"at {where_at(action, point)}, beyond limits and no row of '{action.name}': {found}"
-        session.emit(Note, step=path, text=text)
-        raise
+) -> str:
+    """Put the remarks on a row on record; return what of it is out of limits, in words."""
+    remarks = list(remarks_on(action.limits, values, f"at {where_at(action, point)}: "))
+    for kind, text in remarks:
+        session.emit(kind, step=path, text=text)
+    return missed_text(remarks)
 
 
 def where_at(action: Scan, point: int) -> str:

@@ -49,11 +49,12 @@ def find_seam(
     it is if it was completed; one that was broken off cannot be gone on with.
     """
     done = {one.index for one in events if isinstance(one, StepEnded) and one.ok}
-    start = _start(steps, _reached(steps, events), done)
+    reached = _reached(steps, events)
+    start = _start(steps, reached, done)
     tries = Counter(one.index for one in events if isinstance(one, StepStarted))
     over = start == len(steps) or _is_final(steps[start])
     before = () if over else tuple(_again(steps, start, done))
-    for index in (*before, start):
+    for index in (*before, *range(start, reached + 1)):
         begun = index < len(steps) and tries[index]
         if begun and not _may_come_again(steps[index], done=index in done):
             raise _refused(f"{steps[index].path} was broken off, and must not be done twice")

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DeviceTimeoutError
-from rigrunner.api.events import Intervention
+from rigrunner.api.events import Alarm, Intervention, Note
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
     from rigrunner.bus import Emit
     from rigrunner.engine.answers import AnswerSource
+    from rigrunner.engine.drive_watch import DriveWatch
     from rigrunner.engine.interlocks import Guard
     from rigrunner.engine.pausing import Pauses
     from rigrunner.rig import Rig
@@ -37,6 +38,10 @@ class Session:
     """How long the present step may take."""
     began_s: float = 0.0
     """When the present step began, by the rig's clock."""
+    drives: DriveWatch | None = None
+    """Watches the drives that were set; None where nobody does."""
+    reads: bool = False
+    """Whether the present step reads something: then its drives are watched."""
     is_ending: bool = False
     """Whether this is a teardown."""
 
@@ -48,6 +53,15 @@ class Session:
         """Return the session of a teardown: neither stopped nor paused, interlocks only told."""
         return replace(self, stop=_Never(), is_ending=True)
 
+    def put_messages(self) -> None:
+        """Put on record what the drivers have told beside their answers."""
+        for each in self.rig.messages.taken():
+            source = f"device {each.role}"
+            if each.level == "info":
+                self.emit(Note, step=source, text=each.text)
+            else:
+                self.emit(Alarm, source=source, text=f"{each.level}: {each.text}")
+
     def check(self, *, anew: bool = False) -> None:
         """Raise what keeps the step from going on; `anew`: all interlocks are read.
 
@@ -56,6 +70,8 @@ class Session:
         """
         if self._telling is not None:
             self._tell(self._telling)
+        if self.rig.messages:
+            self.put_messages()
         if self.stop.is_set():
             raise stopped(self.stop)
         if self.is_ending:
@@ -65,28 +81,33 @@ class Session:
                 self.guard.check(anew=anew)
             if self.pauses is not None and (by := self.pauses.wanted()):
                 raise PauseWantedError("a pause was asked for", by)
+            if self.reads and self.drives is not None:
+                self.drives.look()
         if self.timeout_s is not None:
             self.check_time()
+
+    def check_drives(self) -> None:
+        """Raise InterlockError for a drive that is not where it was set, in a step that reads."""
+        if self.reads and self.drives is not None and not self.is_ending:
+            self.drives.check()
 
     def checker(self) -> Callable[[], None]:
         """Return what checks anew, again and again within this step.
 
-        Where nothing but the stop token can keep the step from going on, it looks at that alone.
+        Where nothing but the stop token and the drives can keep the step from going on, it looks at
+        these alone.
         """
-        if (
-            self._telling is not None
-            or self.is_ending
-            or self.guard.watching
-            or self.pauses is not None
-            or self.timeout_s is not None
-        ):
+        if self.guard.watching or self.pauses is not None or self.timeout_s is not None:
             return partial(self.check, anew=True)
         stop = self.stop
         is_set = stop.is_set
+        look_at_drives = self.drives.look if self.reads and self.drives is not None else None
 
         def look() -> None:
             if is_set():
                 raise stopped(stop)
+            if look_at_drives is not None:
+                look_at_drives()
 
         return look
 

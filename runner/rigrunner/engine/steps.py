@@ -9,6 +9,7 @@ from rigrunner.api.errors import AbortedError, DataError
 from rigrunner.api.events import Answer, Note, Prompt, Samples
 from rigrunner.engine.found import NOTHING, Measured, by_role
 from rigrunner.engine.moving import naps, ramp, set_drive, wait
+from rigrunner.engine.recorded import RecordedStatistics
 from rigrunner.engine.scanning import scan
 from rigrunner.engine.streams import checked_stream
 from rigrunner.plan import actions
@@ -80,7 +81,8 @@ def _perform_without_finding(
 def _confirm(path: str, action: Confirm, session: Session) -> None:
     known = {"step": path, "text": action.text, "picture": action.picture}
     session.emit(Prompt, **known, choices=("yes", "no"))
-    agreed = session.answers.confirm(path, action)
+    with session.rig.person():
+        agreed = session.answers.confirm(path, action)
     session.emit(Answer, step=path, text="yes" if agreed else "no", by=session.answers.by)
     if not agreed:
         raise AbortedError(f"{path}: '{action.text}' was answered with no")
@@ -90,7 +92,8 @@ def _ask(path: str, action: Ask, session: Session) -> None:
     expected = action.expected
     known = {"step": path, "text": action.text, "picture": action.picture}
     session.emit(Prompt, **known, choices=expected.choices, expected=expected.words)
-    answer = expected.accept(session.answers.ask(path, action))
+    with session.rig.person():
+        answer = expected.accept(session.answers.ask(path, action))
     session.emit(Answer, step=path, text=answer, by=session.answers.by, into=action.into)
 
 
@@ -145,8 +148,11 @@ def _stream_means(
 
 def _record(action: Record, session: Session) -> Measured:
     conditions, units = session.rig.conditions(action.role, action.channels)
+    statistics = RecordedStatistics(action.statistics)
     for block in checked_stream(session, action.role, action.channels, action.duration_s):
         session.emit(Samples, recording=action.name, block=block)
+        statistics.take(block.channels)
     found, found_units = session.rig.stream_conditions(action.role)
     known = {**action.units, **units, **found_units}
-    return Measured({**conditions, **found}, known, session.rig.truth(action.role))
+    truth = session.rig.truth(action.role)
+    return Measured({**conditions, **found}, known, truth, statistics.found())

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import nullcontext
 from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.cleanup import closed_after
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
-from rigrunner.engine.samples import as_samples
+from rigrunner.api.samples import as_samples
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
@@ -46,7 +47,9 @@ def checked_stream(
     rate_hz, received, empty = rig.sample_rate_hz(role), 0, 0
     promised = rate_hz * duration_s
     times = _Times(role, rate_hz)
-    with closing(rig.stream(role, channels, duration_s, session.stop)) as blocks:
+    stream = rig.stream(role, channels, duration_s, session.stop)
+    alone = nullcontext() if session.drives is None else session.drives.streaming(role)
+    with alone, closed_after(stream, "ending the stream") as blocks:
         for given in blocks:
             block = _checked(role, given, channels, rate_hz, received)
             times.take(block)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
-from rigrunner.api.events import Alarm, Note, StepEnded, StepStarted
+from rigrunner.api.events import Alarm, StepEnded, StepStarted
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.found import NOTHING
-from rigrunner.engine.limits import judge
+from rigrunner.engine.limits import missed_text, remarks_on
 from rigrunner.engine.notes import GOES_ON, words
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.steps import perform
@@ -23,42 +24,56 @@ if TYPE_CHECKING:
 
 def do_step(
     index: int, step: PlannedStep, session: Session, notes: Notes, tries: Counter[int]
-) -> None:
+) -> str:
     """Do one step, and again after a failure for as long as its terms allow.
 
-    `tries` counts by index how often each step was begun, so that no two recordings have the same
-    name. Raises what ends the run, and PauseWantedError if a pause broke the step off.
+    Return the values out of limits that are to stop the run, in words; '' for none. `tries` counts
+    by index how often each step was begun, so that no two recordings have the same name. Raises
+    what ends the run otherwise, and PauseWantedError if a pause broke the step off.
     """
     for number in range(1, step.terms.tries + 1):
         tries[index] = total = tries.get(index, 0) + 1
-        if _try(Attempt(index, step, number, total), session, notes):
-            return
+        missed = _try(Attempt(index, step, number, total), session, notes)
+        if missed is not None:
+            return missed
+    return ""
 
 
-def _try(attempt: Attempt, session: Session, notes: Notes) -> bool:
-    """Return whether the step is over; raise what ends the run."""
+def _try(attempt: Attempt, session: Session, notes: Notes) -> str | None:
+    """Return what is to stop the run, '' for nothing; None where the step is tried again.
+
+    Raises what ends the run otherwise. A value is on record before it is judged: what was read
+    counts, and is not read again.
+    """
     step, found = attempt.step, NOTHING
     terms = step.terms
     trial = session if terms.timeout_s is None else session.within(terms.timeout_s)
     session.emit(StepStarted, attempt.started())
+    if attempt.reads:
+        trial = replace(trial, reads=True)
     try:
+        trial.check_drives()
         found = perform(step.path, attempt.action, trial)
+        trial.check_drives()
         if trial.timeout_s is not None:
             trial.check_time()
-        remarks = judge(terms.limits, found.values) if terms.limits else ()
     except PauseWantedError as wanted:
         notes.tell(StepEnded, attempt.ended(found, ok=False))
         raise _unless_repeatable(step, wanted) from wanted
     except BaseException as error:
+        session.put_messages()
         again, passed_over = _failed(attempt, error, notes)
         notes.tell(StepEnded, attempt.ended(found, ok=False))
         if again or passed_over:
-            return not again
+            return None if again else ""
         raise
-    for text in remarks:
-        session.emit(Note, step=step.path, text=text)
     session.emit(StepEnded, attempt.ended(found, ok=True))
-    return True
+    if not terms.limits:
+        return found.missed
+    remarks = list(remarks_on(terms.limits, {**found.values, **found.statistics}))
+    for kind, text in remarks:
+        session.emit(kind, step=step.path, text=text)
+    return missed_text(remarks) if terms.stops_at_limit else ""
 
 
 def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception:
@@ -80,9 +95,11 @@ def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool,
         tries = attempt.step.terms.tries
         text = f"{words(error)}; try {attempt.number} of {tries}"
         notes.tell(Alarm, source=path, text=text)
+        notes.trace(error)
     elif passed_over:
         notes.pass_over(f"{path}: {words(error)}")
         notes.tell(Alarm, source=path, text=words(error) + GOES_ON)
+        notes.trace(error)
     else:
         notes.note(path, error)
     return again, passed_over

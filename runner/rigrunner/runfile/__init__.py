@@ -14,6 +14,7 @@ from rigrunner.runfile.reading import (
     read_without_samples,
     sealed_file_of,
 )
+from rigrunner.runfile.salvage import DamagedRun, read_damaged, write_salvaged
 from rigrunner.runfile.sealing import seal
 from rigrunner.runfile.seams import end_of
 from rigrunner.runfile.summary import RunSummary, read_summary
@@ -22,6 +23,7 @@ from rigrunner.runfile.writer import RunWriter
 
 __all__ = [
     "NEVER_ENDED",
+    "DamagedRun",
     "RunHeader",
     "RunInfo",
     "RunSummary",
@@ -34,6 +36,7 @@ __all__ = [
     "file_differences",
     "is_going_on",
     "read",
+    "read_damaged",
     "read_info",
     "read_summary",
     "read_truth",
@@ -44,4 +47,5 @@ __all__ = [
     "seal",
     "sealed_file_of",
     "tail_of",
+    "write_salvaged",
 ]

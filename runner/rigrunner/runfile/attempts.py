@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.api.data import Measurement
 from rigrunner.api.events import Scanned, StepEnded, StepStarted
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
 
     _Step = tuple[str, int]
+
+RECORDED, ZEROED = "recorded", "zeroed"
+"""The tables of the values with limits that recordings and zeros found."""
 
 
 def superseded(events: Iterable[Event]) -> frozenset[str]:
@@ -27,35 +31,91 @@ def superseded(events: Iterable[Event]) -> frozenset[str]:
     return frozenset(replaced)
 
 
-def last_measured(events: Iterable[Event]) -> tuple[Measurement, ...]:
-    """Return what was measured, in order: of each step its last attempt that did not fail.
+class Measured(NamedTuple):
+    """The rows of a run, in order."""
+
+    rows: tuple[Measurement, ...]
+    """Of each step its last attempt that was completed: these count."""
+    superseded: tuple[Measurement, ...]
+    """Of the attempts before: kept beside."""
+
+
+def measured(events: Iterable[Event]) -> Measured:
+    """Return what was measured, of each step by its last attempt that was completed.
 
     Of a scan of which none was completed the points of the last one count: each of them was done.
     """
-    latest: dict[_Step, list[Measurement]] = {}
-    completed: set[_Step] = set()
-    rows: list[Measurement] = []
-    units: Mapping[str, str] = {}
+    attempts: list[_Attempt] = []
+    counting: dict[_Step, _Attempt] = {}
+    started: StepStarted | None = None
     for event in events:
         match event:
-            case Scanned():
-                rows.append(_row(event, units))
-            case StepStarted(step=path, index=index, action="scan"):
-                step, rows, units = (path, index), [], event.units
-                if step not in completed:
-                    latest.pop(step, None)
-                    latest[step] = rows
-            case StepEnded(step=path, index=index, ok=True, measurement=table) if (
-                table or event.action == "scan"
-            ):
-                step = (path, index)
-                completed.add(step)
-                latest.pop(step, None)
-                latest[step] = [_row(event, event.units)] if table else rows
-    return tuple(row for rows in latest.values() for row in rows)
+            case StepStarted():
+                started = event
+                if event.action == "scan":
+                    attempts.append(_Attempt((event.step, event.index)))
+                    _count(attempts[-1], counting)
+            case Scanned() if attempts:
+                attempts[-1].rows.append(_row(event, started))
+            case StepEnded(ok=True, action="scan") if attempts:
+                attempts[-1].completed = True
+                _count(attempts[-1], counting)
+            case StepEnded(ok=True) if row := _row_of_step(event, started):
+                attempts.append(_Attempt((event.step, event.index), [row], completed=True))
+                _count(attempts[-1], counting)
+    last = set(map(id, counting.values()))
+    return Measured(
+        tuple(row for each in counting.values() for row in each.rows),
+        tuple(row for each in attempts if id(each) not in last for row in each.rows),
+    )
 
 
-def _row(event: StepEnded | Scanned, units: Mapping[str, str]) -> Measurement:
+@dataclass(eq=False)
+class _Attempt:
+    """The rows of one attempt at a step."""
+
+    step: _Step
+    rows: list[Measurement] = field(default_factory=list)
+    completed: bool = False
+
+
+def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
+    """Let an attempt count, in its order, unless one before it was completed and it is not."""
+    before = counting.get(attempt.step)
+    if attempt.completed or before is None or not before.completed:
+        counting.pop(attempt.step, None)
+        counting[attempt.step] = attempt
+
+
+def _row_of_step(event: StepEnded, started: StepStarted | None) -> Measurement | None:
+    """Return the row that a step makes; None for one that makes none.
+
+    A zero or a recording makes one of its values that have limits.
+    """
+    if event.measurement:
+        return _row(event, started)
+    limits = started.limits if started is not None else ()
+    if not limits:
+        return None
+    found = {**event.values, **event.statistics}
+    values = {limit.of: found[limit.of] for limit in limits if limit.of in found}
+    known = {**(started.units if started else {}), **event.units}
+    setpoints = started.setpoints if started is not None else {}
+    members = (*setpoints, *values)
+    units = {name: unit for name in members if (unit := _unit(name, known))}
+    table = RECORDED if event.recording else ZEROED
+    return Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
+
+
+def _unit(name: str, known: Mapping[str, str]) -> str:
+    """Return the unit of a value, of a drive, or of the channel of a statistic."""
+    return known.get(name) or known.get(name.rpartition(".")[0], "")
+
+
+def _row(event: StepEnded | Scanned, started: StepStarted | None) -> Measurement:
+    """Return a row; its start knows the limits, and of a scan the units."""
+    known = event.units if isinstance(event, StepEnded) else started.units if started else {}
     members = (*event.setpoints, *event.values)
-    known = {member: units[member] for member in members if member in units}
-    return Measurement(event.measurement, event.utc, event.setpoints, event.values, known)
+    units = {member: known[member] for member in members if member in known}
+    limits = started.limits if started is not None else ()
+    return Measurement(event.measurement, event.utc, event.setpoints, event.values, units, limits)

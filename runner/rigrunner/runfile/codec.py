@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
@@ -33,6 +33,7 @@ _KINDS: Mapping[str, type[events.Event]] = {
         events.Prompt,
         events.Answer,
         events.Note,
+        events.LimitMissed,
         events.Alarm,
         events.InterlockTripped,
         events.InterlockCleared,
@@ -62,14 +63,14 @@ def header_bytes(header: RunHeader) -> bytes:
     return _json({"format": FORMAT, **asdict(header)})
 
 
-def header_from(data: bytes, source: str) -> RunHeader:
-    """Return the header; raise DataError if a newer version wrote it."""
+def header_from(data: bytes, source: str) -> tuple[RunHeader, int]:
+    """Return the header and the format's version; raise DataError if a newer version wrote it."""
     document = _object(data)
     version = document.pop("format", None)
     if not isinstance(version, int):
         raise DataError(f"{source} does not say in which format it is")
     check_format(version, source)
-    return _made(RunHeader, document)
+    return _checked(RunHeader, document), version
 
 
 def check_format(version: int, source: str) -> None:
@@ -93,7 +94,7 @@ def event_bytes(event: events.Event) -> bytes:
 
 def plain_event_bytes(event: events.Event) -> bytes:
     """Return the same, whatever its fields hold."""
-    return json.dumps(_document(event), default=dict).encode()
+    return json.dumps(_document(event), default=_plain).encode()
 
 
 def event_text(event: events.Event) -> str:
@@ -102,6 +103,10 @@ def event_text(event: events.Event) -> str:
         return to_json(_document(event), ensure_ascii=True, fallback=dict).decode()
     except PydanticSerializationError:
         return plain_event_bytes(event).decode()
+
+
+def _plain(value: Any) -> dict[str, Any]:
+    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else dict(value)
 
 
 def _document(event: events.Event) -> dict[str, Any]:
@@ -114,7 +119,7 @@ def event_from(text: str | bytes) -> events.Event | None:
     """Return the event; None for a kind that this version does not know."""
     document = _object(text)
     kind = _KINDS.get(str(document.pop("event", "")))
-    return None if kind is None else _made(kind, document)
+    return None if kind is None else _checked(kind, document)
 
 
 def truth_bytes(recording: str, truth: Mapping[str, float]) -> bytes:
@@ -151,7 +156,7 @@ def block_from(data: bytes) -> tuple[str, Block]:
     try:
         (length,) = _LENGTH.unpack_from(data)
         start = _LENGTH.size + length
-        head = _made(_BlockHead, _object(data[_LENGTH.size : start]))
+        head = _checked(_BlockHead, _object(data[_LENGTH.size : start]))
         shape = len(head.channels), head.samples
         table = np.frombuffer(data, "<f8", head.samples * len(head.channels), start).reshape(shape)
     except (struct.error, ValueError) as error:
@@ -181,16 +186,11 @@ def _parsed(data: str | bytes) -> object:
         raise DataError(f"a record of the run is not JSON: {error}") from error
 
 
-def _made(kind: type[_T], document: Mapping[str, Any]) -> _T:
-    """Return a header or an event; fields of a newer version are passed over."""
-    names = _names(cast("Any", kind))
-    if document.keys() <= names:
-        return _checked(kind, document)
-    return _checked(kind, {name: value for name, value in document.items() if name in names})
-
-
 def _checked(kind: type[_T], value: object) -> _T:
-    """Return the value as the annotations have it; raise DataError."""
+    """Return the value as the annotations have it, without fields of a newer version.
+
+    Raise DataError.
+    """
     try:
         checked: _T = _validator(cast("Any", kind)).validate_python(value)
     except ValidationError as error:
@@ -204,11 +204,6 @@ def _checked(kind: type[_T], value: object) -> _T:
 
 
 @cache
-def _names(kind: Any) -> frozenset[str]:
-    return frozenset(field.name for field in fields(kind))
-
-
-@cache
 def _encoder(kind: Any) -> tuple[bytes, Callable[..., bytes]]:
     """Return how an event of that kind begins, and what encodes it with its opening brace.
 
@@ -216,13 +211,25 @@ def _encoder(kind: Any) -> tuple[bytes, Callable[..., bytes]]:
     half of a surrogate pair.
     """
     schema = cast("Any", TypeAdapter(kind).core_schema)
-    schema["config"] = {"ser_json_inf_nan": "constants"}
+    _keep_constants(schema)
     for each in schema["schema"]["fields"]:
         each["serialization_exclude"] = each["name"] == "truth"
         values = each["schema"].get("schema", each["schema"])
         if values["type"] == "dict":
             values["keys_schema"] = {"type": "any"}
     return f'{{"event":"{kind.__name__}",'.encode(), SchemaSerializer(schema).to_json
+
+
+def _keep_constants(schema: object) -> None:
+    """Let a schema, and those of the dataclasses in it, write infinity and NaN as they are."""
+    if isinstance(schema, dict):
+        if schema.get("type") == "dataclass":
+            schema["config"] = {"ser_json_inf_nan": "constants"}
+        for each in schema.values():
+            _keep_constants(each)
+    elif isinstance(schema, list):
+        for each in schema:
+            _keep_constants(each)
 
 
 @cache

@@ -100,7 +100,7 @@ def write_whole(path: Path, content: bytes) -> None:
         try:
             temporary(path).write_bytes(content)
             publish(path, read_only=False)
-        except OSError:
+        except BaseException:  # Ctrl-C too
             temporary(path).unlink(missing_ok=True)
             raise
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.attempts import last_measured, superseded
+from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import event_from, event_text
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import (
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile.loose import Journal
     from rigrunner.runfile.model import SweepPlot
 
-_HEADER_TEXTS = (
+HEADER_TEXTS = (
     "run_id",
     "started_utc",
     "procedure_id",
@@ -55,24 +55,34 @@ _HEADER_TEXTS = (
     "procedure_title",
     "station_id",
 )
-_VERBATIM = ("procedure_text", "station_text", "plan_text")
+VERBATIM = ("procedure_text", "station_text", "plan_text")
 CALLED = "called"
 SUPERSEDED = "superseded"
 IMPORTED = "imported"
 MAPPING = "mapping_text"
+FORMAT_ATTRIBUTE = "rigrunner_format"
+SALVAGED = "salvaged"
+KINDS = ("recordings", "incomplete", SUPERSEDED)
+"""The groups of recordings."""
 _END_TEXTS = ("ended_utc", "outcome", "reason")
+
+
+def format_of(entry: h5py.Group) -> int:
+    """Return the version of the layout: an embedded run has its own, any other that of the file."""
+    own = entry.attrs.get(FORMAT_ATTRIBUTE)
+    return int(entry.file.attrs[FORMAT_ATTRIBUTE] if own is None else own)
 
 
 def write_entry(entry: h5py.Group, journal: Journal) -> None:
     """Write all but recordings and analysis into an empty entry."""
     header = journal.header
     write_text(entry, "title", header.procedure_title)
-    for name in _HEADER_TEXTS:
+    for name in HEADER_TEXTS:
         write_text(entry, name, getattr(header, name))
     for name, text in zip(_END_TEXTS, journal.end(), strict=True):
         write_text(entry, name, text)
     texts = new_group(entry, "texts", "NXcollection")
-    for name in _VERBATIM:
+    for name in VERBATIM:
         write_verbatim(texts, name, getattr(header, name))
     write_texts(texts, CALLED, header.called_texts)
     write_texts(entry, "inputs", header.inputs)
@@ -82,8 +92,13 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     if header.imported:
         write_texts(entry, IMPORTED, header.imported)
         write_verbatim(texts, MAPPING, header.mapping_text)
+    if header.salvaged:
+        write_texts(entry, SALVAGED, header.salvaged)
     write_values(entry, "zeros", *journal.zeros())
-    write_measurements(entry, last_measured(journal.events))
+    rows = measured(journal.events)
+    write_measurements(entry, rows.rows)
+    if rows.superseded:
+        write_measurements(entry, rows.superseded, "superseded_measurements")
     _write_events(entry, journal.events)
     truth = new_group(entry, "verification", "NXcollection")
     for recording, values in journal.truth.items():
@@ -112,7 +127,7 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
             file.copy(part, group, place)
             group[place].attrs["part"] = part_of.get(name, 1)
     recordings = _in_order(finished)
-    entry.attrs["sha256"] = _digest(recordings, events)
+    entry.attrs["sha256"] = _digest(recordings, events, format_of(entry))
     for first in recordings[:1]:
         finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
 
@@ -132,12 +147,12 @@ def write_analysis(
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
     """Read what is known without the samples."""
-    return _read_info(entry, path, _read_events(entry))
+    return _read_info(entry, path, read_events(entry))
 
 
 def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInfo:
-    texts = {name: read_text(entry, name) for name in _HEADER_TEXTS}
-    verbatim = {name: read_text(entry["texts"], name) for name in _VERBATIM}
+    texts = {name: read_text(entry, name) for name in HEADER_TEXTS}
+    verbatim = {name: read_text(entry["texts"], name) for name in VERBATIM}
     recordings = _in_order(entry["recordings"])
     return RunInfo(
         path=path,
@@ -152,19 +167,22 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
             people=_read_texts(entry, "people"),
             approval=_read_texts(entry, "approval") or dict(DRAFT),
             imported=_read_texts(entry, IMPORTED),
+            salvaged=_read_texts(entry, SALVAGED),
             mapping_text=read_text(entry["texts"], MAPPING) if MAPPING in entry["texts"] else "",
         ),
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),
         digest=_checked_digest(entry, recordings, events, path),
+        format=format_of(entry),
         manifest_sha256=manifest_sha256(entry),
     )
 
 
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run whole, with the no-load run that is embedded in it."""
-    events = _read_events(entry)
+    events = read_events(entry)
     scratch = None if _samples_fit(entry) else Scratch()
+    rows = measured(events)
     return StoredRun(
         info=_read_info(entry, path, events),
         recordings=_read_all(entry, "recordings", scratch),
@@ -172,7 +190,8 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         superseded=_read_all(entry, SUPERSEDED, scratch),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events),
-        measurements=last_measured(events),
+        measurements=rows.rows,
+        superseded_measurements=rows.superseded,
         events=events,
         result_document=_read_document(entry),
         no_load=read_entry(entry["no_load"], path) if "no_load" in entry else None,
@@ -187,8 +206,7 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
 
 def _samples_fit(entry: h5py.Group) -> bool:
     """Return whether all samples of a run are to be read into memory."""
-    kinds = ("recordings", "incomplete", SUPERSEDED)
-    return sum(stored_bytes(_groups(entry, kind)) for kind in kinds) <= IN_MEMORY
+    return sum(stored_bytes(_groups(entry, kind)) for kind in KINDS) <= IN_MEMORY
 
 
 def _read_all(entry: h5py.Group, kind: str, scratch: Scratch | None) -> tuple[Recording, ...]:
@@ -212,7 +230,8 @@ def _write_events(entry: h5py.Group, events: tuple[Event, ...]) -> None:
     write_ascii(group, "json", [event_text(one) for one in events])
 
 
-def _read_events(entry: h5py.Group) -> tuple[Event, ...]:
+def read_events(entry: h5py.Group) -> tuple[Event, ...]:
+    """Read all events of a run, in order."""
     found = (event_from(bytes(text)) for text in entry["events/json"][()])
     return tuple(event for event in found if event is not None)
 
@@ -258,10 +277,15 @@ def _in_order(group: h5py.Group) -> list[h5py.Group]:
     return sorted(group.values(), key=lambda one: int(one.attrs["number"]))
 
 
+def digest_of(entry: h5py.Group, events: Iterable[Event]) -> str:
+    """Return the digest of what an entry holds: its finished recordings and the measurements."""
+    return _digest(_in_order(entry["recordings"]), events, format_of(entry))
+
+
 def _checked_digest(
     entry: h5py.Group, recordings: list[h5py.Group], events: Sequence[Event], path: Path
 ) -> str:
-    digest = _digest(recordings, events)
+    digest = _digest(recordings, events, format_of(entry))
     if digest != entry.attrs["sha256"]:
         raise DataError(
             f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
@@ -269,7 +293,7 @@ def _checked_digest(
     return digest
 
 
-def _digest(recordings: list[h5py.Group], events: Iterable[Event]) -> str:
-    measurements = last_measured(events)
+def _digest(recordings: list[h5py.Group], events: Iterable[Event], version: int) -> str:
     own = [str(group.attrs["sha256"]) for group in recordings]
-    return run_digest([*own, *map(measurement_digest, measurements)])
+    rows = [measurement_digest(row, version) for row in measured(events).rows]
+    return run_digest([*own, *rows])

@@ -90,7 +90,8 @@ def open_file(path: Path) -> Iterator[h5py.File]:
     except _DAMAGED as error:
         raise DataError(
             f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
-            hint=f"{_damage(path, error)}; take it from a copy or a backup",
+            hint=f"{_damage(path, error)}; take it from a copy or a backup; 'rigrunner recover"
+            " --salvage' saves what is sound of a run",
         ) from error
     except _NO_RUN as error:
         raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error

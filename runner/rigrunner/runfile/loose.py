@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
-from rigrunner.runfile.attempts import last_measured, superseded
+from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.hdf5 import objects, open_file
@@ -55,6 +55,8 @@ class Journal:
     notes: tuple[str, ...]
     records_end: int
     """Where its last intact record ends in the file."""
+    format: int
+    """The version of the layout with which the run began."""
 
     def zeros(self) -> tuple[dict[str, float], dict[str, str]]:
         """Return the latest zero of each channel, and the units."""
@@ -102,7 +104,7 @@ class SampleJournal:
 
 def read_journal(files: RunFolder) -> Journal:
     """Read the journal of events; raise DataError if not even its header is intact."""
-    headers: list[RunHeader] = []
+    headers: list[tuple[RunHeader, int]] = []
     events: list[Event] = []
     truth: dict[str, dict[str, float]] = {}
     end: int | None = None
@@ -125,7 +127,9 @@ def read_journal(files: RunFolder) -> Journal:
         )
     lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
-    return Journal(_with_answers(headers[0], events), tuple(events), truth, notes, end or 0)
+    header, version = headers[0]
+    whole = _with_answers(header, events)
+    return Journal(whole, tuple(events), truth, notes, end or 0, version)
 
 
 def _without_header(files: RunFolder) -> str:
@@ -194,6 +198,7 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
     read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
     found = list(_each(files, read_part, read_samples)) if samples else []
     replaced = superseded(journal.events)
+    rows = measured(journal.events)
     complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
     return StoredRun(
         info=_info(files, journal, [(facts, digest) for facts, _, digest in found]),
@@ -202,7 +207,8 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
         recording_zeros=zeros_in_force(journal.events),
-        measurements=last_measured(journal.events),
+        measurements=rows.rows,
+        superseded_measurements=rows.superseded,
         events=journal.events,
         result_document=None,
         no_load=None,
@@ -227,7 +233,7 @@ def _info(
     replaced = superseded(journal.events)
     counted = (one for one in found if one[0].complete and one[0].name not in replaced)
     finished = sorted(counted, key=lambda one: one[0].number)
-    measured = map(measurement_digest, last_measured(journal.events))
+    rows = [measurement_digest(row, journal.format) for row in measured(journal.events).rows]
     ended_utc, outcome, reason = journal.end()
     return RunInfo(
         path=files.path,
@@ -237,7 +243,8 @@ def _info(
         outcome=outcome,
         reason=reason,
         recording_names=tuple(facts.name for facts, _ in finished),
-        digest=run_digest([*(digest for _, digest in finished), *measured]),
+        digest=run_digest([*(digest for _, digest in finished), *rows]),
+        format=journal.format,
     )
 
 

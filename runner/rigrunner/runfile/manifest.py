@@ -37,6 +37,7 @@ _KINDS = {
     "no_load": "no-load run",
     "recordings": "recording",
     "superseded": "superseded recording",
+    "superseded_measurements": "superseded measurement",
     "texts": "parameters",
     "verification": "truth",
     "zeros": "zero",
@@ -115,21 +116,22 @@ def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Differen
     Raises DataError where the file's structure is too damaged to walk through.
     """
     try:
-        wanted = _stored_items(entry)
+        wanted = stored_items(entry)
     except (DataError, *UNREADABLE) as error:
         yield Difference(MANIFEST, "manifest", f"cannot be read: {error}")
         return
     for path, item in _items(entry):
         said = wanted.pop(path, None)
         if samples or not _is_column(path, item):
-            what = _compared(path, item, said)
+            what = compared(path, item, said)
             if what:
                 yield Difference(path, kind_of(path), what)
     for path in wanted:
         yield Difference(path, kind_of(path), "missing: the manifest names it")
 
 
-def _compared(path: str, item: h5py.Group | h5py.Dataset, said: object) -> str:
+def compared(path: str, item: h5py.Group | h5py.Dataset, said: object) -> str:
+    """Return in what an object differs from what the manifest says of it; '' where it does not."""
     if said is None:
         return "added: the manifest does not name it"
     try:
@@ -148,7 +150,8 @@ def _items(entry: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]
             yield path, item
 
 
-def _stored_items(entry: h5py.Group) -> dict[str, object]:
+def stored_items(entry: h5py.Group) -> dict[str, object]:
+    """Return what the manifest says, by place; raise DataError where it is none."""
     if MANIFEST not in entry:
         raise DataError("there is none, although this version of the layout has one")
     text = bytes(entry[MANIFEST][()]).decode("ascii")

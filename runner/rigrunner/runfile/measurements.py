@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import TYPE_CHECKING
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,24 +16,37 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigrunner.api.data import Measurement
+    from rigrunner.api.data import Array, Measurement
 
 
-def measurement_digest(measurement: Measurement) -> str:
-    """Return the SHA-256 of a measurement as JSON (keys sorted, no spaces), without its time."""
-    known = {
+FIRST_WITH_LIMITS = 3
+"""The first version of the layout in which a row has its limits, and its digest covers them."""
+
+
+def measurement_digest(measurement: Measurement, version: int) -> str:
+    """Return the SHA-256 of a measurement as JSON (keys sorted, no spaces), without its time.
+
+    By the algorithm of that version of the layout. A version that is in use is never changed: the
+    identity of every run that was stored with it would be another.
+    """
+    known: dict[str, Any] = {
         "name": measurement.name,
         "setpoints": dict(measurement.setpoints),
         "units": dict(measurement.units),
         "values": dict(measurement.values),
     }
+    if version >= FIRST_WITH_LIMITS:
+        known["limits"] = [asdict(limit) for limit in measurement.limits]
+        known["recording"] = measurement.recording
     text = json.dumps(known, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def write_measurements(entry: h5py.Group, measurements: Sequence[Measurement]) -> None:
+def write_measurements(
+    entry: h5py.Group, measurements: Sequence[Measurement], group: str = "measurements"
+) -> None:
     """Write a table for each name: a column for each set-point and channel, a row each time."""
-    tables = new_group(entry, "measurements", "NXcollection")
+    tables = new_group(entry, group, "NXcollection")
     for name in dict.fromkeys(one.name for one in measurements):
         rows = [one for one in measurements if one.name == name]
         table = new_group(tables, free_name(tables, name), "NXdata")
@@ -40,6 +54,34 @@ def write_measurements(entry: h5py.Group, measurements: Sequence[Measurement]) -
         write_ascii(table, "utc", [one.utc for one in rows])
         _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
         _write_columns(table, "values", [one.values for one in rows], rows)
+        if any(one.recording for one in rows):
+            write_ascii(table, "recording", [one.recording for one in rows])
+        if any(one.limits for one in rows):
+            _write_limits(table, rows)
+
+
+def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
+    """Write what each limited value may be and whether it is so, a row each time.
+
+    Not-a-number where there is no bound; `passes` is 1, 0, or -1 where a row has no limit.
+    """
+    group = new_group(table, "limits", "NXcollection")
+    units = {member: unit for one in rows for member, unit in one.units.items()}
+    judged = [{each.limit.of: each for each in one.judgements} for one in rows]
+    for name in dict.fromkeys(name for each in judged for name in each):
+        column = [each.get(name) for each in judged]
+        one = new_group(group, free_name(group, name), "NXcollection")
+        one.attrs.update({"name": name, "units": units.get(name, "")})
+        limits = [None if each is None else each.limit for each in column]
+        one["minimum"] = _bounds(None if each is None else each.minimum for each in limits)
+        one["maximum"] = _bounds(None if each is None else each.maximum for each in limits)
+        one["passes"] = np.array([-1 if each is None else each.passes for each in column], np.int8)
+    passes = [all(each.passes for each in one.judgements) for one in rows]
+    table["passes"] = np.array(passes, np.uint8)
+
+
+def _bounds(bounds: Iterable[float | None]) -> Array:
+    return np.array([np.nan if each is None else each for each in bounds], np.float64)
 
 
 def _write_columns(

@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Measurement, Recording
     from rigrunner.api.events import Event
 
-FORMAT = 2
+FORMAT = 3
 """The version of the journal and of `run.h5`; a reader refuses a newer one.
 
-Version 2 added the manifest."""
+Version 2 added the manifest; version 3 limits of measured values, which the digest covers. A run
+keeps the version with which it began: the algorithm of its digest goes by it."""
 
 
 DRAFT: Mapping[str, str] = MappingProxyType({"state": "draft"})
@@ -51,6 +52,9 @@ class RunHeader:
     at 'utc'; 'by' answers for the 'mapping'; 'file NAME' is the SHA-256 of each. Else empty."""
     mapping_text: str = ""
     """Verbatim, what said where the recordings stood in these files."""
+    salvaged: Mapping[str, str] = field(default_factory=dict)
+    """Of a run that was saved from a damaged file: the 'file', its 'sha256', 'utc', 'by' whom, and
+    what is lost by its place, as 'lost /entry/...'. Else empty. Such a run is never certified."""
     files: Mapping[str, str] = field(default_factory=dict)
     """From where 'procedure', 'station' and 'no_load' were taken. Only a run that is not sealed
     keeps it, to be taken up again: it means nothing on another machine."""
@@ -73,6 +77,8 @@ class RunInfo:
     """The finished recordings, in the order in which they were made."""
     digest: str
     """SHA-256 over finished recordings and measurements: the identity of what was measured."""
+    format: int = FORMAT
+    """The version of the layout, by which the algorithm of the digest goes."""
     manifest_sha256: str = ""
     """SHA-256 of the manifest's text, which holds a digest of all that is in the file.
 
@@ -95,7 +101,9 @@ class StoredRun:
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """The zero readings in force when a recording was made, by its name."""
     measurements: tuple[Measurement, ...] = ()
-    """What `measure` steps found, in order."""
+    """The rows of its tables, in order, those out of limits included."""
+    superseded_measurements: tuple[Measurement, ...] = ()
+    """Rows of steps that were repeated: kept, but neither analysed nor judged."""
     events: tuple[Event, ...]
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""

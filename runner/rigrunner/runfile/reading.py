@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
-from rigrunner.runfile.entry import read_entry, read_entry_info, read_entry_truth
+from rigrunner.runfile.entry import (
+    FORMAT_ATTRIBUTE,
+    read_entry,
+    read_entry_info,
+    read_entry_truth,
+)
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import must_not_be_read, objects, open_file
 from rigrunner.runfile.loose import read_journal, read_loose, read_loose_info
@@ -28,7 +33,6 @@ if TYPE_CHECKING:
 ENTRY = "entry"
 FIRST_WITH_MANIFEST = 2
 """The first version of the layout in which a file has a manifest."""
-FORMAT_ATTRIBUTE = "rigrunner_format"
 
 
 def read(path: Path) -> StoredRun:
@@ -130,7 +134,9 @@ def _refuse_changed(entry: h5py.Group, path: Path) -> None:
     found = next(differences(entry, samples=False), None) if _has_manifest(entry) else None
     if found is not None:
         raise DataError(
-            f"{path}: {found}", hint=f"'rigrunner verify {path}' lists all that differs"
+            f"{path}: {found}",
+            hint=f"'rigrunner verify {path}' lists all that differs, and"
+            " 'rigrunner recover --salvage' saves what is sound",
         )
 
 

@@ -167,7 +167,8 @@ def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recordi
     if digest.hexdigest() != group.attrs["sha256"]:
         raise DataError(
             f"{group.file.filename}: recording '{facts.name}' is not what was recorded:"
-            " its SHA-256 does not match"
+            " its SHA-256 does not match",
+            hint="'rigrunner recover --salvage' saves the other recordings",
         )
     return facts.recording(channels)
 

@@ -7,14 +7,19 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.entry import add_recordings, write_analysis, write_entry
+from rigrunner.runfile.entry import (
+    FORMAT_ATTRIBUTE,
+    add_recordings,
+    format_of,
+    write_analysis,
+    write_entry,
+)
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import new_file, new_group, open_file
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
 from rigrunner.runfile.manifest import write_manifest
-from rigrunner.runfile.model import FORMAT
-from rigrunner.runfile.reading import ENTRY, FORMAT_ATTRIBUTE, sealed_file_of
+from rigrunner.runfile.reading import ENTRY, FIRST_WITH_MANIFEST, sealed_file_of
 from rigrunner.runfile.recordings import write_recording
 
 if TYPE_CHECKING:
@@ -50,7 +55,8 @@ def seal(
     for samples in unfolded(files):
         fold(files, samples, journal.events)
     with new_file(files.sealed_file, read_only=True) as file:
-        file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: FORMAT})
+        version = max(journal.format, FIRST_WITH_MANIFEST)
+        file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})
         entry = new_group(file, ENTRY, "NXentry")
         _write_loose(entry, files, journal)
         write_analysis(entry, result_document, plot)
@@ -81,13 +87,16 @@ def _embed(entry: h5py.Group, no_load: Path) -> None:
     sealed = sealed_file_of(no_load)
     if sealed is None:
         loose = RunFolder(no_load)
-        _write_loose(group, loose, read_journal(loose))
+        journal = read_journal(loose)
+        group.attrs[FORMAT_ATTRIBUTE] = journal.format
+        _write_loose(group, loose, journal)
         return
     with open_file(sealed) as file:
         source = file[ENTRY]
         group.attrs.update(
             {name: source.attrs[name] for name in source.attrs if name != "NX_class"}
         )
+        group.attrs[FORMAT_ATTRIBUTE] = format_of(source)
         for name in source:
             if name not in _NOT_EMBEDDED:
                 file.copy(source[name], group, name)

@@ -14,13 +14,14 @@ import h5py
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
+from rigrunner.runfile.entry import FORMAT_ATTRIBUTE
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import open_file, read_text, read_values, refuse_odd
 from rigrunner.runfile.loose import read_loose_info
 from rigrunner.runfile.manifest import MANIFEST, manifest_sha256
 from rigrunner.runfile.model import DRAFT
 from rigrunner.runfile.probe import refuse_unprotected_crashing
-from rigrunner.runfile.reading import ENTRY, FORMAT_ATTRIBUTE, sealed_file_of
+from rigrunner.runfile.reading import ENTRY, sealed_file_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

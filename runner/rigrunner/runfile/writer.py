@@ -7,6 +7,7 @@ from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
+from rigrunner.api.cleanup import do_all, noted_on
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Event, Samples, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes, truth_bytes
@@ -66,8 +67,12 @@ class RunWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        if error is None:
+            self.close()
+        else:
+            with noted_on(error, "closing the journal"):
+                self.close()
 
     @property
     def folder(self) -> Path:
@@ -134,9 +139,7 @@ class RunWriter:
 
     def close(self) -> None:
         """Close the journal once all is folded; the folder stays and can be read. Idempotent."""
-        self._close_samples()
-        self._events.close()
-        self._folding.wait()
+        do_all(self._close_samples, self._events.close, self._folding.wait)
 
     def _append(self, event: Event) -> None:
         self._events.append(_EVENT, event_bytes(event))

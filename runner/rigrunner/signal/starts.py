@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from rigrunner.api.analysis.requirements import LEAST_REST_S
 from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-
-LEAST_REST_S = 0.1
-"""A recording that shows less rest than this may have missed the start."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from rigrunner.engine import StopNow, UnattendedAnswers
 from rigrunner.plan.actions import Ask, Confirm, SetDrive, Settle
 from rigrunner.procedure.answers import Expected
 
-CALLS = 30
+CALLS = 40
 """More than the device calls of the plan's setup and main."""
 STANDSTILL = {"load": 0.0, "frequency": 0.0}
 TEARDOWN_CALLS = ("set frequency 0", "set load 0")
@@ -236,13 +236,15 @@ def test_first_error_is_kept_and_the_others_stand_beside_it():
     listener = Listener()
     plan = plan_of(setup=SETUP[3:])
     summary = run(FakeTester(before=refuse), plan, critical=[listener])
-    unsafe = "tester: make safe failed: no make_safe"
+    failed = "tester: make safe failed: no make_safe"
+    unsafe = f"{failed}; tester: load cannot be made safe: no set load 0"
     assert summary.reason == f"tester: no stream; the rig is not safe: {unsafe}"
     assert summary.unsafe == unsafe
     assert [(one.source, one.text) for one in listener.of(Alarm)] == [
         ("setup[0]", "tester: no stream"),
         ("teardown[1]", "tester: no set load 0"),
         ("make safe", "tester: make safe failed: no make_safe"),
+        ("make safe", "tester: load cannot be made safe: no set load 0"),
     ]
 
 
@@ -401,6 +403,18 @@ def test_a_last_ctrl_c_while_the_rig_is_made_safe_takes_nothing_from_the_record(
     summary = run(device, critical=[listener], stop=stop)
     assert (summary.outcome, summary.safe) == (Outcome.COMPLETED, True)
     assert isinstance(listener.events[-1], RunEnded)
+
+
+def test_a_stop_token_that_fails_keeps_no_rig_from_being_made_safe():
+    class Broken(Impatient):
+        def let_be(self) -> None:
+            raise RuntimeError("a bug of whoever made it")
+
+    device = FakeTester()
+    summary = run(device, stop=Broken())
+    assert (summary.outcome, summary.safe) == (Outcome.ERROR, True)
+    assert "a bug of whoever made it" in summary.reason
+    assert device.drives_at == STANDSTILL
 
 
 def test_a_ctrl_c_that_falls_just_before_leaves_the_rig_safe_and_is_on_record():

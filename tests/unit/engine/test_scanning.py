@@ -8,16 +8,25 @@ from dataclasses import replace
 import pytest
 
 from helpers_devices import FakeTester, Listener, NthCall, record, run
+from helpers_pausing import Person, decided
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
-from rigrunner.api.events import Alarm, Note, Outcome, Scanned, StepEnded, StepStarted
+from rigrunner.api.events import (
+    Alarm,
+    LimitMissed,
+    Note,
+    Outcome,
+    Scanned,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.api.limits import ValueLimit
 from rigrunner.api.quantity import parse_quantity, unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import UnattendedAnswers, find_seam, run_plan, streams_before
+from rigrunner.engine import Choice, UnattendedAnswers, find_seam, run_plan, streams_before
 from rigrunner.engine.seam import brought_back
 from rigrunner.plan.actions import (
     Interlock,
-    Limit,
     Phase,
     Plan,
     PlannedStep,
@@ -27,7 +36,7 @@ from rigrunner.plan.actions import (
     Terms,
 )
 from rigrunner.rig import Rig
-from rigrunner.runfile.attempts import last_measured
+from rigrunner.runfile.attempts import measured
 
 LOADS = (10.0, 20.0, 30.0)
 UNITS = {"tester.load": "N", "tester.torque": "N·m", "tester.frequency": "Hz"}
@@ -68,7 +77,7 @@ def done(device, *actions, interlocks=(), **more):
 
 
 def limited(high, marginal=0.0):
-    limit = Limit("tester.torque", None, parse_quantity(high), marginal)
+    limit = ValueLimit.between("tester.torque", None, parse_quantity(high), marginal)
     return replace(SCAN, limits=(limit,))
 
 
@@ -102,7 +111,7 @@ def test_each_point_is_set_read_back_read_and_on_record():
 
 def test_what_was_measured_has_units_and_the_time_of_its_point():
     _, listener = done(Press(), SCAN)
-    found = last_measured(listener.events)
+    found = measured(listener.events).rows
     assert [(one.name, dict(one.setpoints), dict(one.values)) for one in found] == [
         ("friction", setpoints, values) for _, setpoints, values in ALL
     ]
@@ -126,17 +135,36 @@ def test_it_waits_at_each_point():
     ]  # fmt: skip
 
 
-def test_a_value_beyond_its_limit_ends_it_and_the_points_before_count():
+def test_a_value_out_of_limits_ends_it_and_is_its_last_row():
     device = Press()
     summary, listener = done(device, limited("0.015 N·m"))
-    assert isinstance(summary.error, DataError)
+    assert (summary.error, summary.outcome) == (None, Outcome.STOPPED_AT_LIMIT)
     where, allowed = "at tester.load 20 N (point 2 of 3)", "allowed is 0.015 N·m or less"
     assert summary.reason == f"{where}: tester.torque is 0.02 N·m, {allowed}"
     assert "set load 30" not in device.calls
-    assert rows(listener.of(Scanned)) == ALL[:1]
-    assert len(last_measured(listener.events)) == 1
-    (note,) = listener.of(Note)  # with all digits: it was measured
-    assert note.text == f"{where}, beyond limits and no row of 'friction': tester.torque 0.02 N·m"
+    assert rows(listener.of(Scanned)) == ALL[:2]
+    found = measured(listener.events).rows
+    assert [[one.passes for one in row.judgements] for row in found] == [[True], [False]]
+    (missed,) = listener.of(LimitMissed)
+    assert missed.text == summary.reason
+
+
+def test_a_scan_that_goes_on_after_its_limits_keeps_every_point():
+    device = Press()
+    summary, listener = done(device, replace(limited("0.015 N·m"), stops_at_limit=False))
+    assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
+    assert rows(listener.of(Scanned)) == ALL
+    found = measured(listener.events).rows
+    assert [one.passes for row in found for one in row.judgements] == [True, False, False]
+    assert len(listener.of(LimitMissed)) == 2
+
+
+def test_rows_of_a_scan_that_is_begun_anew_are_kept_beside():
+    fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
+    _, listener = done(Press(before=fault), (SCAN, Terms(tries=2)))
+    found = measured(listener.events)
+    assert (len(found.rows), len(found.superseded)) == (3, 1)
+    assert found.superseded[0].utc == listener.of(Scanned)[0].utc
 
 
 def test_a_marginal_value_is_noted_with_its_set_point():
@@ -159,7 +187,7 @@ def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
     summary, listener = done(Press(before=fault), (SCAN, Terms(tries=2)))
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL[:1] + ALL
-    assert [one.utc for one in last_measured(listener.events)] == [
+    assert [one.utc for one in measured(listener.events).rows] == [
         one.utc for one in listener.of(Scanned)[1:]
     ]
     assert [one.text for one in listener.of(Alarm)] == [
@@ -170,8 +198,8 @@ def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
 def test_the_completed_attempt_counts_when_the_next_one_is_broken_off():
     _, listener = done(Press(), SCAN)
     again = [one for one in listener.events if isinstance(one, (StepStarted, Scanned))][:2]
-    assert len(last_measured([*listener.events, *again])) == len(LOADS)
-    assert len(last_measured(again)) == 1
+    assert len(measured([*listener.events, *again]).rows) == len(LOADS)
+    assert len(measured(again).rows) == 1
 
 
 def test_a_stop_request_ends_it_between_two_points():
@@ -193,6 +221,30 @@ def test_a_time_limit_holds_for_all_of_it():
     summary, listener = done(Press(), scan, clock=SimulatedClock())
     assert isinstance(summary.error, DeviceTimeoutError)
     assert len(listener.of(Scanned)) == 2
+
+
+def test_no_point_is_begun_once_the_time_limit_is_over():
+    """Each reading takes 0.6 s; nothing waits in between, which would look at the time as well."""
+    clock = SimulatedClock()
+    device = Press(before=lambda call: clock.sleep(0.6) if call.startswith("read t") else None)
+    summary, listener = done(device, (SCAN, Terms(timeout_s=1.0)), clock=clock)
+    assert isinstance(summary.error, DeviceTimeoutError)
+    assert len(listener.of(Scanned)) == 2
+    assert "set load 30" not in device.calls
+
+
+def test_a_pause_is_taken_between_two_points():
+    person = Person([decided(Choice.ABORT)])
+    device, listener = Press(), Listener()
+
+    def ask(event) -> None:
+        person.pausing = isinstance(event, Scanned) and event.point == 1
+
+    listener.before = ask
+    summary = run(device, plan_of(SCAN), critical=[listener], pauses=person, clock=person.clock)
+    assert summary.outcome is Outcome.ABORTED
+    assert len(person.seen) == 1
+    assert "set load 30" not in device.calls
 
 
 def test_interlocks_are_read_before_each_point():
@@ -230,7 +282,7 @@ def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_aga
     run(device, plan, critical=[more], seam=seam)
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
     assert not more.of(Scanned)
-    assert len(last_measured([*listener.events[: at + 1], *more.events])) == len(LOADS)
+    assert len(measured([*listener.events[: at + 1], *more.events]).rows) == len(LOADS)
     assert streams_before(plan.steps, replace(seam, start=4)) == {
         "tester": [{"load": 30.0, "frequency": 5.0}]
     }
@@ -249,7 +301,7 @@ def test_in_a_setup_it_is_done_once_more_as_setup_is(repeatable, loads):
     assert [c for c in device.calls if c.startswith("set load")] == [
         f"set load {load:g}" for load in loads
     ]
-    found = last_measured([*listener.events[: at + 1], *more.events])
+    found = measured([*listener.events[: at + 1], *more.events]).rows
     assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
 
 
@@ -278,7 +330,7 @@ def test_a_run_that_was_broken_off_within_it_begins_it_anew():
     assert (seam.start, seam.before) == (1, (0,))
     more = Listener()
     run(Press(), plan, critical=[more], seam=seam)
-    found = last_measured([*listener.events[: at + 1], *more.events])
+    found = measured([*listener.events[: at + 1], *more.events]).rows
     assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
 
 
@@ -350,3 +402,13 @@ def test_channels_of_two_devices_are_a_row():
         {"room.room": 296.0, "tester.torque": 1e-3 * load, "tester.load": 1e-3 * load}
         for load in LOADS
     ]
+
+
+def test_ctrl_c_within_a_scan_is_told_as_such():
+    def interrupt(call):
+        if call == "set load 20":
+            raise KeyboardInterrupt
+
+    summary, _ = done(FakeTester(before=interrupt), SCAN)
+    assert summary.outcome is Outcome.ABORTED
+    assert isinstance(summary.error, KeyboardInterrupt)

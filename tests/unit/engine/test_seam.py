@@ -9,9 +9,17 @@ import pytest
 from helpers_devices import MAIN, SETUP, FakeTester, Listener, plan_of, record, run
 from helpers_pausing import decided, pausing_run, sweep
 from rigrunner.api.errors import DataError, DeviceLostError
-from rigrunner.api.events import RESUME_RUN, Intervention, Outcome, StepEnded, StepStarted
+from rigrunner.api.events import (
+    RESUME_RUN,
+    Intervention,
+    Outcome,
+    RunStarted,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.api.limits import ValueLimit
 from rigrunner.engine import Choice, find_seam, streams_before
-from rigrunner.plan.actions import Terms, Zero
+from rigrunner.plan.actions import Measure, SetDrive, Terms, Zero
 
 SECOND = "main[0].sweep[1]"
 
@@ -126,6 +134,9 @@ def test_a_run_that_is_taken_up_does_the_rest_and_says_so():
     before = until(plan, "main[5]")
     summary, listener, device = resumed(plan, before)
     assert summary.outcome is Outcome.COMPLETED
+    (started,) = listener.of(RunStarted)
+    # confirm, set load, zero, set load, set frequency; then record and the teardown of two
+    assert (started.run_id, started.steps, started.estimated_s) == ("test-run", 12, 8.0)
     (seam,) = listener.of(Intervention)
     assert (seam.action, seam.by, seam.subject) == (RESUME_RUN, "Ada", "as it was")
     assert [e.recording for e in listener.of(StepEnded) if e.recording] == ["002_20Hz_try2"]
@@ -152,3 +163,125 @@ def test_where_all_is_measured_only_the_teardown_is_left():
     summary, listener, _ = resumed(plan, until(plan, "main[5]", ended=True))
     assert summary.outcome is Outcome.COMPLETED
     assert [e.step for e in listener.of(StepEnded)] == ["teardown[0]", "teardown[1]"]
+
+
+def lost(call):
+    if call == "stream":
+        raise DeviceLostError("cable")
+
+
+def test_a_step_that_failed_and_must_not_be_done_twice_ends_the_matter():
+    plan = unrepeatable(sweep(), f"{SECOND}.record")
+    listener, device = Listener(), FakeTester()
+
+    def fail(call):
+        if len(listener.of(StepEnded)) == 5:
+            lost(call)
+
+    device.before = fail
+    run(device, plan, guarded=[listener])
+    at = next(n for n, e in enumerate(listener.events) if isinstance(e, StepEnded) and not e.ok)
+    with pytest.raises(DataError, match=r"record was broken off, and must not be done twice"):
+        find_seam(plan.steps, listener.events[: at + 1], "Ada")
+    with pytest.raises(DataError, match=r"record was broken off, and must not be done twice"):
+        seam_at(plan, f"{SECOND}.record")
+
+
+def test_a_run_goes_on_behind_a_step_that_failed_and_was_left():
+    going_on = Terms(goes_on=True)
+    plan = plan_of((), (record("a"), MAIN[1], record("b")), ())
+    steps = (replace(plan.steps[0], terms=going_on), *plan.steps[1:])
+    plan = replace(plan, steps=steps)
+    listener = Listener()
+
+    def fail(call):
+        if not listener.of(StepEnded):
+            lost(call)
+
+    run(FakeTester(before=fail), plan, guarded=[listener])
+    at = next(
+        n for n, one in enumerate(listener.events)
+        if isinstance(one, StepStarted) and one.step == "main[1]"
+    )  # fmt: skip
+    assert find_seam(plan.steps, listener.events[: at + 1], "Ada").start == 1
+
+
+def test_a_mean_over_a_stream_is_a_stream_behind_the_seam():
+    mean = Measure("table", ("tester.torque",), 0.2, {}, {"tester.torque": "N·m"}, 1000.0)
+    read = replace(mean, sample_rate_hz=None)
+    plan = plan_of((), (MAIN[0], mean, read, record("a")), ())
+    assert streams_before(plan.steps, seam_at(plan, "main[3]")) == {"tester": [{"load": 1000.0}]}
+
+
+def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_done():
+    plan = plan_of()
+    once = replace(plan.steps[3], terms=Terms(goes_on=True, repeatable=False))
+    plan = replace(plan, steps=(*plan.steps[:3], once, *plan.steps[4:]))
+    listener = Listener()
+
+    def fail(call):
+        if len(listener.of(StepEnded)) == 3:
+            lost(call)
+
+    run(FakeTester(before=fail), plan, guarded=[listener])
+    at = next(
+        n for n, one in enumerate(listener.events)
+        if isinstance(one, StepStarted) and one.step == "main[3]"
+    )  # fmt: skip
+    with pytest.raises(DataError, match=r"setup\[3\] was broken off, and must not be done twice"):
+        find_seam(plan.steps, listener.events[: at + 1], "Ada")
+
+
+def test_what_settled_before_settles_again_where_a_run_goes_on_inside_a_set_point():
+    point = "main[0].sweep[0]"
+    plan = unrepeatable(sweep(1), f"{point}.settle")
+    once = replace(plan.steps[1], path=f"{point}.first")
+    settle = replace(sweep(1).steps[1], path=f"{point}.again")
+    plan = replace(plan, steps=(plan.steps[0], once, settle, *plan.steps[2:]))
+    begun = until(plan, f"{point}.record")
+    assert find_seam(plan.steps, begun, "Ada").start == 3
+    _, listener, _ = resumed(plan, begun)
+    steps = [each.step for each in listener.of(StepStarted)]
+    assert steps.index(f"{point}.again") < steps.index(f"{point}.record")
+
+
+def test_a_run_of_which_everything_is_done_ends_without_doing_it_again():
+    plan = replace(plan_of(), steps=sweep(1).steps[:3])
+    begun = until(plan, plan.steps[2].path, ended=True)
+    assert find_seam(plan.steps, begun, "Ada").start == 3
+    summary, listener, _ = resumed(plan, begun)
+    assert summary.outcome is Outcome.COMPLETED
+    assert listener.of(StepStarted) == []
+
+
+def test_drives_that_a_set_point_sets_itself_are_not_set_before_it():
+    """Two of them: a drive that came back to the former point would be driven twice."""
+    plan = sweep(2)
+    steps = []
+    for step in plan.steps:
+        if step.path.endswith(".setdrive"):
+            load = replace(step.action, drive="load", unit="N")
+            steps.append(replace(step, path=f"{step.points[0]}.load", action=load))
+        steps.append(step)
+    plan = replace(plan, steps=tuple(steps))
+    led = [each.action.drive for each in plan.steps[4:6] if isinstance(each.action, SetDrive)]
+    assert led == ["load", "frequency"]
+    seam = seam_at(plan, f"{SECOND}.record")
+    assert (seam.start, seam.before) == (4, ())
+
+
+def test_a_value_out_of_limits_while_a_run_is_taken_up_stops_it():
+    plan = plan_of()
+    limit = ValueLimit("tester.torque", maximum=-0.02, unit="mN·m")
+    strict = [
+        replace(step, terms=Terms(limits=(limit,))) if isinstance(step.action, Zero) else step
+        for step in plan.steps
+    ]
+    events = until(plan, "main[5]")
+    summary, listener, device = resumed(replace(plan, steps=tuple(strict)), events)
+    assert summary.outcome is Outcome.STOPPED_AT_LIMIT
+    assert summary.reason.startswith("tester.torque is -9.9")
+    assert [e.step for e in listener.of(StepStarted)] == [
+        "setup[0]", "setup[2]", "setup[3]", "teardown[0]", "teardown[1]",
+    ]  # fmt: skip
+    assert device.drives_at == {"load": 0.0, "frequency": 0.0}

@@ -9,7 +9,8 @@ import pytest
 from helpers_devices import FakeTester, Listener, plan_of, record, run
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceRejectedError
-from rigrunner.api.events import Outcome, Samples, StepEnded
+from rigrunner.api.events import Alarm, Outcome, Samples, StepEnded
+from rigrunner.engine import streams
 from rigrunner.plan.actions import Zero
 
 
@@ -101,6 +102,37 @@ def test_blocks_may_be_late_if_a_later_one_is_in_time(shifts):
     assert summary.outcome is Outcome.COMPLETED
 
 
+def test_a_gap_counts_from_the_block_that_was_least_late():
+    summary, _ = outcome_of(
+        lambda blocks: [later(block, s) for block, s in zip(blocks, (0.5, 0.45, 0.65), strict=True)]
+    )
+    assert "a gap in time of 0.2 s before sample 200" in summary.reason
+
+
+@pytest.mark.parametrize(
+    ("per_second", "gap_s", "outcome"),
+    [
+        (0.8e-3, 0.0, Outcome.COMPLETED),  # as two clocks may disagree: 0.24 s after 300 s
+        (1.7e-3, 0.0, Outcome.ERROR),
+        (0.0, 1.0, Outcome.ERROR),
+    ],
+)
+def test_two_clocks_may_disagree_by_a_thousandth_and_no_more(per_second, gap_s, outcome):
+    seconds = 300
+
+    def spoil(_) -> list[Block]:
+        """Return a block for each second; the gap is in the middle."""
+        samples = {"angle": np.zeros(1000), "torque": np.zeros(1000)}
+        return [
+            Block(1000.0, 1000 * n, n * (1 + per_second) + gap_s * (n >= seconds / 2), samples)
+            for n in range(seconds)
+        ]
+
+    summary, _ = outcome_of(spoil, record("001", seconds=seconds))
+    assert summary.outcome is outcome
+    assert ("a gap in time of" in summary.reason) is (outcome is Outcome.ERROR)
+
+
 def test_spoilt_block_is_not_handed_on():
     _, listener = outcome_of(with_value(np.nan))
     assert [one.block.first_sample for one in listener.of(Samples)] == [0]
@@ -109,6 +141,16 @@ def test_spoilt_block_is_not_handed_on():
 def test_duration_that_is_no_whole_number_of_samples_may_be_rounded_down():
     summary, _ = outcome_of(lambda blocks: blocks, record("001", seconds=0.25049))
     assert summary.outcome is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize(("missing", "outcome"), [(1, Outcome.COMPLETED), (2, Outcome.ERROR)])
+def test_a_stream_may_be_one_sample_short_and_no_more(missing, outcome):
+    def spoil(blocks: list[Block]) -> list[Block]:
+        last = {name: values[:-missing] for name, values in blocks[-1].channels.items()}
+        return [*blocks[:-1], replace(blocks[-1], channels=last)]
+
+    summary, _ = outcome_of(spoil)
+    assert summary.outcome is outcome
 
 
 def test_zero_beyond_the_limit_stops_the_run_and_says_by_how_much():
@@ -152,6 +194,21 @@ class _Endless:
             first += self._samples
 
 
+@pytest.mark.parametrize(("empty", "outcome"), [(3, Outcome.COMPLETED), (4, Outcome.ERROR)])
+def test_so_many_blocks_in_a_row_may_be_empty_and_no_more(monkeypatch, empty, outcome):
+    def spoil(blocks: list[Block]) -> list[Block]:
+        nothing = {name: np.zeros(0) for name in blocks[0].channels}
+        return [
+            each
+            for block in blocks
+            for each in [*[replace(block, channels=nothing)] * empty, block]
+        ]
+
+    monkeypatch.setattr(streams, "MOST_EMPTY", 3)
+    summary, _ = outcome_of(spoil)
+    assert summary.outcome is outcome
+
+
 @pytest.mark.parametrize(("samples", "came"), [(100, 300), (1, 252), (0, 0)])
 def test_a_stream_that_does_not_end_is_ended(samples, came):
     summary, _ = outcome_of(_Endless(samples))
@@ -166,3 +223,28 @@ def test_a_sample_rate_is_a_number_above_zero(rate_hz):
     summary = run(tester, plan_of((), [record("001")], ()))
     assert isinstance(summary.error, DeviceRejectedError)
     assert summary.reason.startswith("tester: the driver gave ")
+
+
+class Unhalted(FakeTester):
+    """A tester whose stream cannot be ended in order."""
+
+    def stream(self, channels, duration_s, stop):
+        try:
+            yield from super().stream(channels, duration_s, stop)
+        except GeneratorExit:
+            raise DeviceLostError("the stop was not answered") from None
+
+
+@pytest.mark.parametrize("non_blocking", [True, False])
+def test_what_breaks_a_recording_off_is_told_first_and_an_end_that_fails_beside_it(non_blocking):
+    def spoil(blocks):
+        return [blocks[0], blocks[2]]
+
+    listener = Listener()
+    tester = Unhalted(spoil=spoil, non_blocking=non_blocking)
+    summary = run(tester, plan_of((), [record("001")], ()), critical=[listener])
+    first = "tester: the stream has a gap: sample 200 came, 100 was due"
+    beside = "ending the stream failed too: tester: the stop was not answered"
+    assert isinstance(summary.error, DeviceLostError)
+    assert summary.reason == f"{first}; {beside}"
+    assert listener.of(Alarm)[0].text == f"{first}; {beside}"

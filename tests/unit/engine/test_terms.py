@@ -7,12 +7,29 @@ import threading
 import pytest
 
 from helpers_devices import FakeTester, Listener, NthCall, record, run
-from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
-from rigrunner.api.events import Alarm, Note, Outcome, RunEnded, Samples, StepEnded, StepStarted
+from rigrunner.api.devices import ChannelInfo
+from rigrunner.api.errors import (
+    DataError,
+    DeviceLostError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
+from rigrunner.api.events import (
+    Alarm,
+    LimitMissed,
+    Note,
+    Outcome,
+    RunEnded,
+    Samples,
+    StepEnded,
+    StepStarted,
+)
+from rigrunner.api.limits import ValueLimit
 from rigrunner.api.quantity import parse_quantity
+from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.plan.actions import (
-    Limit,
     Measure,
     Phase,
     Plan,
@@ -23,6 +40,8 @@ from rigrunner.plan.actions import (
     Wait,
     Zero,
 )
+from rigrunner.rig import Rig
+from rigrunner.runfile.attempts import measured
 
 LOAD = Measure("table", ("tester.load",), 0.0, {"tester.load": 5.0}, {"tester.load": "N"})
 MEAN = Measure("table", ("tester.torque",), 0.2, {}, {"tester.torque": "N·m"}, 1000.0)
@@ -45,9 +64,9 @@ def done(device, *actions, **more):
     return run(device, steps(*actions), critical=[listener], **more), listener
 
 
-def between(low, high, marginal=0.0):
-    limit = Limit("tester.load", parse_quantity(low), parse_quantity(high), marginal)
-    return Terms(limits=(limit,))
+def between(low, high, marginal=0.0, **more):
+    limit = ValueLimit.between("tester.load", parse_quantity(low), parse_quantity(high), marginal)
+    return Terms(limits=(limit,), **more)
 
 
 def test_a_failure_is_tried_again_and_put_on_record():
@@ -133,10 +152,32 @@ def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms)
     assert [one.resumable for one in other.of(RunEnded)] == [True]
 
 
-def test_a_run_that_a_device_ended_is_not_one_to_go_on_with_though_it_is_not_kept_either():
+@pytest.mark.parametrize(
+    ("error", "resumable"),
+    [
+        (DeviceTimeoutError("late"), True),
+        (DeviceLostError("cable"), True),
+        (DeviceRejectedError("no such range"), False),
+        (DataError("beyond limits"), False),
+        (ZeroDivisionError("bug"), False),
+        (KeyboardInterrupt(), False),
+    ],
+)
+def test_a_run_that_a_lost_device_ended_may_be_resumed(error, resumable):
     def refuse(call):
         if call.startswith("read"):
-            raise DeviceTimeoutError("late")
+            raise error
+
+    other = Listener()
+    summary = run(FakeTester(before=refuse), steps(LOAD), critical=[other])
+    assert summary.resumable is resumable
+    assert [one.resumable for one in other.of(RunEnded)] == [resumable]
+
+
+def test_a_run_that_a_device_refused_is_not_one_to_go_on_with_though_it_is_not_kept_either():
+    def refuse(call):
+        if call.startswith("read"):
+            raise DeviceRejectedError("late")
 
     def keep(event):
         if isinstance(event, StepEnded):
@@ -203,16 +244,84 @@ def test_a_time_out_replaces_the_patience_with_a_device_that_hangs():
         (between("0 N", "1 kN"), ""),
         (between("1 kN", "2 kN"), ""),
         (between("0 N", "0.9 kN"), "tester.load is 1 kN, allowed is 0.9 kN or less"),
-        (between("1001 N", "2 kN"), "tester.load is 1000 N, allowed is 1001 N or more"),
+        (between("1001 N", "2000 N"), "tester.load is 1000 N, allowed is 1001 N or more"),
     ],
 )
-def test_a_value_beyond_its_limits_fails_the_step(terms, reason):
-    summary, listener = done(FakeTester(), (LOAD, terms))
+def test_a_value_out_of_limits_is_kept_and_stops_the_run(terms, reason):
+    device = FakeTester()
+    summary, listener = done(device, (LOAD, terms), SetDrive("tester", "load", 7.0, "N"))
 
-    assert summary.reason == reason
-    assert summary.outcome is (Outcome.ERROR if reason else Outcome.COMPLETED)
-    (ended,) = listener.of(StepEnded)
-    assert (ended.ok, ended.values) == (not reason, {"tester.load": 1000.0})
+    assert (summary.reason, summary.error) == (reason, None)
+    assert summary.outcome is (Outcome.STOPPED_AT_LIMIT if reason else Outcome.COMPLETED)
+    ended = listener.of(StepEnded)[0]
+    assert (ended.ok, ended.values) == (True, {"tester.load": 1000.0})
+    assert [one.text for one in listener.of(LimitMissed)] == ([reason] if reason else [])
+    assert ("set load 7" in device.calls) is (not reason)
+    assert device.calls.count("make_safe") >= 1
+    (row,) = measured(listener.events).rows
+    assert row.values == {"tester.load": 1000.0}
+    assert [one.passes for one in row.judgements] == [not reason]
+
+
+def test_a_value_is_on_record_before_its_judgement():
+    _, listener = done(FakeTester(), (LOAD, between("0 N", "5 N")))
+    order = [type(one) for one in listener.events if isinstance(one, (StepEnded, Note, RunEnded))]
+    assert order[:2] == [StepEnded, LimitMissed]
+
+
+def test_a_run_goes_on_after_a_value_out_of_limits_where_the_step_says_so():
+    device = FakeTester()
+    goes_on = between("0 N", "5 N", goes_on=True, stops_at_limit=False)
+    summary, listener = done(device, (LOAD, goes_on), SetDrive("tester", "load", 7.0, "N"))
+
+    assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
+    assert summary.passed_over == ()
+    assert "set load 7" in device.calls
+    assert len(listener.of(LimitMissed)) == 1
+
+
+def test_a_value_out_of_limits_is_not_read_again():
+    device = FakeTester()
+    summary, listener = done(device, (LOAD, between("0 N", "5 N", tries=3)))
+
+    assert summary.outcome is Outcome.STOPPED_AT_LIMIT
+    assert len(listener.of(StepStarted)) == 1
+    assert len(measured(listener.events).rows) == 1
+
+
+def test_a_device_error_in_the_same_run_goes_before_a_missed_limit():
+    fault = NthCall(1, DeviceLostError("cable"), never=("connect", "make_safe"))
+    goes_on = between("0 N", "5 N", stops_at_limit=False)
+    summary, listener = done(
+        FakeTester(before=fault), (LOAD, goes_on), SetDrive("tester", "load", 7.0, "N")
+    )
+    assert summary.outcome is Outcome.ERROR
+    assert len(measured(listener.events).rows) == 1
+
+
+def test_a_stop_at_a_limit_does_the_teardown_and_a_limit_there_stops_nothing():
+    last = SetDrive("tester", "load", 7.0, "N")
+    stops = between("0 N", "5 N")
+    plan = Plan(
+        tuple(
+            PlannedStep(f"{phase}[{n}]", phase, action, "", 1.0, terms)
+            for n, (phase, action, terms) in enumerate(
+                [
+                    (Phase.MAIN, LOAD, Terms()),
+                    (Phase.TEARDOWN, LOAD, stops),
+                    (Phase.TEARDOWN, last, Terms()),
+                ]
+            )
+        )
+    )
+    listener, device = Listener(), FakeTester()
+    summary = run(device, plan, critical=[listener])
+
+    assert summary.outcome is Outcome.COMPLETED
+    assert "set load 7" in device.calls
+    assert [one.passes for row in measured(listener.events).rows for one in row.judgements] == [
+        False
+    ]
 
 
 @pytest.mark.parametrize(
@@ -238,15 +347,15 @@ def test_a_marginal_value_is_put_on_record_and_passes(terms, note):
 
 
 def test_limits_of_temperature_are_told_in_the_unit_of_the_limit():
-    limit = Limit("tester.load", None, parse_quantity("26 °C"))
+    limit = ValueLimit.between("tester.load", None, parse_quantity("26 °C"))
     _, listener = done(FakeTester(), (LOAD, Terms(limits=(limit,))))
 
-    assert listener.of(Alarm)[0].text == "tester.load is 726.9 °C, allowed is 26 °C or less"
+    assert listener.of(LimitMissed)[0].text == "tester.load is 726.9 °C, allowed is 26 °C or less"
 
 
 def test_all_values_beyond_limits_are_told():
     limits = tuple(
-        Limit(f"tester.{name}", maximum=parse_quantity("0 N")) for name in ("load", "torque")
+        ValueLimit(f"tester.{name}", maximum=0.0, unit="N") for name in ("load", "torque")
     )
     channels = ("tester.load", "tester.torque")
     action = Measure("table", channels, 0.0, {}, dict.fromkeys(channels, "N"))
@@ -258,20 +367,25 @@ def test_all_values_beyond_limits_are_told():
     )
 
 
-def test_a_recording_whose_conditions_are_beyond_limits_has_failed():
+def test_a_recording_whose_conditions_are_out_of_limits_is_whole_and_fails():
     summary, listener = done(FakeTester(), (record("001"), between("0 N", "5 N")))
 
-    assert type(summary.error) is DataError
-    assert (listener.of(StepEnded)[0].recording, listener.of(StepEnded)[0].ok) == ("001", False)
+    assert summary.outcome is Outcome.STOPPED_AT_LIMIT
+    assert (listener.of(StepEnded)[0].recording, listener.of(StepEnded)[0].ok) == ("001", True)
+    (row,) = measured(listener.events).rows
+    assert (row.name, row.recording, row.values) == ("recorded", "001", {"tester.load": 1000.0})
 
 
 def test_a_zero_has_limits_beside_what_it_may_be():
-    limit = Limit("tester.torque", maximum=parse_quantity("-20 mN·m"))
+    limit = ValueLimit("tester.torque", maximum=-0.02, unit="mN·m")
     action = Zero("tester", "torque", "N·m", 0.05, 0.2)
     summary, listener = done(FakeTester(), (action, Terms(limits=(limit,))))
 
     assert summary.reason.startswith("tester.torque is -9.9")
-    assert listener.of(StepEnded)[0].ok is False
+    assert summary.outcome is Outcome.STOPPED_AT_LIMIT
+    (row,) = measured(listener.events).rows
+    assert (row.name, [one.passes for one in row.judgements]) == ("zeroed", [False])
+    assert row.units == {"tester.torque": "N·m"}
 
 
 def test_single_values_are_a_row_of_a_table():
@@ -337,3 +451,58 @@ def test_a_ramp_is_broken_off_when_the_run_is_to_stop():
 
     assert summary.outcome is Outcome.ABORTED
     assert max(float(c.split()[2]) for c in device.calls if c.startswith("set load")) < 1.2
+
+
+def test_a_ramp_is_broken_off_though_its_drive_takes_longer_than_it_may():
+    """Nothing is waited for between two set-points then, and a wait would look as well."""
+    clock, stop = SimulatedClock(), threading.Event()
+
+    def slow(call):
+        if call.startswith("set"):
+            clock.sleep(1.0)
+        if call == "set load 2":
+            stop.set()
+
+    device = FakeTester(before=slow)
+    ramp = Ramp("tester", "load", 0.0, 10.0, "N", 1.0)
+    summary, _ = done(device, ramp, stop=stop, clock=clock)
+    assert summary.outcome is Outcome.ABORTED
+    assert "set load 3" not in device.calls
+
+
+class Room:
+    """A second device, which is only read."""
+
+    non_blocking = True
+    channels = (ChannelInfo("room", "K", "Room"),)
+    drives = ()
+
+    def connect(self, timeout_s):
+        return FakeTester().connect(timeout_s)
+
+    def make_safe(self):
+        return {}
+
+    def close(self):
+        """Nothing is held."""
+
+    def read(self, channels):
+        return dict.fromkeys(channels, 296.0)
+
+
+def test_channels_of_two_devices_are_measured_together_in_their_order():
+    channels = ("room.room", "tester.load")
+    action = Measure("table", channels, 0.0, {}, {"room.room": "K", "tester.load": "N"})
+    listener, clock = Listener(), SimulatedClock()
+    rig = Rig({"tester": FakeTester(), "room": Room()}, clock)
+    rig.connect()
+    bus, never = Bus([listener]), threading.Event()
+    run_plan(steps(action), rig, bus, clock, UnattendedAnswers(), never, "two")
+    (ended,) = listener.of(StepEnded)
+    assert list(ended.values.items()) == [("room.room", 296.0), ("tester.load", 1000.0)]
+
+
+def test_a_ramp_that_takes_no_time_goes_to_its_end_at_once():
+    device = FakeTester()
+    done(device, Ramp("tester", "load", 0.0, 10.0, "N", 0.0))
+    assert [c for c in device.calls if c.startswith("set load")] == ["set load 0", "set load 10"]

@@ -15,7 +15,9 @@ from helpers_runfile import (
     start_recording,
 )
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
+from rigrunner.api.limits import ValueLimit
 from rigrunner.runfile import RunWriter, read, seal
+from rigrunner.runfile.attempts import superseded
 
 
 def written(folder, attempts, measured=()):
@@ -184,3 +186,32 @@ def test_a_scan_is_as_many_measurements_of_the_same_values(tmp_path):
     one_by_one = read(tmp_path / "run")
     scan = read(of_scans(tmp_path / "scan", {"ok": True}))
     assert one_by_one.digest == scan.digest
+
+
+def test_a_step_without_a_recording_that_is_repeated_supersedes_nothing():
+    known = {"monotonic_s": 0.0, "utc": "", "step": "main[0]", "index": 0, "ok": True}
+    events = [StepEnded(seq=n, action="settle", **known) for n in range(2)]
+    assert superseded(events) == frozenset()
+
+
+def test_a_statistic_that_has_limits_is_in_the_unit_of_its_channel(tmp_path):
+    limit = ValueLimit("tester.torque.maximum", None, 5.0, "N·m")
+    known = {"step": "main[0]", "index": 0, "action": "record", "recording": "a"}
+    units = {"tester.torque": "N·m", "tester.load": "N"}
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        emit(RunStarted, run_id="run", steps=1, estimated_s=1.0)
+        emit(
+            StepStarted, **known, text="record a", setpoints={"tester.load": 1000.0}, units=units,
+            limits=(limit,),
+        )  # fmt: skip
+        one = recording("a")
+        send_samples(emit, one, 1000)
+        emit(
+            StepEnded, **known, ok=True, values={}, units=units,
+            statistics={"tester.torque.maximum": 4.5},
+        )  # fmt: skip
+        emit(RunEnded, outcome=Outcome.COMPLETED)
+    (row,) = read(tmp_path / "run").measurements
+    assert row.values == {"tester.torque.maximum": 4.5}
+    assert row.units == {"tester.load": "N", "tester.torque.maximum": "N·m"}

@@ -12,14 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic_core import to_json
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded
 from rigrunner.runfile.codec import (
     _KINDS,
     event_bytes,
     event_from,
     event_text,
+    header_from,
     plain_event_bytes,
 )
+from rigrunner.runfile.model import FORMAT
 
 STAMP = {"seq": 3, "monotonic_s": 1.25, "utc": "2026-03-01T12:00:00.000Z"}
 STEP = {"step": "main[0].measure", "index": 0, "action": "measure", "ok": True}
@@ -84,3 +87,33 @@ def test_usual_events_are_written_quickly_byte_by_byte_as_by_the_general_encoder
 def test_every_kind_of_event_is_written_quickly_and_as_plainly(kind, data):
     event = data.draw(st.from_type(kind))
     assert same(json.loads(event_bytes(event)), json.loads(plain_event_bytes(event)))
+
+
+def test_what_a_newer_version_knows_besides_is_passed_over():
+    event = Answer(**STAMP, step="s", text="5", by="Zoë")
+    document = json.loads(event_bytes(event)) | {"mood": "fine", "tries": [1]}
+    assert event_from(json.dumps(document)) == event
+
+
+def test_a_record_of_another_shape_is_refused_with_its_place():
+    document = json.loads(event_bytes(Answer(**STAMP, step="s", text="5", by="Zoë")))
+    with pytest.raises(DataError, match=r"not what it should be: Answer seq"):
+        event_from(json.dumps(document | {"seq": "third"}))
+
+
+def test_the_truth_is_in_no_event():
+    event = StepEnded(**STAMP, **STEP, truth={"secret": 1.0})
+    assert b"secret" not in event_bytes(event)
+    assert b"secret" not in plain_event_bytes(event)
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        ({"run_id": "a"}, "the journal does not say in which format it is"),
+        ({"format": FORMAT + 1}, "the journal was written by a newer version of Rigrunner"),
+    ],
+)
+def test_a_header_of_an_unknown_format_is_refused(document, told):
+    with pytest.raises(DataError, match=told):
+        header_from(json.dumps(document).encode(), "the journal")

@@ -62,3 +62,43 @@ def test_a_file_that_cannot_be_written_whole_is_left_as_it_was(tmp_path, monkeyp
         durable.write_whole(report, b"second")
     assert report.read_bytes() == b"first"
     assert list(tmp_path.iterdir()) == [report]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows syncs folders by itself")
+def test_a_file_is_on_the_disk_before_it_gets_its_name_and_its_name_before_it_counts(
+    tmp_path, monkeypatch
+):
+    path, done = tmp_path / "a", []
+    durable.temporary(path).write_bytes(b"whole")
+    file, folder = durable.temporary(path).stat().st_ino, tmp_path.stat().st_ino
+    plain = Path.replace
+    monkeypatch.setattr(os, "fsync", lambda number: done.append(os.fstat(number).st_ino))
+    monkeypatch.setattr(Path, "replace", lambda self, to: [done.append("rename"), plain(self, to)])
+    durable.publish(path, read_only=True)
+    assert done == [file, "rename", folder]
+    assert path.stat().st_mode & 0o777 == 0o444
+
+
+def test_an_interrupt_leaves_no_half_written_file_behind(tmp_path, monkeypatch):
+    def interrupted(path, _content):
+        path.touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_bytes", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        durable.write_whole(tmp_path / "report.html", b"second")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_where_nothing_may_be_written_that_is_told_and_not_that_nothing_was(tmp_path, monkeypatch):
+    def refused(_path, _content):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "write_bytes", refused)
+    with pytest.raises(DataError, match=r"cannot write .*a: Permission denied.*you may not write"):
+        durable.write_whole(tmp_path / "a", b"text")
+
+
+def test_what_is_no_file_is_written_to_as_it_is():
+    durable.write_whole(Path(os.devnull), b"text")
+    assert not Path(os.devnull).is_file()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from helpers_runfile import START
 from rigrunner.api.errors import DataError
-from rigrunner.runfile import create_run_folder, read
+from rigrunner.runfile import create_run_folder, folder, read
 from rigrunner.runfile.folder import RunFolder, safe_name
 
 
@@ -27,6 +27,13 @@ def test_time_is_utc_and_specimen_may_be_missing(tmp_path):
 def test_taken_names_get_a_number(tmp_path):
     names = [create_run_folder(tmp_path, START, "P", "S").name for _ in range(3)]
     assert names == [f"20260301T120000Z_P_S{end}" for end in ("", "-2", "-3")]
+
+
+def test_the_name_of_a_run_is_on_the_disk_before_anything_is_recorded(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr(folder, "sync_folder", synced.append)
+    create_run_folder(tmp_path / "runs", START, "P", "S")
+    assert synced == [tmp_path / "runs"]
 
 
 @pytest.mark.parametrize(

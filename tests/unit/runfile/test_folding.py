@@ -24,6 +24,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import MadeSafe, Outcome, StepEnded
 from rigrunner.runfile import RunWriter, loose, read, seal, sealing
 from rigrunner.runfile.folder import RunFolder
+from rigrunner.runfile.folding import Folding
 from rigrunner.runfile.journal import JournalWriter, Kind
 
 FOLD = "rigrunner.runfile.writer.fold"
@@ -192,3 +193,15 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
             start_recording(emit, TWO[0], 1)
     assert samples.exists()
     assert not RunFolder(folder).finished_parts()
+
+
+def test_folds_are_done_one_after_the_other():
+    """Two at once would take twice the memory, and a processor from the thread that records."""
+    second = threading.Event()
+    overlapped = []
+    folding = Folding()
+    folding.start(lambda: overlapped.append(second.wait(0.5)))
+    folding.start(second.set)
+    folding.wait()
+    assert second.is_set()
+    assert overlapped == [False]

@@ -241,3 +241,15 @@ def test_recording_that_ended_but_was_not_folded_is_finished(tmp_path, monkeypat
         assert_same_recording(run.recordings[0], wanted)
         assert run.incomplete == ()
     assert read(tmp_path / "run").digest == before.digest
+
+
+def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
+    end = max(one.end for one in read_records(journal))
+    with journal.open("ab") as file:
+        file.write(b"torn" * 1000)
+    writer = JournalWriter(journal, end)
+    writer.append(Kind.EVENT, b"after")
+    writer.close()
+    *_, last = read_records(journal)
+    assert (last.kind, last.payload) == (Kind.EVENT, b"after")
+    assert journal.stat().st_size == last.end

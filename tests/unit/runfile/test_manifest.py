@@ -12,7 +12,7 @@ import pytest
 from helpers_runfile import DOCUMENT, PLOT, TWO, recording, write_run
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import file_differences, read, read_info, seal
-from rigrunner.runfile.manifest import object_digest
+from rigrunner.runfile.manifest import differences, object_digest, stored_items
 
 
 @pytest.fixture(scope="module")
@@ -260,3 +260,56 @@ def test_what_is_known_of_an_unsealed_run_is_read_without_its_samples(tmp_path, 
     monkeypatch.undo()
     seal(tmp_path / "run")
     assert read_info(tmp_path / "run").digest == wanted.digest
+
+
+def rewritten(change):
+    """Return what writes the manifest anew, in its canonical form."""
+
+    def edit(file):
+        document = json.loads(bytes(file["entry/manifest"][()]))
+        text = json.dumps(change(document), sort_keys=True, separators=(",", ":"))
+        del file["entry/manifest"]
+        file["entry/manifest"] = np.frombuffer(text.encode("ascii"), np.uint8)
+
+    return edit
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (rewritten(lambda known: known | {"format": "manifest/0"}), "it is not of the format"),
+        (rewritten(lambda known: [known]), "it is not of the format"),
+        (rewritten(lambda known: known | {"remark": "fine"}), "it holds more than its items"),
+        (
+            lambda file: file["entry/manifest"].attrs.update(remark="fine"),
+            "it holds more than its items",
+        ),
+    ],
+)
+def test_a_manifest_that_says_something_else_or_more_is_refused(copy, edit, message):
+    edited(copy, edit)
+    with h5py.File(copy) as file, pytest.raises(DataError, match=message):
+        stored_items(file["entry"])
+
+
+def test_without_samples_columns_are_passed_over_and_all_else_is_not(copy):
+    """A column has a digest of its own, which is compared when it is read."""
+
+    def edit(file):
+        add(file, "recordings/001_10Hz/tester_torque")
+        add(file, "recordings/001_10Hz/conditions/tester_temperature")
+
+    with h5py.File(edited(copy, edit)) as file:
+        found = {each.path for each in differences(file["entry"], samples=False)}
+        all_found = {each.path for each in differences(file["entry"])}
+    assert found == {"recordings/001_10Hz/conditions/tester_temperature"}
+    assert all_found == found | {"recordings/001_10Hz/tester_torque"}
+
+
+def test_ctrl_c_while_a_file_is_compared_is_not_taken_for_damage(sealed, monkeypatch):
+    def interrupted(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.runfile.manifest.object_digest", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        file_differences(sealed)

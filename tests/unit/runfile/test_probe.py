@@ -99,3 +99,22 @@ def test_a_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     refuse_crashing(tmp_path / "old.h5")
     assert not (tmp_path / "was_imported").exists()
+
+
+def test_the_child_reads_the_data_of_every_dataset(tmp_path, monkeypatch):
+    sealed = write_run(tmp_path / "run", TWO).seal()
+    with h5py.File(sealed) as file:
+        wanted = set()
+        file.visititems(
+            lambda name, item: wanted.add(f"/{name}") if isinstance(item, h5py.Dataset) else None
+        )
+    found, read_part = set(), h5py.Dataset.__getitem__
+
+    def noted(dataset, *arguments, **more):
+        found.add(dataset.name)
+        return read_part(dataset, *arguments, **more)
+
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", noted)
+    probe.walk(str(sealed))
+    assert found == wanted
+    assert f"/entry/recordings/{TWO[1].name}/tester_torque" in found

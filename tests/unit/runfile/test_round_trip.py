@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import h5py
@@ -46,9 +47,55 @@ from rigrunner.runfile import (
     read_with_truth,
     seal,
 )
+from rigrunner.runfile.hdf5 import read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+@pytest.mark.parametrize("sealed", [False, True])
+def test_all_that_is_known_of_a_run_before_it_begins_comes_back(tmp_path, sealed):
+    texts = {each.name: {each.name: f"N·m {each.name}"} for each in fields(RunHeader)}
+    names = ("called_texts", "people", "approval", "imported", "salvaged")
+    header = header_of(mapping_text="m: [1]\r\n", **{name: texts[name] for name in names})
+    writer = RunWriter(tmp_path / "run", header)
+    emit_zero(emitter_of(writer))
+    writer.close()
+    if sealed:
+        writer.seal(None)
+    assert read(tmp_path / "run").header == header
+    assert read_info(tmp_path / "run").header == header
+
+
+def test_other_programs_find_what_happened_when_and_where(tmp_path):
+    writer = write_run(tmp_path / "run", TWO)
+    writer.seal(DOCUMENT, PLOT)
+    run = read(tmp_path / "run")
+    with h5py.File(tmp_path / "run" / "run.h5") as file:
+        (entry,) = (each for each in file.values() if isinstance(each, h5py.Group))
+        events = entry["events"]
+        assert events["monotonic_s"].attrs["units"] == "s"
+        columns = {name: list(events[name].asstr()[()]) for name in ("kind", "step", "text", "utc")}
+        assert read_text(entry, "title") == header_of().procedure_title
+        groups: list[h5py.Group] = []
+        file.visititems(
+            lambda _, item: groups.append(item) if isinstance(item, h5py.Group) else None
+        )
+        assert {str(each.attrs["NX_class"])[:2] for each in groups} == {"NX"}
+        stored = entry["recordings"]["001_10Hz"]
+        marked = dict(stored.attrs)
+        drawn = stored[marked["signal"]].attrs["name"]
+        columns_of = [each.attrs for each in stored.values() if "column" in each.attrs]
+        labels = {each["name"]: each["long_name"] for each in columns_of}
+    assert columns == {
+        "kind": [type(one).__name__ for one in run.events],
+        "step": [getattr(one, "step", "") for one in run.events],
+        "text": [getattr(one, "text", "") for one in run.events],
+        "utc": [one.utc for one in run.events],
+    }
+    assert "main[0]" in columns["step"]
+    assert (drawn, list(marked["axes"])) == ("tester.torque", ["time"])
+    assert labels == {"tester.angle": "tester.angle / rad", "tester.torque": "tester.torque / N·m"}
 
 
 @pytest.mark.parametrize("sealed", [False, True])

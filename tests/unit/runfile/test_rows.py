@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from dataclasses import replace
 from datetime import UTC
 
@@ -107,3 +108,9 @@ def test_the_journal_gives_back_the_events_of_scans_in_their_order(tmp_path, at)
     rows = read(folder).measurements
     assert [one.setpoints["a.load"] for one in rows] == [0.0, 1.0, 2.0, 3.0] * 2
     assert [list(one.values) for one in rows] == [["a.load"]] * 4 + [["a.load", "b.torque"]] * 4
+
+
+def test_a_point_is_stored_by_milliseconds_since_1970_as_journals_that_are_there_have_it():
+    stored = struct.unpack("<IdIq4d", Rows(FIRST).bytes_of(FIRST))
+    assert stored[:4] == (7, 1.5, 0, 1_772_366_400_000)  # date -d 2026-03-01T12:00Z +%s
+    assert stored[4:] == (1.0, 10.0, 9.9, 0.1)

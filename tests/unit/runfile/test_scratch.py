@@ -166,3 +166,9 @@ def test_another_process_begins_with_its_own(folder):
     there = pickle.loads(pickle.dumps(values))  # noqa: S301  (our own)
     assert there[:5000].tolist() == WANTED[:5000].tolist()
     assert there.scratch is not values.scratch
+
+
+def test_each_channel_has_as_many_pieces_as_it_needs():
+    kept = scratch.Scratch()
+    sizes = [scratch.PIECE + 1, 1, scratch.PIECE, 2 * scratch.PIECE, 1]
+    assert [kept.room(samples) for samples in sizes] == [0, 2, 3, 4, 6]

@@ -47,3 +47,14 @@ def test_a_file_that_is_gone_is_named(long_run):
     values.path.unlink()
     with pytest.raises(DataError, match=f"there is no file {values.path}"):
         values[:10]
+
+
+def test_ctrl_c_while_samples_are_read_is_not_taken_for_a_lost_file(long_run, monkeypatch):
+    values = next(iter(read(long_run).recordings[0].channels.values()))
+
+    def interrupted(_path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.runfile.stored_samples._state", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        np.asarray(values)

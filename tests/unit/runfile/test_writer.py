@@ -6,6 +6,7 @@ import subprocess
 import sys
 from itertools import count
 
+import h5py
 import pytest
 
 from helpers_devices import FakeTester, Listener, run
@@ -18,10 +19,12 @@ from helpers_runfile import (
     recording,
     send_samples,
     start_recording,
+    write_run,
 )
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import MadeSafe, Outcome, RunEnded, StepEnded
+from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, StepEnded
 from rigrunner.runfile import RunWriter, read, read_truth, seal
+from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter
 
 
@@ -213,3 +216,31 @@ def test_run_folder_is_used_once(tmp_path):
     RunWriter(tmp_path / "run", header_of()).close()
     with pytest.raises(DataError, match="cannot write"):
         RunWriter(tmp_path / "run", header_of())
+
+
+def test_a_run_that_was_broken_off_before_its_first_recording_begins_with_number_one(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emitter_of(writer)(RunStarted, run_id="run", steps=1, estimated_s=1.0)
+    with RunWriter(tmp_path / "run") as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[0])
+        send_samples(emit, TWO[0], 1000)
+        files = RunFolder(tmp_path / "run")
+        assert files.sample_journals() == [files.samples(1)]
+
+
+def test_small_blocks_are_joined_before_they_are_written(tmp_path, monkeypatch):
+    """40,001 samples in blocks of 100 are three writes a column: two of 16,400 and the rest."""
+    folder = tmp_path / "run"
+    written, write = [], h5py.Dataset.__setitem__
+
+    def noted(dataset, where, values):
+        if dataset.shape == (40_001,):
+            written.append(len(values))
+        write(dataset, where, values)
+
+    monkeypatch.setattr(h5py.Dataset, "__setitem__", noted)
+    write_run(folder, [TWO[1]], block=100)
+    seal(folder)
+    columns = len(TWO[1].channels) + 1
+    assert sorted(written) == sorted([16_400, 16_400, 7_201] * columns)

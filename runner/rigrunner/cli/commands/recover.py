@@ -1,4 +1,4 @@
-"""`rigrunner recover`: a run that was broken off is closed as it is."""
+"""`rigrunner recover`: closes an interrupted run, or salvages a damaged one."""
 
 from __future__ import annotations
 
@@ -18,13 +18,22 @@ if TYPE_CHECKING:
 @runs_option
 @click.option("--by", default="", metavar="NAME", help="Who closes it; else who began it.")
 @click.option("--reason", default="", metavar="TEXT", help="Why it does not go on.")
+@click.option(
+    "--salvage", is_flag=True, help="Save what is sound of a damaged run.h5 in a new folder."
+)
 @json_option
-def command(run: str, runs: Path, *, by: str, reason: str, as_json: bool) -> None:
-    """Close a run that was broken off as it is.
+def command(run: str, runs: Path, *, by: str, reason: str, salvage: bool, as_json: bool) -> None:
+    """Close an interrupted run as it is, or salvage a damaged one.
 
-    Its outcome is 'aborted'; what was recorded is kept, and can be shown and reported. The rig is
-    not touched.
+    An interrupted run ends as 'aborted'; what was recorded is kept, and can be shown and
+    reported. The rig is not touched.
+
+    With --salvage the sound recordings of a damaged run.h5 are saved in a new run beside it, which
+    names the damaged file and lists what is lost. It is never certified; the damaged file stays.
     """
+    if salvage:
+        _salvage(run, runs, by, reason, as_json=as_json)
+        return
     from rigrunner.cli.facts import info_document
     from rigrunner.cli.output import message, result, result_json
     from rigrunner.cli.resuming import on_disk
@@ -43,3 +52,21 @@ def command(run: str, runs: Path, *, by: str, reason: str, as_json: bool) -> Non
         message("The rig was not touched: see for yourself that it is safe.")
     if stored.info.outcome == "completed":
         message(f"It had been completed: 'rigrunner report {folder}' writes its report.")
+
+
+def _salvage(run: str, runs: Path, by: str, reason: str, *, as_json: bool) -> None:
+    from rigrunner.cli.facts import info_document, salvaged_lines
+    from rigrunner.cli.output import message, result, result_json
+    from rigrunner.clock import WallClock
+    from rigrunner.runfile import read
+    from rigrunner.workflow.salvaging import salvage
+
+    folder = salvage(find_run(run, runs), WallClock(), by.strip() or "operator", reason.strip())
+    stored = read(folder)
+    if as_json:
+        result_json(info_document(stored.info))
+        return
+    names = stored.info.recording_names
+    result(f"{folder}: {len(names)} recordings saved, {stored.info.reason}")
+    for line in salvaged_lines(stored.header.salvaged):
+        message(line)

@@ -1,0 +1,40 @@
+"""The statistics of a recording's samples that have limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.signal.sample_statistics import SampleStatistics
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.data import Array
+
+
+class RecordedStatistics:
+    """Takes the samples of a recording as they come, and gives the statistics that were named."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """Take statistics as 'role.name.statistic'; none cost nothing."""
+        self._names = [(name, *_split(name)) for name in names]
+        self._of = {channel: SampleStatistics() for _, channel, _ in self._names}
+
+    def take(self, channels: Mapping[str, Array]) -> None:
+        """Take a block of samples by channel, 'role.name'."""
+        for channel, statistics in self._of.items():
+            statistics.take(channels[channel])
+
+    def found(self) -> dict[str, float]:
+        """Return the statistics by the names that were given; raise DataError without samples."""
+        try:
+            known = {channel: each.found() for channel, each in self._of.items()}
+        except ValueError as error:
+            raise DataError(f"{', '.join(self._of)}: {error}") from error
+        return {name: known[channel][statistic] for name, channel, statistic in self._names}
+
+
+def _split(name: str) -> tuple[str, str]:
+    channel, _, statistic = name.rpartition(".")
+    return channel, statistic

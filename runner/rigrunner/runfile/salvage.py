@@ -1,0 +1,272 @@
+"""What is sound in a damaged `run.h5`: shown, and saved in a new file that says what is lost.
+
+A recording is sound if its own SHA-256 is right and nothing of it differs from the manifest. The
+damaged file is only read. Where the file's own table of contents is damaged, nothing can be saved.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import h5py
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.codec import check_format
+from rigrunner.runfile.entry import (
+    FORMAT_ATTRIBUTE,
+    HEADER_TEXTS,
+    KINDS,
+    VERBATIM,
+    digest_of,
+    read_entry_truth,
+    read_events,
+    write_entry,
+)
+from rigrunner.runfile.hdf5 import (
+    UNREADABLE,
+    members,
+    new_file,
+    new_group,
+    open_file,
+    read_text,
+    read_texts,
+)
+from rigrunner.runfile.loose import Journal
+from rigrunner.runfile.manifest import (
+    ENTRY_ITEM,
+    MANIFEST,
+    ROOT,
+    Difference,
+    compared,
+    kind_of,
+    stored_items,
+    write_manifest,
+)
+from rigrunner.runfile.model import DRAFT, RunHeader
+from rigrunner.runfile.probe import refuse_crashing
+from rigrunner.runfile.reading import ENTRY, FIRST_WITH_MANIFEST
+from rigrunner.runfile.recordings import read_recording, stored_bytes
+from rigrunner.runfile.scratch import Scratch
+from rigrunner.runfile.stored_samples import IN_MEMORY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from pathlib import Path
+
+    from rigrunner.api.events import Event
+
+_T = TypeVar("_T")
+NO_LOAD, EVENTS, CALLED_PLACE = "no_load", "events", "texts/called"
+_TEXTS = ("inputs", "provenance", "people", "approval", "imported")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DamagedRun:
+    """What can still be read of a sealed run."""
+
+    path: Path
+    """The damaged `run.h5`."""
+    sha256: str
+    """Of its bytes."""
+    header: RunHeader
+    """Empty texts stand for those that are lost."""
+    events: tuple[Event, ...]
+    """None where they are lost."""
+    truth: Mapping[str, Mapping[str, float]]
+    sound: tuple[str, ...]
+    """The places of sound recordings, such as 'recordings/001_1Hz'."""
+    has_no_load: bool
+    """Whether the no-load run that is embedded is sound, all of it."""
+    lost: tuple[Difference, ...]
+    """What cannot be read, or is not what was sealed."""
+
+    @property
+    def recordings(self) -> tuple[str, ...]:
+        """The names of the sound recordings of all kinds."""
+        return tuple(place.partition("/")[2] for place in self.sound)
+
+
+def read_damaged(path: Path) -> DamagedRun:
+    """Read what is sound in a `run.h5`; raise DataError where nothing can be found in it.
+
+    Of a sound file nothing is lost.
+    """
+    refuse_crashing(path)
+    with path.open("rb") as file:
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+    with open_file(path) as file:
+        check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
+        return _Reading(file[ENTRY]).run(path, sha256)
+
+
+def write_salvaged(
+    damaged: DamagedRun, header: RunHeader, events: tuple[Event, ...], target: Path
+) -> None:
+    """Write what is sound to a new `run.h5`, under this header and with these events.
+
+    Its recordings are those of the damaged file, byte by byte; the first analysis is left out, as
+    it was that of all recordings. Raises DataError if the file cannot be written.
+    """
+    with open_file(damaged.path) as source, new_file(target, read_only=True) as file:
+        version = max(int(source.attrs[FORMAT_ATTRIBUTE]), FIRST_WITH_MANIFEST)
+        journal = Journal(header, events, damaged.truth, (), 0, format=version)
+        file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})
+        entry = new_group(file, ENTRY, "NXentry")
+        write_entry(entry, journal)
+        for kind in KINDS:
+            new_group(entry, kind, "NXcollection")
+        for place in damaged.sound:
+            source.copy(source[ENTRY][place], entry[place.partition("/")[0]])
+        if damaged.has_no_load:
+            source.copy(source[ENTRY][NO_LOAD], entry)
+        entry.attrs["sha256"] = digest_of(entry, events)
+        write_manifest(entry)
+
+
+@dataclass(eq=False)
+class _Reading:
+    """Reads an entry part by part, and notes what of it is lost."""
+
+    entry: h5py.Group
+    lost: dict[str, Difference] = field(default_factory=dict)
+
+    def run(self, path: Path, sha256: str) -> DamagedRun:
+        wanted = self._manifest()
+        for place in wanted:
+            self._compare(place, wanted[place])
+        sound = tuple(self._sound_recordings(wanted))
+        no_events: tuple[Event, ...] = ()
+        events = self._part(EVENTS, lambda: read_events(self.entry), no_events)
+        return DamagedRun(
+            path=path,
+            sha256=sha256,
+            header=self._header(path),
+            events=events,
+            truth=self._part("verification", lambda: read_entry_truth(self.entry), {}),
+            sound=sound,
+            has_no_load=self._has_no_load(),
+            lost=tuple(sorted(self.lost.values())),
+        )
+
+    def _manifest(self) -> Mapping[str, object]:
+        """Return what the manifest says; nothing where it is damaged, or the format has none."""
+        if int(self.entry.file.attrs[FORMAT_ATTRIBUTE]) < FIRST_WITH_MANIFEST:
+            return {}
+        try:
+            return stored_items(self.entry)
+        except (DataError, *UNREADABLE) as error:
+            what = "cannot be read: only recordings can be checked, by digests of their own"
+            self._lose(MANIFEST, f"{what} ({error})")
+            return {}
+
+    def _compare(self, place: str, said: object) -> None:
+        """Note an object that is not what the manifest says."""
+        try:
+            whole = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
+            item = whole[place] if place in whole else self.entry[place]
+            h5py.h5o.get_info(item.id)  # reads all of its header, which attributes alone do not
+            what = compared(place, item, said)
+        except (DataError, *UNREADABLE) as error:
+            what = f"cannot be read, it is damaged: {error}"
+        if what:
+            self._lose(place, what)
+
+    def _sound_recordings(self, wanted: Mapping[str, object]) -> Iterator[str]:
+        for kind in KINDS:
+            for name in self._names(kind, wanted):
+                place = f"{kind}/{name}"
+                if (not wanted or place in wanted) and not self._is_lost(place):
+                    try:
+                        self._read(place)
+                    except (DataError, *UNREADABLE) as error:
+                        self._lose(place, f"cannot be read, it is damaged: {error}")
+                    else:
+                        yield place
+
+    def _names(self, kind: str, wanted: Iterable[str]) -> list[str]:
+        """Return the recordings of a kind, by the file or else by its manifest."""
+        known = {place.split("/")[1] for place in wanted if place.startswith(f"{kind}/")}
+        try:
+            found = set(members(self.entry[kind])) if kind in self.entry else set()
+        except (DataError, *UNREADABLE) as error:
+            self._lose(kind, f"cannot be listed, it is damaged: {error}")
+            found = set()
+        return sorted(known | found)
+
+    def _read(self, place: str) -> None:
+        """Read a recording; raise where it is not what was recorded."""
+        group = self.entry[place]
+        small = stored_bytes([group]) <= IN_MEMORY
+        read_recording(group, None if small else Scratch())
+
+    def _header(self, path: Path) -> RunHeader:
+        texts = {name: self._text(self.entry, name) for name in HEADER_TEXTS}
+        known: dict[str, Any] = {
+            **texts,
+            **{name: self._verbatim(f"texts/{name}") for name in VERBATIM},
+            **{name: self._named(name) for name in _TEXTS},
+        }
+        known["run_id"] = texts["run_id"] or path.parent.name
+        known["approval"] = known["approval"] or dict(DRAFT)
+        return RunHeader(
+            **known,
+            called_texts=self._named(CALLED_PLACE),
+            mapping_text=self._verbatim("texts/mapping_text"),
+        )
+
+    def _named(self, place: str) -> dict[str, str]:
+        """Return a group of named texts; none where there are none, or they are lost."""
+
+        def read() -> dict[str, str]:
+            return read_texts(self.entry[place]) if place in self.entry else {}
+
+        nothing: dict[str, str] = {}
+        return self._part(place, read, nothing)
+
+    def _text(self, group: h5py.Group, name: str) -> str:
+        try:
+            return read_text(group, name)
+        except (DataError, *UNREADABLE) as error:
+            self._lose(ENTRY_ITEM, f"its {name} cannot be read: {error}")
+            return ""
+
+    def _verbatim(self, place: str) -> str:
+        group, _, name = place.partition("/")
+
+        def read() -> str:
+            there = place in self.entry
+            return read_text(self.entry[group], name) if there else ""
+
+        return self._part(place, read, "")
+
+    def _has_no_load(self) -> bool:
+        """Say whether the embedded run is there and sound: without a manifest nobody can tell."""
+
+        def check() -> bool:
+            if NO_LOAD not in self.entry:
+                return False
+            for kind in KINDS:
+                group = self.entry[NO_LOAD]
+                for name in members(group[kind]) if kind in group else ():
+                    self._read(f"{NO_LOAD}/{kind}/{name}")
+            return True
+
+        return self._part(NO_LOAD, check, instead=False)
+
+    def _part(self, place: str, read: Callable[[], _T], instead: _T) -> _T:
+        """Return what is read of a part; note it as lost where that fails, or it was changed."""
+        if self._is_lost(place):
+            return instead
+        try:
+            return read()
+        except (DataError, *UNREADABLE) as error:
+            self._lose(place, f"cannot be read, it is damaged: {error}")
+            return instead
+
+    def _is_lost(self, place: str) -> bool:
+        return any(one == place or one.startswith(f"{place}/") for one in self.lost)
+
+    def _lose(self, place: str, what: str) -> None:
+        self.lost.setdefault(place, Difference(place, kind_of(place), what))

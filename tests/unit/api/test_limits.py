@@ -1,0 +1,90 @@
+"""A limit, and the judgement on one value: what passes, what is marginal, and how it reads."""
+
+from __future__ import annotations
+
+from math import inf, nan, nextafter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigrunner.api.limits import Judgement, ValueLimit
+from rigrunner.api.quantity import parse_quantity
+
+NAME = "press.torque"
+bounds = st.floats(-1e3, 1e3).map(lambda number: f"{number:.6f} N·m")
+
+
+def limit(low=None, high=None, marginal=0.0):
+    least, most = (None if each is None else parse_quantity(each) for each in (low, high))
+    return ValueLimit.between(NAME, least, most, marginal)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "value", "passes"),
+    [
+        ("1 N·m", "3 N·m", 1.0, True),
+        ("1 N·m", "3 N·m", 3.0, True),
+        ("1 N·m", "3 N·m", nextafter(3.0, inf), False),
+        ("1 N·m", "3 N·m", nextafter(1.0, -inf), False),
+        (None, "3 N·m", -inf, True),
+        ("1 N·m", None, 1e9, True),
+        ("20 mN·m", None, 0.019, False),
+        ("1 N·m", "3 N·m", nan, False),
+    ],
+)
+def test_a_value_passes_within_the_limit_with_both_bounds(low, high, value, passes):
+    judged = Judgement(limit(low, high), value)
+    assert judged.passes is passes
+    assert judged.verdict == ("pass" if passes else "fail")
+
+
+@given(bounds | st.none(), bounds, st.floats(0, 10), st.floats(-2e3, 2e3))
+def test_a_clear_value_neither_fails_nor_is_marginal(low, high, marginal, value):
+    found = limit(low, high, marginal)
+    least, greatest = found.clear
+    ends = (least, greatest, nextafter(least, inf), nextafter(greatest, -inf))
+    for one in (value, *ends):
+        if least <= one <= greatest and abs(one) != inf:
+            judged = Judgement(found, one)
+            assert judged.passes
+            assert not judged.is_marginal
+
+
+@pytest.mark.parametrize(
+    ("marginal", "value", "expected"),
+    [(0.5, 2.6, True), (0.5, 2.4, False), (0.5, 1.4, True), (0.0, 3.0, False), (0.5, 3.1, False)],
+)
+def test_marginal_is_within_the_limit_and_near_it(marginal, value, expected):
+    assert Judgement(limit("1 N·m", "3 N·m", marginal), value).is_marginal is expected
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "value", "text"),
+    [
+        (None, "26 °C", 300.15, f"{NAME} is 27 °C, allowed is 26 °C or less"),
+        ("20 °C", "26 °C", 292.15, f"{NAME} is 19 °C, allowed is 20 °C or more"),
+        (None, "0.5 N·m", 0.500001, f"{NAME} is 0.500001 N·m, allowed is 0.5 N·m or less"),
+        (None, "500 mN·m", nan, f"{NAME} is nan mN·m, allowed is 500 mN·m or less"),
+    ],
+)
+def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, text):
+    assert Judgement(limit(low, high), value).text == text
+
+
+def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
+    judged = Judgement(limit(None, "0.5 N·m"), nextafter(0.5, inf))
+    assert not judged.passes
+    assert judged.shown != "0.5 N·m"
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [
+        ("20 °C", "26 °C", "20 °C to 26 °C"),
+        (None, "0.1 N·m", "0.1 N·m or less"),
+        ("0 N", None, "0 N or more"),
+    ],
+)
+def test_a_limit_in_words(low, high, text):
+    assert limit(low, high).text == text

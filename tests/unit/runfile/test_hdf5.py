@@ -1,0 +1,87 @@
+"""Files of HDF5: how they are made, and what is said of those that are damaged or none."""
+
+from __future__ import annotations
+
+import os
+
+import h5py
+import pytest
+
+from helpers_runfile import TWO, write_run
+from rigrunner.api.errors import DataError
+from rigrunner.runfile.hdf5 import (
+    is_checksummed,
+    new_file,
+    new_group,
+    objects,
+    open_file,
+    read_text,
+    write_text,
+)
+
+
+@pytest.mark.parametrize("read_only", [False, True])
+def test_a_file_can_be_written_to_unless_it_is_made_read_only(tmp_path, read_only):
+    path = tmp_path / "x.h5"
+    chosen = {"read_only": True} if read_only else {}
+    with new_file(path, **chosen) as file:
+        file["x"] = 1.0
+    assert bool(path.stat().st_mode & 0o222) is not read_only
+
+
+def test_members_keep_the_order_in_which_they_were_made(tmp_path):
+    with new_file(tmp_path / "x.h5") as file:
+        group = new_group(file, "g", "NXcollection")
+        for name in "cab":
+            group[name] = 1.0
+    with open_file(tmp_path / "x.h5") as file:
+        assert list(file["g"]) == ["c", "a", "b"]
+
+
+def test_a_file_that_does_not_begin_as_hdf5_is_described_so(tmp_path):
+    path = tmp_path / "text.h5"
+    path.write_text("hello, this is no HDF5 file at all")
+    with pytest.raises(DataError) as caught, open_file(path):
+        pass
+    assert caught.value.hint.startswith("it does not begin as one;")
+
+
+def test_a_file_that_is_cut_off_is_described_by_its_sizes(tmp_path):
+    path = write_run(tmp_path / "run", TWO[:1]).seal()
+    size = path.stat().st_size
+    path.chmod(0o644)
+    os.truncate(path, size - 1000)
+    with pytest.raises(DataError) as caught, open_file(path):
+        pass
+    assert caught.value.hint.startswith(f"it ends after {size - 1000:,} of its {size:,} bytes;")
+
+
+def test_a_file_that_begins_with_a_user_block_counts_as_one_without_checksums(tmp_path):
+    """Its structure is elsewhere, so it is tried in another process first."""
+    with h5py.File(tmp_path / "x.h5", "w", userblock_size=512) as file:
+        file["x"] = 1.0
+    assert is_checksummed(tmp_path / "x.h5") is False
+
+
+def test_ctrl_c_while_a_file_is_walked_through_is_not_taken_for_damage(tmp_path, monkeypatch):
+    path = write_run(tmp_path / "run", TWO[:1]).seal()
+
+    def interrupted(*_arguments):
+        raise KeyboardInterrupt
+
+    with h5py.File(path) as file:
+        monkeypatch.setattr(h5py.Group, "__getitem__", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            list(objects(file))
+
+
+@pytest.mark.parametrize(
+    ("text", "is_attribute"),
+    [("N·m", True), ("", True), ("x" * 32_000, True), ("x" * 32_001, False), ("a\0b", False)],
+)
+def test_a_text_is_an_attribute_unless_it_is_too_long_for_one(tmp_path, text, is_attribute):
+    with new_file(tmp_path / "x.h5") as file:
+        write_text(file, "text", text)
+    with open_file(tmp_path / "x.h5") as file:
+        assert ("text" in file.attrs) is is_attribute
+        assert read_text(file, "text") == text

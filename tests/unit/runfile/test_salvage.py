@@ -1,0 +1,65 @@
+"""What is sound of a damaged file, told by its manifest or else by the recordings' own digests."""
+
+from __future__ import annotations
+
+import h5py
+import pytest
+
+from helpers_runfile import TWO, write_run
+from rigrunner.runfile.salvage import read_damaged
+
+PLACES = tuple(f"recordings/{each.name}" for each in TWO)
+
+
+@pytest.fixture
+def path(tmp_path):
+    sealed = write_run(tmp_path / "run", TWO).seal()
+    sealed.chmod(0o644)
+    return sealed
+
+
+def test_of_a_sound_file_nothing_is_lost(path):
+    damaged = read_damaged(path)
+    assert damaged.sound == PLACES
+    assert damaged.lost == ()
+
+
+def test_a_run_without_an_embedded_one_has_none(path):
+    assert read_damaged(path).has_no_load is False
+
+
+def test_without_its_manifest_recordings_are_found_by_their_own_digests(path):
+    with h5py.File(path, "r+") as file:
+        manifest = file["entry/manifest"]
+        manifest[0] = ord("[")
+        second = file[f"entry/{PLACES[1]}/tester_torque"]
+        second[5] = second[5] + 1.0
+    damaged = read_damaged(path)
+    assert damaged.sound == PLACES[:1]
+    assert [each.path for each in damaged.lost] == ["manifest", PLACES[1]]
+
+
+def test_ctrl_c_while_a_damaged_file_is_read_is_not_taken_for_damage(path, monkeypatch):
+    def interrupted(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.runfile.salvage.compared", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        read_damaged(path)
+
+
+@pytest.mark.parametrize("has_manifest", [True, False])
+def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_manifest):
+    write_run(tmp_path / "no_load", TWO[:1]).seal()
+    sealed = write_run(tmp_path / "run", TWO).seal(no_load=tmp_path / "no_load")
+    assert read_damaged(sealed).has_no_load is True
+    sealed.chmod(0o644)
+    with h5py.File(sealed, "r+") as file:
+        column = file[f"entry/no_load/{PLACES[0]}/tester_torque"]
+        column[5] = column[5] + 1.0
+        if not has_manifest:
+            file["entry/manifest"][0] = ord("[")
+    damaged = read_damaged(sealed)
+    assert damaged.has_no_load is False
+    assert damaged.sound == PLACES
+    assert any(each.path.startswith("no_load") for each in damaged.lost)

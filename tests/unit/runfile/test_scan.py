@@ -1,0 +1,55 @@
+"""Which folders below a root are runs, and which files tell whether one has changed."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from rigrunner.runfile.scan import run_folders
+
+
+@pytest.fixture
+def root(tmp_path):
+    for name in ("b/sealed", "a", ".hidden/run"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "run.h5").write_bytes(b"12345")
+    (tmp_path / "c" / "open" / "journal").mkdir(parents=True)
+    (tmp_path / "c" / "empty").mkdir()
+    return tmp_path
+
+
+def test_runs_are_found_at_any_depth_in_order_with_their_files(root):
+    found = list(run_folders(root))
+    assert [each.path for each in found] == ["a", "b/sealed", "c/open"]
+    (file,) = found[0].files
+    assert (file.name, file.bytes) == ("run.h5", 5)
+    assert file.modified_ns == (root / "a" / "run.h5").stat().st_mtime_ns
+
+
+def test_the_root_is_no_run_whatever_lies_in_it(root):
+    (root / "run.h5").touch()
+    assert [each.path for each in run_folders(root)] == ["a", "b/sealed", "c/open"]
+    assert [each.path for each in run_folders(root / "c" / "empty")] == []
+
+
+def test_links_are_passed_over(root):
+    (root / "d").symlink_to(root / "b")
+    (root / "a" / "notes").symlink_to(root / "b" / "sealed" / "run.h5")
+    found = list(run_folders(root))
+    assert [each.path for each in found] == ["a", "b/sealed", "c/open"]
+    assert [each.name for each in found[0].files] == ["run.h5"]
+
+
+def test_a_folder_that_cannot_be_read_is_told_by_its_path(root, monkeypatch):
+    plain, told = os.scandir, []
+
+    def scandir(folder):
+        if os.fspath(folder).endswith("b"):
+            raise PermissionError(13, "Permission denied")
+        return plain(folder)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    found = run_folders(root, lambda path, why: told.append((path, why)))
+    assert [each.path for each in found] == ["a", "c/open"]
+    assert told == [("b", "the folder cannot be read: Permission denied")]

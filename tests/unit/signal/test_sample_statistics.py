@@ -1,0 +1,51 @@
+"""Statistics that are taken block by block are those of all samples together."""
+
+from __future__ import annotations
+
+from math import fsum, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigrunner.api.limits import STATISTICS
+from rigrunner.signal.sample_statistics import SampleStatistics
+
+samples = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=200)
+
+
+def found(values, cuts):
+    statistics = SampleStatistics()
+    for part in np.split(np.array(values), sorted(cuts)):
+        statistics.take(part)
+    return statistics.found()
+
+
+@given(samples, st.lists(st.integers(0, 200), max_size=5))
+def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
+    one = found(values, [each for each in cuts if each <= len(values)])
+    assert tuple(one) == STATISTICS
+    assert (one["minimum"], one["maximum"]) == (min(values), max(values))
+    assert one["peak_to_peak"] == max(values) - min(values)
+    scale = max(map(abs, values))
+    assert one["mean"] == pytest.approx(fsum(values) / len(values), rel=1e-12, abs=1e-12 * scale)
+    squares = sqrt(fsum(each * each for each in values) / len(values))
+    assert one["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
+
+
+def test_a_small_part_of_a_large_mean_is_not_lost_over_many_blocks():
+    """A plain sum of 20 000 blocks loses it: 1e9 + 1e-7 has no digit left for more."""
+    statistics = SampleStatistics()
+    statistics.take(np.array([1e9]))
+    for _ in range(20_000):
+        statistics.take(np.array([1e-8]))
+    statistics.take(np.array([-1e9]))
+    assert statistics.found()["mean"] * 20_002 == pytest.approx(20_000 * 1e-8, rel=1e-9)
+
+
+def test_of_no_sample_there_is_none():
+    statistics = SampleStatistics()
+    statistics.take(np.array([]))
+    with pytest.raises(ValueError, match="no sample"):
+        statistics.found()
