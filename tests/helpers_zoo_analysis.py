@@ -90,6 +90,7 @@ def turns_in_place(points):
 
 
 FITS = {
+    "can_be_made": None,
     "recovers_its_own_curve": draws_in,
     "published_examples_hold": line,
     "curve_is_whole": with_curve(lambda curve, _: {"units": [*curve.units, "N·m"]}),
@@ -138,6 +139,8 @@ def rejects_nearly_all(values):
 
 
 RULES = {
+    "can_be_made": None,
+    "gives_rejections": lambda values: [len(values) - 1],
     "nothing_of_constant_values": rejects_the_last,
     "finds_a_gross_error": lambda _: [],
     "published_rejections_hold": grubbs,
@@ -224,6 +227,7 @@ def takes_starts_for_swings(sweep):
 
 
 COMPENSATIONS = {
+    "can_be_made": {"method": None},
     "measurand_stated": {"yields": None},
     "points_are_whole": {"method": parts_do_not_add_up},
     "uncertainty_is_made_of_its_parts": {"method": u_of_its_own},

@@ -15,16 +15,20 @@ ANGLE = "channels: [tester.angle, tester.torque]"
 PEAKS = ("    - template_inverse\n", "    - peak_same_frequency\n    - template_inverse\n")
 
 
-def procedures(folder, channels):
+BY_PEAKS = ("primary: template_inverse", "primary: peak_same_frequency")
+"""A procedure whose primary method needs the angle is refused where none is recorded."""
+
+
+def procedures(folder, channels, *others):
     recorded = (ANGLE, f"channels: {channels}")
     return (
         quick_procedure(folder, "no_load_inertia_sweep", recorded),
-        quick_procedure(folder, "starting_torque_1000n", recorded, PEAKS),
+        quick_procedure(folder, "starting_torque_1000n", recorded, PEAKS, *others),
     )
 
 
-def finished(folder, channels):
-    no_load, loaded = procedures(folder, channels)
+def finished(folder, channels, *others):
+    no_load, loaded = procedures(folder, channels, *others)
     bare = run(no_load, folder / "runs")
     assert bare.error is None
     done = run(loaded, folder / "runs", no_load=bare.folder)
@@ -40,7 +44,7 @@ def texts(done):
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory):
-    return finished(tmp_path_factory.mktemp("bare"), "[tester.torque]")
+    return finished(tmp_path_factory.mktemp("bare"), "[tester.torque]", BY_PEAKS)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +63,7 @@ def test_without_motion_terminal_report_and_json_say_what_is_not_applicable(bare
         assert len(content["compensations"][method]["points"]) == 5
     for text in (json.dumps(content), report, terminal):
         assert "cycles were cut by the entered frequency, and only peak methods apply" in text
-    assert content["decision"]["verdict"] == "inconclusive"
+    assert content["headline"]["method"] == "peak_same_frequency"
 
 
 def test_without_motion_the_report_shows_neither_swing_nor_motion(bare):

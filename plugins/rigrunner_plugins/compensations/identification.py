@@ -30,6 +30,7 @@ from rigrunner_plugins.compensations.harmonics import (
     spectrum_of,
     waveform_of,
 )
+from rigrunner_plugins.compensations.requirements import LEAST_FREQUENCIES
 from rigrunner_plugins.compensations.support_friction import SupportFriction, make_friction
 from rigrunner_plugins.compensations.swing import interpolated
 
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.harmonics import Complex, Observed
     from rigrunner_plugins.compensations.swing import Swing
 
-LEAST_FREQUENCIES = 4
 ROUNDS = 6
 TWISTED_ROUNDS = 2
 """Of a drive line that is known: the friction's twist alone is renewed."""

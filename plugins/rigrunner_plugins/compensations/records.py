@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import CompensationRecord, hookimpl
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner_plugins.compensations import requirements
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod
@@ -41,6 +42,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
             settings="rigrunner_plugins.compensations.paper_peak_settings:PaperPeakSettings",
             factory=_paper_peak,
+            requires=requirements.of_paper_peak,
             yields=STARTING,
             not_covered=OTHER_PHASE,
         ),
@@ -49,6 +51,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Raw peak minus the no-load peak of the same frequency",
             settings="rigrunner_plugins.compensations.peak_same_frequency_settings:PeakSameFrequencySettings",
             factory=_peak_same_frequency,
+            requires=requirements.of_peak_same_frequency,
             yields=STARTING,
             not_covered=OTHER_PHASE,
         ),
@@ -57,6 +60,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
             settings="rigrunner_plugins.compensations.settings:TemplateInverseSettings",
             factory=_template_inverse,
+            requires=requirements.of_template_inverse,
             yields=STARTING,
         ),
         CompensationRecord(
@@ -64,6 +68,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="As template_inverse, by a model of the sweep: also between its frequencies",
             settings="rigrunner_plugins.compensations.settings:InverseSettings",
             factory=_model_inverse,
+            requires=requirements.of_model_inverse,
             yields=STARTING,
         ),
         CompensationRecord(
@@ -71,6 +76,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Running torque: work of a swing over its way, loaded minus no-load",
             settings="rigrunner_plugins.compensations.settings:EnergySettings",
             factory=_energy,
+            requires=requirements.of_energy,
             yields=RUNNING,
         ),
         CompensationRecord(
@@ -78,6 +84,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
             settings="rigrunner_plugins.compensations.breakaway_peak_settings:BreakawayPeakSettings",
             factory=_breakaway_peak,
+            requires=requirements.of_breakaway_peak,
             yields=BREAKAWAY,
         ),
     ]

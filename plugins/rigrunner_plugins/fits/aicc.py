@@ -19,6 +19,7 @@ from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.basis import fit_chosen_powers
 from rigrunner_plugins.fits.curve import FittedCurve
 from rigrunner_plugins.fits.powers import formula
+from rigrunner_plugins.fits.requirements import least_points_of_aicc
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Points
@@ -69,8 +70,9 @@ def aicc(curve: FittedCurve, largest_y: float) -> float:
     are exact but for rounding, the simplest is best.
     """
     n, k = len(curve.residuals), len(curve.names) + 1
-    if n <= k + 1:
-        raise DataError(f"AICc of {k - 1} coefficients needs {k + 2} points; there are {n}")
+    needed = least_points_of_aicc(k - 1)
+    if n < needed:
+        raise DataError(f"AICc of {k - 1} coefficients needs {needed} points; there are {n}")
     rounding = n * (np.finfo(np.float64).eps * largest_y) ** 2
     rss = max(curve.residual_s**2 * curve.dof, rounding, np.finfo(np.float64).tiny)
     return n * log(rss / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1)

@@ -11,6 +11,7 @@ from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import solve
 from rigrunner_plugins.fits.points import refuse_not_finite, root_weights
 from rigrunner_plugins.fits.powers import formula, unit
+from rigrunner_plugins.fits.requirements import least_points
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 def refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
     """Raise DataError for what is no number, and for no more different x than coefficients."""
     refuse_not_finite(points)
-    different, needed = len(np.unique(points.x)), len(powers) + 1
+    different, needed = len(np.unique(points.x)), least_points(len(powers))
     if different < needed:
         raise DataError(
             f"{formula(powers)} with its uncertainty needs {needed} different frequencies; "

@@ -18,11 +18,10 @@ from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.curve import RANGE_TOLERANCE, FittedCurve
 from rigrunner_plugins.fits.points import refuse_not_finite
+from rigrunner_plugins.fits.requirements import LEAST_OF_PCHIP
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-
-LEAST = 3
 
 
 def interpolate(points: Points) -> FittedCurve:
@@ -56,8 +55,10 @@ def interpolate(points: Points) -> FittedCurve:
 
 
 def _ascending(points: Points) -> Points:
-    if len(points.x) < LEAST:
-        raise DataError(f"an interpolation needs {LEAST} points; there are {len(points.x)}")
+    if len(points.x) < LEAST_OF_PCHIP:
+        raise DataError(
+            f"an interpolation needs {LEAST_OF_PCHIP} points; there are {len(points.x)}"
+        )
     refuse_not_finite(points)
     order = np.argsort(points.x)
     x = points.x[order]

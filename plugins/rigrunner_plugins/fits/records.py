@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import FitRecord, hookimpl
+from rigrunner_plugins.fits import requirements
 from rigrunner_plugins.fits.examples import NO_INTERCEPT, NORRIS
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def rigrunner_fits() -> list[FitRecord]:
             help="Least-squares polynomial; of degree 2 it is the paper's Eq. (1)",
             settings="rigrunner_plugins.fits.settings:PolynomialSettings",
             factory=_polynomial,
+            requires=requirements.of_polynomial,
             examples=(NORRIS,),
         ),
         FitRecord(
@@ -34,6 +36,7 @@ def rigrunner_fits() -> list[FitRecord]:
             help="Support friction, damping and inertia from the drive's kinematics",
             settings="rigrunner_plugins.fits.settings:InertiaPhysicalSettings",
             factory=_inertia_physical,
+            requires=requirements.of_inertia_physical,
         ),
         FitRecord(
             name="basis",
@@ -41,6 +44,7 @@ def rigrunner_fits() -> list[FitRecord]:
             settings="rigrunner_plugins.fits.settings:BasisSettings",
             trial={"powers": [0, 1, 2]},
             factory=_basis,
+            requires=requirements.of_basis,
             examples=(NO_INTERCEPT,),
         ),
         FitRecord(
@@ -48,11 +52,13 @@ def rigrunner_fits() -> list[FitRecord]:
             help="The best of some sets of powers, by the corrected Akaike criterion",
             settings="rigrunner_plugins.fits.settings:AiccSettings",
             factory=_aicc,
+            requires=requirements.of_aicc,
         ),
         FitRecord(
             name="pchip",
             help="Monotone cubic through every point; no model, and no smoothing",
             factory=_pchip,
+            requires=requirements.of_pchip,
         ),
     ]
 

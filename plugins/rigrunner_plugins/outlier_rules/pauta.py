@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner_plugins.outlier_rules.requirements import BLIND_OF_PAUTA
 from rigrunner_plugins.outlier_rules.suspects import Suspect, exceeds, studentized, suspects
 
 if TYPE_CHECKING:
@@ -21,17 +22,16 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 CRITICAL: Final = 3.0
-BLIND: Final = 10
 
 
 def pauta(values: Array) -> list[Rejection]:
     """Return the rejections in values of shape (n,), worst first; DataError for n <= 10."""
     n = len(values)
-    if n <= BLIND:
+    if n <= BLIND_OF_PAUTA:
         reach = f": no deviation can exceed (n - 1)/√n = {(n - 1) / sqrt(n):.2f}" if n > 1 else ""
         raise DataError(
             f"pauta, the 3-sigma rule, can reject none of {n} values{reach}",
-            hint=f"record more than {BLIND} cycles, or use grubbs",
+            hint=f"record more than {BLIND_OF_PAUTA} cycles, or use grubbs",
         )
     return list(takewhile(exceeds, suspects("pauta", values, _suspect)))
 

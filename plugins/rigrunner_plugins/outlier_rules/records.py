@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
+from rigrunner_plugins.outlier_rules import requirements
 from rigrunner_plugins.outlier_rules.examples import PENDULUM, ROSNER, URANIUM
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             name="pauta",
             help="The 3-sigma rule, repeated; can reject nothing of 10 cycles or fewer",
             factory=_pauta,
+            requires=requirements.of_pauta,
         ),
         OutlierRuleRecord(
             name="chauvenet",

@@ -22,6 +22,7 @@ from rigrunner.analysis.load import with_known_load
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
+from rigrunner.analysis.revisions import revisions_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.analysis.starts import prepare_starts
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     )
     from rigrunner.api.data import Array, Estimate, Recording, RunData
     from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
 
@@ -130,6 +132,7 @@ class _Analysis:
             fits=fitted(self.spec, self.lookup, no_load if self.spec.compensations else loaded),
             compensations=compensations,
             primary=self.spec.primary,
+            kind=self._kind(),
             headline=headline,
             headline_components=self._headline_components(compensations),
             raw_headline=raw,
@@ -138,6 +141,7 @@ class _Analysis:
             checks=checks,
             notes=(problem,) if problem else (),
             settings=settings_as_asked(self.spec, self.lookup),
+            revisions=revisions_of(self.spec, self.acceptance, self.lookup),
         )
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
@@ -257,15 +261,18 @@ class _Analysis:
         zeroed = instrument.channel in self.run.zeros
         return raw_peak_mean(points, instrument, zeroed=zeroed)
 
+    def _kind(self) -> MeasurandKind | None:
+        plugin = self.spec.primary_plugin
+        kind = None if plugin is None else self.lookup.yields(plugin.name)
+        return None if kind is None else self.spec.measured(kind)
+
     def _evidence(
         self, loaded: tuple[PeakPoint, ...], primary: Compensation, mean: Judged
     ) -> Evidence:
         """Return all results that a limit may be for; what forbids one forbids all."""
-        plugin = self.spec.primary_plugin
-        kind = None if plugin is None else self.lookup.yields(plugin.name)
         return Evidence(
             method=self.spec.primary,
-            kind=None if kind is None else self.spec.measured(kind),
+            kind=self._kind(),
             loads_n=tuple(point.load_n for point in loaded),
             mean=mean,
             points=tuple(

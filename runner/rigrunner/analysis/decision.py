@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.evidence import Judged
 from rigrunner.analysis.limits import Limits, probability
 from rigrunner.analysis.rules import DecisionRule
-from rigrunner.api.results import MEAN, Decision, LimitDecision, Verdict
+from rigrunner.api.results import MEAN, WORST_FIRST, Decision, LimitDecision, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -16,15 +16,6 @@ if TYPE_CHECKING:
     from rigrunner.analysis.evidence import Evidence
     from rigrunner.api.data import Estimate
     from rigrunner.procedure import Acceptance, Limit
-
-WORST_FIRST = (
-    Verdict.FAIL,
-    Verdict.INCONCLUSIVE,
-    Verdict.CONDITIONAL_FAIL,
-    Verdict.CONDITIONAL_PASS,
-    Verdict.PASS,
-)
-"""A run fails if one of its limits does, and passes if all of them do."""
 
 
 def decide(acceptance: Acceptance, evidence: Evidence) -> Decision:

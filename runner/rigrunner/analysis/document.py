@@ -11,7 +11,7 @@ from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_budget import budget
-from rigrunner.analysis.document_decision import decision
+from rigrunner.analysis.document_decision import decision, limits, verdict
 from rigrunner.analysis.document_fits import curve_of, fit
 from rigrunner.analysis.document_validation import validation
 from rigrunner.analysis.document_values import (
@@ -49,7 +49,10 @@ def document(result: Result) -> Json:
         "run": _run(result.run),
         "no_load_run": None if result.no_load_run is None else _run(result.no_load_run),
         "analysis": plain(result.settings),
+        "revisions": dict(result.revisions),
         "headline": _headline(result),
+        "verdict": verdict(result),
+        "limits": limits(result.limits),
         "decision": None if result.decision is None else decision(result.decision),
         "checks": _checks(result.checks),
         "notes": list(result.notes),

@@ -2,15 +2,79 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document_values import estimate, number, quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.analysis.document_values import Json
-    from rigrunner.api.results import Decision, LimitDecision
+    from rigrunner.api.results import (
+        Decision,
+        JudgedValue,
+        LimitDecision,
+        MeasuredLimits,
+        Result,
+    )
 
 TORQUE = "N·m"
+MOST_VALUES = 1000
+"""So many judged values are listed, those out of limits first: a scan may have many thousands."""
+
+
+def verdict(result: Result) -> Json | None:
+    """Return the verdict on a run with its reason; None where nothing is decided."""
+    if result.verdict is None:
+        return None
+    return {"verdict": str(result.verdict), "reason": result.verdict_reason}
+
+
+def verdict_in(document: Mapping[str, Any] | None) -> str:
+    """Return the verdict on a run as its result document has it; '' for none.
+
+    In a document of a program that had no limits on measured values it is that of the decision.
+    """
+    found = document or {}
+    decided = found["verdict"] if "verdict" in found else found.get("decision")
+    return str((decided or {}).get("verdict", ""))
+
+
+def limits(found: MeasuredLimits) -> Json | None:
+    """Return the limits on measured values, each with its judgement; None where there is none."""
+    if not found.values:
+        return None
+    listed = sorted(found.values, key=lambda each: each.judgement.passes)[:MOST_VALUES]
+    return {
+        "verdict": str(found.verdict),
+        "reason": found.reason,
+        "judged": len(found.values),
+        "missed": len(found.missed),
+        "values": [_judged_value(each) for each in listed],
+    }
+
+
+def _judged_value(found: JudgedValue) -> Json:
+    row, judged = found.row, found.judgement
+    unit = row.units.get(judged.limit.of, "")
+    ends = {"lower_limit": judged.limit.minimum, "upper_limit": judged.limit.maximum}
+    return {
+        "table": row.name,
+        "row": found.number,
+        "utc": row.utc,
+        "recording": row.recording or None,
+        "setpoints": {
+            name: quantity(each, row.units.get(name, "")) for name, each in row.setpoints.items()
+        },
+        "of": judged.limit.of,
+        "result": quantity(judged.value, unit),
+        **{name: None if end is None else quantity(end, unit) for name, end in ends.items()},
+        "shown": judged.shown,
+        "allowed": judged.limit.text,
+        "verdict": judged.verdict,
+        "marginal": judged.is_marginal,
+        "text": judged.text,
+    }
 
 
 def decision(found: Decision) -> Json:

@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.analysis.channels import motion_channel, set_point, torque_channel
 from rigrunner.analysis.motion import find_motion
+from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Block, Recording, RunData
 
-LEAST_CYCLES = 8
-"""In a window: a gross error among as few is still told, and enough remain."""
+WINDOW_CYCLES = LEAST_CYCLES + 3
+"""In a window, at least: a gross error among as few is still told, and enough remain."""
 LEAST_S = 1.0
 """Of a window: the compensation costs the same for one cycle as for many."""
 MOST_SAMPLES = 12_000_000
@@ -83,14 +84,14 @@ class Windows:
 
     def _enough(self) -> float:
         """Return how many samples hold a window with both margins, wherever its cycles start."""
-        cycles = max(LEAST_CYCLES, ceil(LEAST_S * self._empty.rate_hz / self._period))
+        cycles = max(WINDOW_CYCLES, ceil(LEAST_S * self._empty.rate_hz / self._period))
         return min((cycles + 1 + 2 * MARGIN) * self._period, MOST_SAMPLES + 1)
 
     def _cut(self) -> Recording | None:
         """Return the whole cycles that are there, with their margins; None if they are too few."""
         channels = {name: np.concatenate(parts) for name, parts in self._channels.items()}
         starts = self._starts(replace(self._empty, channels=channels))
-        if len(starts) <= LEAST_CYCLES:
+        if len(starts) <= WINDOW_CYCLES:
             return None
         self._period = float(np.diff(starts).mean())
         margin = MARGIN * self._period

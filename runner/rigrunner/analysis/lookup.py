@@ -25,3 +25,7 @@ class Lookup(Protocol):
     def yields(self, compensation: str) -> MeasurandKind | None:
         """Return which torque a compensation yields, if its plugin says."""
         ...
+
+    def revision(self, kind: str, name: str) -> int:
+        """Return the revision of an installed plugin; raise PluginError."""
+        ...

@@ -17,6 +17,7 @@ import numpy as np
 from rigrunner.analysis.channels import finite, motion_channel, set_point, torque_channel
 from rigrunner.analysis.waveforms import PHASES, mean_of
 from rigrunner.api.analysis import MotionSource
+from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.signal.cycles import find_cycles, integrated_swing
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array, Mask, Recording, RunData, Samples
     from rigrunner.api.rig import RigDescription
-
-LEAST_CYCLES = 5
-"""With fewer, neither a gross error nor a mean's scatter can be told."""
 
 ENTERED_LIMIT = 0.005
 """Of an entered frequency: half-width of what it may be off; an angle channel flags more."""

@@ -14,9 +14,10 @@ import numpy as np
 
 from rigrunner.analysis.channels import finite, load_n, set_point, torque_channel
 from rigrunner.analysis.clocks import alignment_u_s
-from rigrunner.analysis.motion import LEAST_CYCLES, entered_frequency, find_motion
+from rigrunner.analysis.motion import entered_frequency, find_motion
 from rigrunner.analysis.waveforms import row_of, waveforms
 from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
+from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.blocks import less

@@ -62,6 +62,10 @@ class Scrutiny:
         """Return which torque a compensation yields, if its plugin says."""
         return self.lookup.yields(compensation)
 
+    def revision(self, kind: str, name: str) -> int:
+        """Return the revision of an installed plugin; raise PluginError."""
+        return self.lookup.revision(kind, name)
+
 
 @dataclass(frozen=True)
 class _Subject:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rigrunner.analysis.channels import finite, motion_channel, torque_channel
 from rigrunner.api.analysis import MotionSource, StartPoint
+from rigrunner.api.analysis.requirements import LEAST_STARTS
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.signal.spikes import hampel
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from rigrunner.procedure import AnalysisSpec
     from rigrunner.procedure.analysis_spec import StartsSpec
     from rigrunner.signal.starts import Start
-
-LEAST_STARTS = 3
-"""With fewer there is no scatter to speak of."""
 
 
 def prepare_starts(

@@ -40,12 +40,42 @@ CONDITIONS = {
 }
 
 
+class Validity(StrEnum):
+    """What holds for every result of a kind of measurand; who reports it says it in words."""
+
+    AT_REVERSAL = "at_reversal"
+    """It is the torque at the reversals of a swing, not that from rest."""
+    ZERO_LOAD_FRICTION = "zero_load_friction"
+    """Friction that the bearing has without load is not in it."""
+    SUPPORT_FRICTION = "support_friction"
+    """It is assumed that the supports' friction grows with load by no more than is allowed for."""
+    PROPORTIONAL = "proportional"
+    """It is assumed that the friction is proportional to the load, by which its error counts."""
+    OTHER_LIMITS = "other_limits"
+    """Limits of the no-load breakaway torque are limits of another quantity."""
+
+
 @dataclass(frozen=True)
 class MeasurandKind:
     """Nature and condition: what a limit is for, and what a compensation yields."""
 
     nature: Nature
     condition: Condition
+
+    @property
+    def id(self) -> str:
+        """The kind as a name for programs: 'load_induced.at_reversal'."""
+        return f"{self.nature.value}.{self.condition.value}"
+
+    @property
+    def validity(self) -> tuple[Validity, ...]:
+        """What holds for every result of this kind, in the order in which it is told."""
+        if self.nature is not Nature.LOAD_INDUCED:
+            return ()
+        reversal = (Validity.AT_REVERSAL,) if self.condition is Condition.AT_REVERSAL else ()
+        limits = (Validity.OTHER_LIMITS,)
+        assumed = (Validity.ZERO_LOAD_FRICTION, Validity.SUPPORT_FRICTION, Validity.PROPORTIONAL)
+        return (*reversal, *assumed, *limits)
 
     def __str__(self) -> str:
         """Return it in words: 'no-load torque from rest'."""

@@ -74,6 +74,12 @@ UNITS: tuple[Unit, ...] = (
     Unit("K/min", "temperature rate", 1 / 60),
 )
 
+LONGEST_S = 3653 * 86400.0
+"""Ten years: no duration, and no procedure, is longer."""
+_LARGEST = {"time": LONGEST_S, "frequency": 1e12}
+_LARGEST_OF_ANY = 1e18
+"""In SI units. What is larger is a slip of the pen, and no step could wait for it or reach it."""
+
 _SPELLINGS = {
     "N.m": "N·m", "Nm": "N·m", "N*m": "N·m", "N m": "N·m",
     "mN.m": "mN·m", "mNm": "mN·m", "mN*m": "mN·m",
@@ -162,6 +168,11 @@ class Quantity:
         return f"{repr(self.number).removesuffix('.0')} {self.unit.symbol}"
 
 
+def largest(dimension: str) -> float:
+    """Return the largest amount of a dimension that is read, in its SI unit."""
+    return _LARGEST.get(dimension, _LARGEST_OF_ANY)
+
+
 def readable(si: float, dimension: str) -> Quantity:
     """Return an SI value as the quantity that takes the fewest characters, such as 45 mm.
 
@@ -190,11 +201,15 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
     if _MORE_DIGITS.match(match[2]) and match[2] not in _BY_SPELLING:
         raise _marked_digits(stripped)
     quantity = Quantity(float(match[1]), unit(match[2], dimension))
-    if not math.isfinite(quantity.si):
-        raise QuantityError(f"{shown} is too large to be meant")
     if dimension is not None and quantity.dimension != dimension:
         kinds = f"{_with_article(quantity.dimension)}, not {_with_article(dimension)}"
         raise QuantityError(f"{shown} is {kinds}", hint=_example(dimension))
+    most = largest(quantity.dimension)
+    if not abs(quantity.si) <= most:
+        raise QuantityError(
+            f"{shown} is too large to be meant",
+            hint=f"at most {readable(most, quantity.dimension)}",
+        )
     return quantity
 
 

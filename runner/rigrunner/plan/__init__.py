@@ -7,6 +7,7 @@ from rigrunner.plan.limits import check_limits
 from rigrunner.plan.making import check_station, make_plan, plan_text
 from rigrunner.plan.plugins import check_plugins, check_station_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
+from rigrunner.plan.requirements import check_requirements
 
 __all__ = [
     "Plan",
@@ -15,6 +16,7 @@ __all__ = [
     "Prediction",
     "check_limits",
     "check_plugins",
+    "check_requirements",
     "check_station",
     "check_station_plugins",
     "make_plan",

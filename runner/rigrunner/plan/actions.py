@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 from rigrunner.procedure.answers import Expected
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.quantity import Quantity, Unit
+    from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.quantity import Unit
+    from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path
 
 
 class Phase(StrEnum):
@@ -135,6 +138,8 @@ class Record:
     """The set frequency of the cyclic motion; None where there is none."""
     sample_rate_hz: float | None = None
     """As the device states it before it is connected; None where it cannot."""
+    statistics: tuple[str, ...] = ()
+    """The statistics of its samples that have limits, as 'role.name.statistic'."""
 
 
 @dataclass(frozen=True)
@@ -156,18 +161,6 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class Limit:
-    """What one value of a step may be."""
-
-    member: str
-    """The channel, 'role.name'."""
-    minimum: Quantity | None = None
-    maximum: Quantity | None = None
-    marginal: float = 0.0
-    """How near to a limit a value is put on record, in the SI unit of the channel."""
-
-
-@dataclass(frozen=True)
 class Scan:
     """One drive goes through set-points; at each one channels are read once: a row of a table."""
 
@@ -185,8 +178,10 @@ class Scan:
     """As of a recording, without this drive."""
     units: Mapping[str, str]
     """As of a recording."""
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[ValueLimit, ...] = ()
     """What the values of each row may be."""
+    stops_at_limit: bool = True
+    """Whether the first value out of limits ends the scan and the run."""
 
     @property
     def member(self) -> str:
@@ -217,7 +212,10 @@ class Terms:
     """How often it is tried, all in all."""
     goes_on: bool = False
     """Whether the run goes on after the last failure."""
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[ValueLimit, ...] = ()
+    """What its values may be; of a scan the action has them."""
+    stops_at_limit: bool = True
+    """Whether a value out of limits ends the run."""
     repeatable: bool = True
     """Whether it may be done twice; a pause inside one that may not aborts the run."""
 
@@ -239,6 +237,11 @@ class PlannedStep:
     is run where it stands, and also if the run fails within that call."""
     points: tuple[str, ...] = ()
     """The set-points of sweeps and times of repetitions that it is part of, the outermost first."""
+
+    @property
+    def limits(self) -> tuple[ValueLimit, ...]:
+        """What the values may be that it finds."""
+        return self.action.limits if isinstance(self.action, Scan) else self.terms.limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,11 +275,24 @@ class Interlock:
 
 
 @dataclass(frozen=True)
+class Recorded:
+    """A recording with the place that asks for it."""
+
+    record: Record
+    document: Document
+    path: Path
+    conditions: Sequence[str] = ()
+    """All channels, 'role.name', that are read beside it."""
+
+
+@dataclass(frozen=True)
 class Plan:
     """The whole run, step by step, in order; teardown steps last."""
 
     steps: tuple[PlannedStep, ...]
     interlocks: tuple[Interlock, ...] = ()
+    recordings: tuple[Recorded, ...] = ()
+    """All recordings with their places in the procedure."""
 
     @property
     def estimated_s(self) -> float:

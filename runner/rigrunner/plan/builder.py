@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.plan.actions import Phase
 from rigrunner.plan.draft import Draft, Place, Scene
 from rigrunner.plan.drives import DriveStates
@@ -37,6 +38,11 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
     walker = _Walker(procedure, Scene(procedure.document, bench, drives, problems, draft))
     for phase in Phase:
         walker.section(phase.value, Place(phase, (phase.value,), phase.value))
+    seconds = sum(step.estimated_s for step in draft.steps)
+    if seconds > LONGEST_S:
+        most = readable(LONGEST_S, "time")
+        message = f"the procedure would take {seconds:.3g} s, allowed is at most {most}"
+        problems.add(procedure.document, ("main",), message, "look at its repetitions", key=True)
     return draft
 
 

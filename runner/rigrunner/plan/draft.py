@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.plan.actions import PlannedStep, Terms
 
 if TYPE_CHECKING:
-    from rigrunner.plan.actions import Action, Phase, Record
+    from rigrunner.plan.actions import Action, Phase, Recorded
     from rigrunner.plan.bench import Bench
     from rigrunner.plan.drives import DriveStates
     from rigrunner.yamlfile import Document
@@ -43,15 +44,6 @@ class Place:
         return Place(self.phase, path, label, self.calls, points)
 
 
-@dataclass(frozen=True)
-class Recorded:
-    """A recording with the place that asks for it."""
-
-    record: Record
-    document: Document
-    path: Path
-
-
 @dataclass(eq=False)
 class Draft:
     """What is written down of a plan so far."""
@@ -84,7 +76,10 @@ class Scene:
         seconds: float = 0.0,
         terms: Terms | None = None,
     ) -> None:
-        """Write down one step."""
+        """Write down one step; one that takes longer than any may is a problem."""
+        if seconds > LONGEST_S:
+            most = readable(LONGEST_S, "time")
+            self.complain(place.path, f"it would take {seconds:.3g} s, allowed is at most {most}")
         step = PlannedStep(
             place.label,
             place.phase,

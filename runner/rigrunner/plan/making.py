@@ -43,7 +43,7 @@ def make_plan(
     # Only now: a mistake above that leaves a frequency unset would be told twice.
     check_motion(procedure, draft, problems)
     problems.stop_if_any()
-    return Plan(tuple(draft.steps), interlocks)
+    return Plan(tuple(draft.steps), interlocks, tuple(draft.recordings))
 
 
 def check_station(station: LoadedStation, devices: Mapping[str, Device]) -> tuple[Interlock, ...]:

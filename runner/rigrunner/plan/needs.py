@@ -9,16 +9,23 @@ from rigrunner.plan.actions import Measure, Scan
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
-    from rigrunner.plan.actions import Record
-    from rigrunner.plan.draft import Draft, Recorded
+    from rigrunner.plan.actions import Record, Recorded
+    from rigrunner.plan.draft import Draft
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.problems import Problems
 
 
+INDEX = "index"
+"""The name of a channel of pulses; of all others the unit says what they are."""
+ANALYSED_IN = {"torque": "N·m", "angle": "rad", "angular velocity": "rad/s"}
+"""The units in which the analysis takes recorded channels, by dimension."""
+TORQUE = ANALYSED_IN["torque"]
+
+
 def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:
     """Add a problem for all that would keep the analysis from using what is recorded."""
-    if not _analyses(procedure):
+    if not analyses(procedure):
         return
     measures = any(isinstance(step.action, (Measure, Scan)) for step in draft.steps)
     if not draft.wanted and not measures:
@@ -30,12 +37,16 @@ def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems)
 
 def check_motion(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:
     """Add a problem for every recording without the cyclic motion that the analysis needs."""
-    if not _analyses(procedure) or procedure.model.analysis.starts is not None:
+    if not analyses(procedure) or procedure.model.analysis.starts is not None:
         return
     for recorded in draft.recordings:
         if not recorded.record.cycle_frequency_hz:
             message = "the analysis needs a cycle frequency, and none is set here"
             hint = "set the drive before"
+            problems.add(recorded.document, recorded.path, message, hint, key=True)
+        elif f"{recorded.record.role}.frequency" not in recorded.record.setpoints:
+            message = f"the analysis needs the set frequency of '{recorded.record.role}' itself"
+            hint = f"set {recorded.record.role}.frequency, also where another device drives it"
             problems.add(recorded.document, recorded.path, message, hint, key=True)
 
 
@@ -55,22 +66,40 @@ def channels_of(record: Record, dimension: str) -> list[str]:
     ]
 
 
-def _analyses(procedure: LoadedProcedure) -> bool:
+def motion_channels(record: Record) -> list[str]:
+    """Return the names of the recorded channels that show the crank phase of a swing."""
+    return [
+        *channels_of(record, "angle"),
+        *channels_of(record, "angular velocity"),
+        *(name for name in record.channels if name == INDEX),
+    ]
+
+
+def analyses(procedure: LoadedProcedure) -> bool:
+    """Say whether a procedure asks for an analysis."""
     spec = procedure.model.analysis
     return bool(spec.fits or spec.compensations or spec.no_load)
 
 
 def _check_channels(recorded: Recorded, problems: Problems) -> None:
     """Ask for one torque, and for no more than one angle: without any there are fallbacks."""
+    record, path = recorded.record, (*recorded.path, "channels")
     for dimension, least, wanted in (
         ("torque", 1, "one channel"),
         ("angle", 0, "at most one channel"),
+        ("angular velocity", 0, "at most one channel"),
     ):
-        found = channels_of(recorded.record, dimension)
+        found = channels_of(record, dimension)
         if not least <= len(found) <= 1:
             got = " and ".join(found) or "none"
             message = f"the analysis needs {wanted} of {dimension} in each recording, got {got}"
-            problems.add(recorded.document, (*recorded.path, "channels"), message)
+            problems.add(recorded.document, path, message)
+        for name in found:
+            given = record.units[f"{record.role}.{name}"]
+            if given != ANALYSED_IN[dimension]:
+                message = f"the device gives {name} in {given}"
+                hint = f"the analysis takes a device whose {dimension} is in "
+                problems.add(recorded.document, path, message, hint + ANALYSED_IN[dimension])
 
 
 def _check_instrument(

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.plan.actions import Measure, Record, Scan, Zero
-from rigrunner.plan.draft import Recorded
-from rigrunner.plan.terms import judged_terms, planned_limits, tried_terms
+from rigrunner.plan.actions import Measure, Record, Recorded, Scan, Zero
+from rigrunner.plan.terms import (
+    judged_terms,
+    planned_limits,
+    recorded_limits,
+    tried_terms,
+)
 from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
@@ -34,7 +38,8 @@ def plan_zero(zero: doings.Zero, place: Place, scene: Scene) -> None:
         scene.complain(within, f"got '{zero.within}', allowed is more than 0")
     scene.drives.require_rest(role, place.path)
     action = Zero(role, name, channel.unit, zero.within.si, zero.duration)
-    terms = judged_terms(zero, place, zero.duration, [zero.channel], scene)
+    limits = planned_limits(zero.limits, place, [zero.channel], scene)
+    terms = judged_terms(zero, place, zero.duration, limits, scene)
     text = f"Zero {zero.channel}, within {zero.within}"
     scene.emit(place, action, text, zero.duration, terms)
 
@@ -58,7 +63,8 @@ def plan_measure(measure: doings.Measure, place: Place, scene: Scene) -> None:
         sample_rate_hz=rate_hz,
     )
     how = f"mean over {seconds:.3g} s" if seconds else "once"
-    terms = judged_terms(measure, place, seconds, measure.channels, scene)
+    limits = planned_limits(measure.limits, place, measure.channels, scene)
+    terms = judged_terms(measure, place, seconds, limits, scene)
     text = f"Measure {', '.join(measure.channels)}, {how}"
     scene.emit(place, action, text, seconds, terms)
 
@@ -84,6 +90,7 @@ def plan_scan(scan: doings.Scan, place: Place, scene: Scene) -> None:
         setpoints={member: value for member, value in known.items() if member != scan.set},
         units=scene.drives.units() | units,
         limits=limits,
+        stops_at_limit=scan.on_fail == "stop",
     )
     least, most, count = (*_ends(scan.over), len(scan.over))
     span = f"between {least} and {most}, {count} points" if count > 1 else f"at {least}, 1 point"
@@ -113,22 +120,25 @@ def plan_record(record: doings.Record, place: Place, scene: Scene) -> None:
         return
     duration_s, span = _span(record, role, place, scene)
     frequency_hz = scene.drives.known_cycle_frequency_hz(role)
+    names = tuple(split_member(member)[1] for member in record.channels)
+    conditions = scene.bench.conditions(role, names)
+    limits = tuple(recorded_limits(record, place, conditions, scene))
     draft = scene.draft
     digits = max(_LEAST_DIGITS, len(str(draft.wanted)))
     number = f"{len(draft.recordings) + 1:0{digits}d}"
     action = Record(
         name=number if frequency_hz is None else f"{number}_{frequency_hz:.6g}Hz",
         role=role,
-        channels=tuple(split_member(member)[1] for member in record.channels),
+        channels=names,
         duration_s=duration_s,
         setpoints=scene.drives.values(),
         units=scene.drives.units() | units,
         cycle_frequency_hz=frequency_hz,
         sample_rate_hz=scene.bench.sample_rate_hz(role, place.path),
+        statistics=tuple(each.of for each in limits if each.of not in conditions),
     )
-    draft.recordings.append(Recorded(action, scene.document, place.path))
-    conditions = scene.bench.conditions(role, action.channels)
-    terms = judged_terms(record, place, duration_s, conditions, scene)
+    draft.recordings.append(Recorded(action, scene.document, place.path, conditions))
+    terms = judged_terms(record, place, duration_s, limits, scene)
     text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
     scene.emit(place, action, text, duration_s, terms)
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.plan.actions import Limit, Terms
+from rigrunner.api.limits import ValueLimit
+from rigrunner.plan.actions import Terms
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    from rigrunner.api.quantity import Quantity
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.procedure import doings
-    from rigrunner.procedure.options import Band
+    from rigrunner.procedure.options import Band, Bounds
+    from rigrunner.yamlfile.document import Path
 
     Judged = doings.Zero | doings.Record | doings.Measure
     Tried = doings.Set | doings.Ramp | doings.Scan | Judged
@@ -27,17 +30,17 @@ def tried_terms(step: Tried, place: Place, seconds: float, scene: Scene) -> Term
 
 
 def judged_terms(
-    step: Judged, place: Place, seconds: float, found: Sequence[str], scene: Scene
+    step: Judged, place: Place, seconds: float, limits: Iterable[ValueLimit], scene: Scene
 ) -> Terms:
-    """Return the terms of a step that finds values of the channels `found`, 'role.name'."""
-    terms = tried_terms(step, place, seconds, scene)
-    limits = tuple(planned_limits(step.limits, place, found, scene))
-    return replace(terms, goes_on=step.on_fail == "continue", limits=limits)
+    """Return the terms of a step whose values have these limits."""
+    terms, limits = tried_terms(step, place, seconds, scene), tuple(limits)
+    stops = step.on_fail == "stop"
+    return replace(terms, goes_on=not stops, limits=limits, stops_at_limit=stops)
 
 
 def planned_limits(
     bands: Mapping[str, Band], place: Place, found: Sequence[str], scene: Scene
-) -> Iterator[Limit]:
+) -> Iterator[ValueLimit]:
     """Yield the limits of the channels `found`; what does not fit them is a problem."""
     for member, band in bands.items():
         path = (*place.path, "limits", member)
@@ -45,10 +48,60 @@ def planned_limits(
         if channel is None:
             continue
         if member not in found:
-            hint = f"it finds: {', '.join(found) or 'none'}"
-            scene.complain(path, f"the step finds no value of {member}", hint, key=True)
+            _refuse_unfound(member, found, path, scene)
+        elif _fits(band, channel.unit, member, path, scene):
+            yield _limit(member, band.min, band.max, band)
+
+
+def recorded_limits(
+    record: doings.Record, place: Place, beside: Sequence[str], scene: Scene
+) -> Iterator[ValueLimit]:
+    """Yield the limits of a recording: of samples that it records, and of values read `beside`.
+
+    What does not fit them is a problem.
+    """
+    for member, band in record.limits.items():
+        path = (*place.path, "limits", member)
+        channel = scene.bench.channel(member, path, key=True)
+        if channel is None:
             continue
-        given = {"min": band.min, "max": band.max, "marginal": band.marginal}
-        at = ((quantity, (*path, name)) for name, quantity in given.items() if quantity)
-        if all(scene.bench.fits(quantity, channel.unit, member, where) for quantity, where in at):
-            yield Limit(member, band.min, band.max, band.marginal.si if band.marginal else 0.0)
+        recorded = member in record.channels
+        if not recorded and member not in beside:
+            _refuse_unfound(member, (*record.channels, *beside), path, scene)
+            continue
+        if not recorded and band.statistics:
+            name, hint = next(iter(band.statistics)), "limit it by min and max, or record it"
+            message = f"{member} is read once beside the recording, and has no {name}"
+            scene.complain((*path, name), message, hint, key=True)
+            continue
+        fits = [_fits(band, channel.unit, member, path, scene)]
+        for name, each in band.statistics.items():
+            fits.append(_fits(each, channel.unit, member, (*path, name), scene))
+        if not all(fits):
+            continue
+        if not recorded:
+            yield _limit(member, band.min, band.max, band)
+            continue
+        for name, (low, high) in band.of_samples.items():
+            yield _limit(f"{member}.{name}", low, high, band)
+        for name, each in band.statistics.items():
+            yield _limit(f"{member}.{name}", each.min, each.max, each)
+
+
+def _limit(of: str, low: Quantity | None, high: Quantity | None, band: Bounds) -> ValueLimit:
+    return ValueLimit.between(of, low, high, band.marginal.si if band.marginal else 0.0)
+
+
+def _refuse_unfound(member: str, found: Sequence[str], path: Path, scene: Scene) -> None:
+    hint = f"it finds: {', '.join(found) or 'none'}"
+    scene.complain(path, f"the step finds no value of {member}", hint, key=True)
+
+
+def _fits(band: Bounds, symbol: str, member: str, path: Path, scene: Scene) -> bool:
+    """Say whether bounds have the dimension of a channel; each that has not is a problem."""
+    given = {"min": band.min, "max": band.max, "marginal": band.marginal}
+    return all(
+        scene.bench.fits(quantity, symbol, member, (*path, name))
+        for name, quantity in given.items()
+        if quantity
+    )

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.quantity import Quantity, parse_quantity, unit
+from rigrunner.api.texts import name_of, refused_character
 
 _BARE_NUMBER = re.compile(
     r"[+\N{MINUS SIGN}-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII
 )
 _LONGEST = 60
-_UNSTORABLE = re.compile("[\\x00-\\x08\\x0e-\\x1f\\x7f\\ud800-\\udfff]")
-"""What a run file cannot hold, or a page not show: NUL, an escape, a lone surrogate."""
 
 
 class AnswerError(RigrunnerError, ValueError):
@@ -45,9 +44,13 @@ class Expected:
         A number without a unit is in the unit of the question, which the person sees.
         """
         text = answer.strip()
-        if _UNSTORABLE.search(text):
+        refused = refused_character(text)
+        if refused:
             shown = text[:_LONGEST].encode("unicode_escape").decode()
-            raise AnswerError(f"got '{shown}', allowed is a text without control characters")
+            raise AnswerError(
+                f"got '{shown}', allowed is a text without control characters",
+                hint=f"its character {refused.start() + 1} is {name_of(refused[0])}: type it anew",
+            )
         if self.choices:
             return self._choice(text)
         return self._quantity(text) if self.unit else text

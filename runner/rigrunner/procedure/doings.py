@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -10,6 +10,7 @@ from rigrunner.api.settings import AnyQuantity, ListOf, PositiveDuration, Settin
 from rigrunner.procedure.options import (
     Limits,
     OnFail,
+    RecordedLimits,
     Repeatable,
     Retries,
     Timeout,
@@ -82,6 +83,14 @@ class Scan(Settings):
     timeout: Timeout = None
     retries: Retries = 0
     repeatable: Repeatable = True
+    on_fail: Annotated[
+        Literal["stop", "continue"],
+        Field(
+            description="What follows a value out of its limits: the end of the run, or the next"
+            " point. A device that fails ends the run: the drive would stand elsewhere than the"
+            " steps that follow take for granted."
+        ),
+    ] = "stop"
 
 
 class Ramp(Settings):
@@ -155,7 +164,7 @@ class Record(Settings):
     """How many whole cycles of the motion."""
     duration: PositiveDuration | None = None
     """How long."""
-    limits: Limits = Field(default_factory=dict)
+    limits: RecordedLimits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
     repeatable: Repeatable = True

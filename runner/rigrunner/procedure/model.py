@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from rigrunner.api.quantity import QuantityError, unit, units_of
-from rigrunner.api.settings import ListOf, Settings
+from rigrunner.api.settings import ListOf, PlainText, Settings
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analysis_spec import AnalysisSpec
@@ -46,7 +46,7 @@ class Procedure(Settings):
     """A text: put a number in quotes."""
     title: Text
     """One line for lists and for the report."""
-    description: str = ""
+    description: PlainText = ""
     """Why, and how, in as many words as it takes."""
     measurand: Measurand
     inputs: dict[Name, Input] = Field(default_factory=dict)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.limits import STATISTICS
 from rigrunner.api.settings import AnyQuantity, Difference, PositiveDuration, Settings, YesNo
 from rigrunner.yamlfile.names import Member
 
@@ -16,7 +17,13 @@ Timeout = Annotated[
     PositiveDuration | None, Field(description="How long it may take; longer is a failure.")
 ]
 Retries = Annotated[
-    int, Field(ge=0, le=100, description="How often it is tried again after a failure.")
+    int,
+    Field(
+        ge=0,
+        le=100,
+        description="How often it is tried again after a failure. A value out of its limits is a"
+        " result, not a failure: it is not read again.",
+    ),
 ]
 Repeatable = Annotated[
     YesNo,
@@ -24,7 +31,10 @@ Repeatable = Annotated[
 ]
 OnFail = Annotated[
     Literal["stop", "continue"],
-    Field(description="What follows its last failure: the end of the run, or the next step."),
+    Field(
+        description="What follows a value out of its limits, or the last failure: the end of the"
+        " run, or the next step."
+    ),
 ]
 
 
@@ -40,26 +50,120 @@ class Band(Settings):
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
-        for message in self._objections():
+        for message in objections(self):
             raise ValueError(message)
         return self
 
-    def _objections(self) -> Iterator[str]:
-        if self.min is None and self.max is None:
-            yield "a limit needs max, min, or both"
-        given = [each for each in (self.min, self.max, self.marginal) if each is not None]
-        kinds = list(dict.fromkeys(each.dimension for each in given))
-        if len(kinds) > 1:
-            yield f"'{given[0]}' is a {kinds[0]}, but '{given[-1]}' is a {given[-1].dimension}"
-        if self.min is None or self.max is None:
-            return
-        if self.min.si >= self.max.si:
-            yield f"min ({self.min}) must be below max ({self.max})"
-        if self.marginal is not None and 2 * self.marginal.si >= self.max.si - self.min.si:
-            yield f"marginal ({self.marginal}) leaves nothing between {self.min} and {self.max}"
+
+class Bounds(Protocol):
+    """A lowest and a highest value, and how near to them a value is marginal."""
+
+    @property
+    def min(self) -> AnyQuantity | None:
+        """The lowest that is allowed."""
+
+    @property
+    def max(self) -> AnyQuantity | None:
+        """The highest that is allowed."""
+
+    @property
+    def marginal(self) -> Difference | None:
+        """How near to a limit a value is marginal."""
 
 
+def objections(band: Bounds) -> Iterator[str]:
+    """Yield why these bounds are no range, in words."""
+    if band.min is None and band.max is None:
+        yield "a limit needs max, min, or both"
+    given = [each for each in (band.min, band.max, band.marginal) if each is not None]
+    kinds = list(dict.fromkeys(each.dimension for each in given))
+    if len(kinds) > 1:
+        yield f"'{given[0]}' is a {kinds[0]}, but '{given[-1]}' is a {given[-1].dimension}"
+    if band.min is None or band.max is None:
+        return
+    if band.min.si >= band.max.si:
+        yield f"min ({band.min}) must be below max ({band.max})"
+    if band.marginal is not None and 2 * band.marginal.si >= band.max.si - band.min.si:
+        yield f"marginal ({band.marginal}) leaves nothing between {band.min} and {band.max}"
+
+
+class DifferenceBand(Settings):
+    """What a difference of two values may be."""
+
+    min: Difference | None = None
+    """The lowest that is allowed."""
+    max: Difference | None = None
+    """The highest that is allowed."""
+    marginal: Difference | None = None
+    """A value nearer than this to a limit, and within it, is put on record."""
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        for message in objections(self):
+            raise ValueError(message)
+        return self
+
+
+class RecordedBand(Settings):
+    """What a recorded channel may be: every sample of it, and statistics of all its samples.
+
+    Of a channel that is read beside the recording, the value.
+    """
+
+    min: AnyQuantity | None = None
+    """The lowest that any sample may be."""
+    max: AnyQuantity | None = None
+    """The highest that any sample may be."""
+    marginal: Difference | None = None
+    """A value nearer than this to `min` or `max`, and within it, is put on record."""
+    mean: Band | None = None
+    """What the mean of all samples may be."""
+    minimum: Band | None = None
+    """What the lowest sample may be."""
+    maximum: Band | None = None
+    """What the highest sample may be."""
+    peak_to_peak: DifferenceBand | None = None
+    """What the difference of the highest and the lowest sample may be."""
+    rms: Band | None = None
+    """What the root mean square of all samples may be."""
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Self:
+        of_samples = self.min is not None or self.max is not None
+        if of_samples or self.marginal is not None or not self.statistics:
+            for message in objections(self):
+                raise ValueError(message)
+        for one, statistic in (("min", "minimum"), ("max", "maximum")):
+            if getattr(self, one) is not None and statistic in self.statistics:
+                raise ValueError(
+                    f"'{one}' and '{statistic}' limit the same value: give one of them"
+                )
+        return self
+
+    @property
+    def statistics(self) -> dict[str, Band | DifferenceBand]:
+        """The statistics that have limits, by their names."""
+        given = {name: getattr(self, name) for name in STATISTICS}
+        return {name: band for name, band in given.items() if band is not None}
+
+    @property
+    def of_samples(self) -> dict[str, tuple[AnyQuantity | None, AnyQuantity | None]]:
+        """What `min` and `max` say of the extremes, by their names: lowest and highest allowed."""
+        found = {"minimum": (self.min, None), "maximum": (None, self.max)}
+        return {name: ends for name, ends in found.items() if ends != (None, None)}
+
+
+RecordedLimits = Annotated[
+    dict[Member, RecordedBand],
+    Field(
+        description="What its values may be, by role.name; a value out of limits is kept, and the"
+        " verdict on the run is fail."
+    ),
+]
 Limits = Annotated[
     dict[Member, Band],
-    Field(description="What its values may be, by role.name; beyond it the step has failed."),
+    Field(
+        description="What its values may be, by role.name; a value out of limits is kept, and the"
+        " verdict on the run is fail."
+    ),
 ]

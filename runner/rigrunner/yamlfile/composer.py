@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import yaml
 
 from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.api.texts import TURNING, name_of, refused_character
 from rigrunner.yamlfile.document import Document, Marks, Path, dotted
 from rigrunner.yamlfile.scalars import ScalarError, read_plain
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 MAX_DEPTH = 40
 MAX_VALUES = 20_000
 MAX_PROBLEMS = 50
+_TURNING = re.compile(f"[{TURNING}]")
 _MERGE = "<<"
 _DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
 
@@ -81,6 +83,16 @@ class _Composer:
         if tag is not None:
             self._report(f"the tag {tag} is not allowed", event, path, "put text in quotes")
 
+    def _refuse_escaped(
+        self, event: yaml.ScalarEvent, path: Path, found: re.Match[str] | None
+    ) -> None:
+        """Report a character that is written as an escape and may not stand there itself either.
+
+        Control characters stay in values: a serial line may end by one. Texts refuse them.
+        """
+        if found:
+            self._report(f"it holds the character {name_of(found[0])}", event, path, "remove it")
+
     def _mapping(self, path: Path) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         first: dict[str, Location] = {}
@@ -99,6 +111,7 @@ class _Composer:
         self._refuse_machinery(event, path)
         if not isinstance(event, yaml.ScalarEvent):
             self._stop("a key has to be a text", event)
+        self._refuse_escaped(event, path, refused_character(event.value))
         text = _clip(event.value)
         if self._splits_value(event, value):
             self._report_comma(before, text, event, path)
@@ -123,6 +136,7 @@ class _Composer:
         if not isinstance(event, yaml.ScalarEvent):
             return None
         if not event.implicit[0]:
+            self._refuse_escaped(event, path, _TURNING.search(event.value))
             return event.value
         try:
             return read_plain(event.value)

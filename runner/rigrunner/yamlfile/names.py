@@ -7,6 +7,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
+from rigrunner.api.texts import plain
+
 _NAME = "[A-Za-z][A-Za-z0-9_]*"
 _MEMBER = rf"{_NAME}\.{_NAME}"
 _IDENTIFIER = "[A-Za-z0-9][A-Za-z0-9._-]*"
@@ -50,7 +52,7 @@ Identifier = Annotated[
 ]
 """An id that also serves in names of files and folders."""
 
-Text = Annotated[str, Field(min_length=1)]
+Text = Annotated[str, Field(min_length=1), AfterValidator(plain)]
 """Words for a person."""
 
 

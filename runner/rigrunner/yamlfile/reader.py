@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.api.texts import TURNING, name_of
 from rigrunner.yamlfile.composer import compose
 
 if TYPE_CHECKING:
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
 MAX_BYTES = 1_000_000
 _UTF8_BOM = b"\xef\xbb\xbf"
 _UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
-_NOT_TEXT = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
+_NOT_TEXT = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff" + f"{TURNING}]"
+)
+"""What stands in no text file, be it in a comment. U+0085 ends a line in YAML."""
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -49,8 +53,10 @@ def parse(text: str, name: str) -> Document:
         raise _too_large(name)
     found = _NOT_TEXT.search(text)
     if found:
-        message = f"the character U+{ord(found[0]):04X} does not belong into a text file"
-        raise _refused(name, message, _position(text, found.start()), "is this a YAML file?")
+        message = f"the character {name_of(found[0])} does not belong into a text file"
+        turning = re.match(f"[{TURNING}]", found[0])
+        hint = "it turns the order of letters: remove it" if turning else "is this a YAML file?"
+        raise _refused(name, message, _position(text, found.start()), hint)
     try:
         return compose(yaml.parse(text, Loader=_LOADER), text, name)
     except yaml.MarkedYAMLError as error:

@@ -59,7 +59,7 @@ def test_each_cycle_is_in_one_window_and_has_the_value_of_the_whole_recording(
     first = int(np.argmin(np.abs(wanted - found[0])))  # the very first may lie too near the border
     assert first <= 1
     assert np.array_equal(found, wanted[first : first + len(found)])
-    longest = max(live.LEAST_CYCLES, live.LEAST_S * frequency_hz) + 3
+    longest = max(live.WINDOW_CYCLES, live.LEAST_S * frequency_hz) + 3
     assert len(wanted) - first - len(found) <= longest * 1.25 + size * frequency_hz / whole.rate_hz
     assert all(find_motion(each, run, each.channels["tester.torque"]) for each in windows)
 
@@ -72,7 +72,7 @@ def test_no_more_is_kept_than_a_window():
         list(cutter.take(block))
         kept.append(sum(len(each) for parts in cutter._channels.values() for each in parts))
     period = whole.rate_hz / 10.0
-    cycles = max(live.LEAST_CYCLES, live.LEAST_S * 10.0)
+    cycles = max(live.WINDOW_CYCLES, live.LEAST_S * 10.0)
     assert max(kept) <= 2 * (cycles + 2 + 1) * period  # of two channels
     assert max(kept[len(kept) // 2 :]) == max(kept[: len(kept) // 2])
 
@@ -81,7 +81,7 @@ def test_a_slow_swing_has_windows_too():
     whole = recording(PEAKS[:20], 0.5)
     found = peaks_in(windows_of(whole, 1000), run_of(whole))
     wanted = prepare_point(whole, run_of(whole), spec(), lambda _: []).peak_nm
-    assert len(found) >= live.LEAST_CYCLES
+    assert len(found) >= live.WINDOW_CYCLES
     assert np.array_equal(found, wanted[: len(found)])
 
 

@@ -53,6 +53,9 @@ class _WithOneChanged:
     def yields(self, name):
         return registry().yields("paper_peak" if name == "strange" else name)
 
+    def revision(self, kind, name):
+        return 1 if name == "strange" else registry().revision(kind, name)
+
 
 def _analysed(kind, made):
     changes = {

@@ -7,13 +7,14 @@ import math
 import re
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from rigrunner.api.quantity import (
     UNITS,
     Quantity,
     QuantityError,
+    largest,
     parse_quantity,
     quantity_pattern,
     readable,
@@ -74,6 +75,11 @@ def test_read_as_meant(text, si, dimension):
         ("inf N", "is not a number with a unit", ""),
         ("nan N", "is not a number with a unit", ""),
         ("1e400 N", "too large", ""),
+        ("1e300 s", "too large to be meant", "at most 3653 d"),
+        ("3654 d", "too large to be meant", "at most 3653 d"),
+        ("-1e300 s", "too large to be meant", "at most 3653 d"),
+        ("2e9 kHz", "too large to be meant", "at most 1000000000 kHz"),
+        ("1e300 N·m", "too large to be meant", "at most"),
         ("0x10 N", "unknown unit", ""),
         ("\N{ARABIC-INDIC DIGIT THREE} N", "is not a number with a unit", ""),
         ("5 hz", "unknown unit 'hz'", "did you mean 'Hz'?"),
@@ -113,6 +119,7 @@ def test_messages_stay_short():
 @given(st.floats(-1e15, 1e15), st.sampled_from(UNITS))
 def test_a_quantity_comes_back_from_its_text(number, of_unit):
     quantity = Quantity(number, of_unit)
+    assume(abs(quantity.si) <= largest(quantity.dimension))
 
     assert parse_quantity(str(quantity), of_unit.dimension) == quantity
 
@@ -154,7 +161,7 @@ def test_a_value_is_written_in_the_unit_that_suits_it(si, dimension, text):
     assert str(readable(si, dimension)) == text
 
 
-@given(st.floats(-1e9, 1e9), st.sampled_from(DIMENSIONS))
+@given(st.floats(-1e8, 1e8), st.sampled_from(DIMENSIONS))
 @settings(deadline=None, max_examples=200)
 def test_what_is_written_readably_is_read_as_it_was(si, dimension):
     back = parse_quantity(str(readable(si, dimension)), dimension).si
@@ -171,10 +178,11 @@ def test_what_is_written_readably_is_read_as_it_was(si, dimension):
 )  # fmt: skip
 @settings(deadline=None, max_examples=500)
 def test_the_pattern_takes_what_is_read_and_nothing_else(text, dimension):
+    """But for what is too large to be meant, of which the pattern does not know."""
     matches = re.search(quantity_pattern(dimension), text) is not None
     try:
         parse_quantity(text, dimension)
-    except QuantityError:
-        assert not matches
-    else:
-        assert matches
+        taken = True
+    except QuantityError as error:
+        taken = "too large to be meant" in error.message
+    assert matches == taken

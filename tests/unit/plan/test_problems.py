@@ -219,3 +219,13 @@ def test_all_problems_are_told_at_once_and_each_once():
         "main[0].set.tester.load",
         "main[1].sweep.steps[1].record.channels[0]",
     ]
+
+
+def test_cycles_need_a_frequency_that_was_set_and_not_only_one_that_could_be():
+    text = edited(PROCEDURE, ("tester.frequency: 0 Hz}\n  - zero", "tester.load: 0 N}\n  - zero"),
+                  ("{tester.load: 0 N, tester.load: 0 N}", "{tester.load: 0 N}"),
+                  ("  - sweep:", "  - settle: {cycles: 5}\n  - sweep:"))  # fmt: skip
+    problem = only_problem(planned, text)
+    assert problem.message == (
+        "cycles need a frequency, but tester.frequency is not set above 0 Hz here"
+    )

@@ -89,6 +89,15 @@ def test_the_stations_limits_hold_in_the_plan(safety, pointed, field, message, h
     assert problem.location.line == int(place_of(procedure, pointed).split(":")[0])
 
 
+def test_a_drive_that_could_not_be_set_is_no_reason_against_another_one():
+    """Where the load stands is not known: only its own mistake is a problem."""
+    old, new = "main:\n  - set: {tester.load: $load}\n", "main:\n  - set: {tester.load: 5 Hz}\n"
+    loaded = ("load: 0 N, tester.frequency: 0 Hz}", "load: 1 kN, tester.frequency: 0 Hz}")
+    procedure = edited(PROCEDURE, (old, new), loaded)
+    problem = only_problem(planned, with_safety(CORNERS), procedure)
+    assert problem.field == "main[0].set.tester.load"
+
+
 MISFITS = [
     ("drives: {tester.laod: {max: 1 N}}", "safety.drives.tester.laod",
      "the device in the role 'tester' has no drive 'laod'"),
@@ -130,6 +139,8 @@ REFUSED = [
      "safety.interlocks[0]", "got above and below, allowed is one of"),
     ("interlocks: [{name: hot, channel: tester.load, outside: [5 N, 1 N]}]",
      "safety.interlocks[0]", "5 N must be below 1 N"),
+    ("interlocks: [{name: hot, channel: tester.load, outside: [5 N, 5 N]}]",
+     "safety.interlocks[0]", "5 N must be below 5 N"),
     ("interlocks: [{name: hot, channel: tester.load, above: 5 N, does: forbid}]",
      "safety.interlocks[0]", "'does: forbid' needs the drives that it forbids"),
     ("interlocks: [{name: hot, channel: tester.load, above: 5 K, hysteresis: 5 °C}]",
@@ -180,3 +191,26 @@ def test_a_step_that_is_tried_again_must_be_repeatable():
     problem = only_problem(parse_procedure, text, "p.yaml")
     assert problem.field == "main[1].sweep.steps[1].record.retries"
     assert problem.message == "the step is tried again, but is not repeatable"
+
+
+def test_an_interlock_outside_of_two_values_may_have_a_hysteresis():
+    rule = "interlocks: [{name: room, channel: tester.load, outside: [5 N, 9 N], hysteresis: 1 N}]"
+    (interlock,) = planned(with_safety(rule)).interlocks
+    assert (interlock.minimum, interlock.maximum, interlock.hysteresis) == (5.0, 9.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        ("above: 60 N", "above 60 N"),
+        ("below: 0 N", "below 0 N"),
+        ("above: 0 N", "above 0 N"),
+        ("outside: [5 N, 9 N]", "outside 5 N to 9 N"),
+        ("rate: 2 N/s", "faster than 2 N/s"),
+        ("stale: 500 ms", "not read for 0.5 s"),
+        ("above: 60 N, hysteresis: 1 N", "above 60 N"),
+    ],
+)
+def test_an_interlock_says_what_trips_it(rule, words):
+    station = with_safety(f"interlocks: [{{name: hot, channel: tester.load, {rule}}}]")
+    assert [each.condition for each in planned(station).interlocks] == [words]

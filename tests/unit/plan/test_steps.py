@@ -17,12 +17,12 @@ from helpers_language import (
     problems_of,
 )
 from rigrunner.api.devices import ChannelInfo, DriveInfo
+from rigrunner.api.limits import ValueLimit
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.plan import make_plan
 from rigrunner.plan.actions import (
     Ask,
     Confirm,
-    Limit,
     Measure,
     Note,
     Phase,
@@ -167,7 +167,7 @@ def test_a_scan_settles_at_each_point_and_is_judged_there():
     step = only(scan_with(f"settle: 2 s, retries: 1, timeout: 9 s, limits: {limits}"))
     low, high = parse_quantity("20 °C"), parse_quantity("26 °C")
     assert (step.action.settle_s, step.estimated_s) == (2.0, pytest.approx(2.4 + 3 * 2.0))
-    assert step.action.limits == (Limit("room.room", low, high, 0.5),)
+    assert step.action.limits == (ValueLimit.between("room.room", low, high, 0.5),)
     assert step.terms == Terms(9.0, 2)  # the limits are those of each point
 
 
@@ -216,7 +216,9 @@ def test_the_terms_of_a_step():
     )
     low, high = parse_quantity("20 °C"), parse_quantity("26 °C")
 
-    assert step.terms == Terms(3.0, 3, goes_on=True, limits=(Limit("room.room", low, high, 0.5),))
+    limit = ValueLimit("room.room", low.si, high.si, "°C", 0.5)
+    expected = Terms(3.0, 3, goes_on=True, limits=(limit,), stops_at_limit=False)
+    assert step.terms == expected
     assert only("set: {tester.load: 1 N, retries: 1}").terms == Terms(None, 2)
     assert only("set: {tester.load: 1 N}").terms == Terms()
 
@@ -224,7 +226,7 @@ def test_the_terms_of_a_step():
 def test_conditions_of_a_recording_may_have_limits():
     record = "record: {channels: [tester.angle, tester.torque], cycles: 5, limits: LIMITS}"
     step = only(record.replace("LIMITS", "{room.room: {max: 26 °C}}"))
-    assert step.terms.limits == (Limit("room.room", None, parse_quantity("26 °C")),)
+    assert step.terms.limits == (ValueLimit.between("room.room", None, parse_quantity("26 °C")),)
 
 
 def test_what_is_streamed_is_no_condition_of_its_recording():
@@ -234,12 +236,11 @@ def test_what_is_streamed_is_no_condition_of_its_recording():
     devices = DEVICES | {"tester": Both(TESTER.channels, TESTER.drives)}
     record = "record: {channels: [tester.angle, tester.torque], cycles: 5, limits: LIMITS}"
     step = only(record.replace("LIMITS", "{tester.load: {max: 5 N}}"), devices)
-    assert step.terms.limits == (Limit("tester.load", None, parse_quantity("5 N")),)
+    assert step.terms.limits == (ValueLimit("tester.load", None, 5.0, "N"),)
 
-    streamed = record.replace("LIMITS", "{tester.torque: {max: 5 N·m}}")
-    problem = only_problem(planned, streamed, devices)
-    assert problem.message == "the step finds no value of tester.torque"
-    assert problem.hint == "it finds: tester.load, room.room"
+    streamed = only(record.replace("LIMITS", "{tester.torque: {max: 5 N·m}}"), devices)
+    assert streamed.terms.limits == (ValueLimit("tester.torque.maximum", None, 5.0, "N·m"),)
+    assert streamed.action.statistics == ("tester.torque.maximum",)
 
 
 # step, where the finger points, field below the step, message, hint

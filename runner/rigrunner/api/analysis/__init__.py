@@ -23,6 +23,7 @@ from rigrunner.api.analysis.points import (
     StartPoint,
     SwingPoint,
 )
+from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.analysis.rules import (
     OutlierRule,
     Rejection,
@@ -42,6 +43,7 @@ __all__ = [
     "OutlierRule",
     "PeakPoint",
     "Rejection",
+    "Requirements",
     "Spreading",
     "StartPoint",
     "Sweep",

@@ -41,6 +41,8 @@ class Batch:
     stop: StopToken
     progress: Callable[[int, int], None]
     """Is told how many runs of how many are done, first those that were done before."""
+    raw: bool = False
+    """Whether the summary has texts as they are, also where a spreadsheet sees formulas."""
 
     def run(self, runs: Sequence[Chosen]) -> Summary:
         """Analyse every run that is not done yet, and return what all of them gave.
@@ -69,7 +71,7 @@ class Batch:
                 self.progress(done, len(runs))
             rows = [Row(**kept[keys[each]]) for each in runs if keys[each] in kept]
         found = Summary(tuple(rows), tuple(sorted(failed, key=by_run)), len(runs))
-        write_summary(self.out, found)
+        write_summary(self.out, found, raw=self.raw)
         if done < len(runs):
             raise AbortedError(
                 f"{done} of {len(runs)} runs are done",

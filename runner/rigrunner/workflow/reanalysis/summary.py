@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.runfile.durable import publish, temporary, writing
+from rigrunner.spreadsheet import cell
 from rigrunner.workflow.reanalysis.task import Row
 
 if TYPE_CHECKING:
@@ -54,12 +55,17 @@ class Summary:
             "rows": [asdict(row) for row in self._rows()],
         }
 
-    def table(self) -> str:
-        """Return it as CSV, a header and a line per run."""
+    def table(self, *, raw: bool = False) -> str:
+        """Return it as CSV, a header and a line per run.
+
+        What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
+        """
         text = io.StringIO()
         writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows(asdict(row) for row in self._rows())
+        for row in self._rows():
+            told = asdict(row)
+            writer.writerow(told if raw else {name: cell(each) for name, each in told.items()})
         return text.getvalue()
 
     def _rows(self) -> list[Row]:
@@ -71,11 +77,11 @@ def by_run(row: Row) -> str:
     return row.run
 
 
-def write_summary(folder: Path, found: Summary) -> None:
+def write_summary(folder: Path, found: Summary, *, raw: bool = False) -> None:
     """Write `summary.csv` and `summary.json`; raise DataError where they cannot be written."""
     document = json.dumps(found.document(), ensure_ascii=False, indent=2, allow_nan=False)
     write_text(folder / "summary.json", f"{document}\n")
-    write_text(folder / "summary.csv", found.table())
+    write_text(folder / "summary.csv", found.table(raw=raw))
 
 
 def write_text(path: Path, text: str) -> None:

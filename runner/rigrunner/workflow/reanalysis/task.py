@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
+from rigrunner.analysis.document_decision import verdict_in
 from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read, read_info
 from rigrunner.workflow.lab_plugins import lab_registry
@@ -117,10 +118,10 @@ def _row(
         torque_nm=torque.get("value"),
         u_nm=torque.get("standard_uncertainty"),
         expanded_nm=torque.get("expanded_uncertainty_95"),
-        verdict=_verdict(now),
+        verdict=verdict_in(now),
         method_before=_method(before),
         torque_before_nm=earlier.get("value"),
-        verdict_before=_verdict(before),
+        verdict_before=verdict_in(before),
         failed_checks=_failed_checks(now),
         skipped=skipped,
     )
@@ -132,10 +133,6 @@ def _torque(content: Mapping[str, Any] | None) -> Mapping[str, Any]:
 
 def _method(content: Mapping[str, Any] | None) -> str:
     return ((content or {}).get("headline") or {}).get("method") or ""
-
-
-def _verdict(content: Mapping[str, Any] | None) -> str:
-    return ((content or {}).get("decision") or {}).get("verdict") or ""
 
 
 def _failed_checks(content: Mapping[str, Any] | None) -> int:

@@ -1,0 +1,50 @@
+"""How many points each fit needs; loads without numpy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.analysis import Requirements
+
+if TYPE_CHECKING:
+    from rigrunner_plugins.fits.settings import AiccSettings, BasisSettings, PolynomialSettings
+
+LEAST_OF_PCHIP = 3
+PHYSICAL = 3
+"""Coefficients of the physical fit: friction, damping, inertia."""
+
+
+def least_points(coefficients: int) -> int:
+    """Return how many different frequencies give so many coefficients with their uncertainty."""
+    return coefficients + 1
+
+
+def least_points_of_aicc(coefficients: int) -> int:
+    """Return how many points the criterion needs: the residual's variance is a parameter too."""
+    return coefficients + 3
+
+
+def of_polynomial(settings: PolynomialSettings) -> Requirements:
+    """Return what the fit `polynomial` needs."""
+    return Requirements(no_load_frequencies=least_points(settings.degree + 1))
+
+
+def of_basis(settings: BasisSettings) -> Requirements:
+    """Return what the fit `basis` needs."""
+    return Requirements(no_load_frequencies=least_points(len(settings.powers)))
+
+
+def of_aicc(settings: AiccSettings) -> Requirements:
+    """Return what the fit `aicc` needs: points for the smallest of its candidates."""
+    smallest = min(len(powers) for powers in settings.candidates)
+    return Requirements(no_load_frequencies=least_points_of_aicc(smallest))
+
+
+def of_inertia_physical(_: Any) -> Requirements:
+    """Return what the fit `inertia_physical` needs."""
+    return Requirements(no_load_frequencies=least_points(PHYSICAL))
+
+
+def of_pchip(_: Any) -> Requirements:
+    """Return what the fit `pchip` needs."""
+    return Requirements(no_load_frequencies=LEAST_OF_PCHIP)

@@ -1,0 +1,51 @@
+"""The revisions of the methods by which a result is computed.
+
+A stored result is computed again only by the revisions that computed it. So whoever changes a
+method in a way that gives another number, verdict or list of checks counts its revision up by one:
+a plugin's in its record, those of the program itself here. Results of version 0.1.0 carry none, and
+count as of revision 1.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.analysis.lookup import Lookup
+    from rigrunner.procedure import Acceptance, AnalysisSpec
+
+FIRST = 1
+"""Of whatever carries no revision."""
+ANALYSIS = "analysis"
+DECISION_RULE = "decision_rule"
+OWN: Mapping[str, int] = {
+    ANALYSIS: 1,
+    f"{DECISION_RULE} simple": 1,
+    f"{DECISION_RULE} guard_band_u": 1,
+    f"{DECISION_RULE} guard_band_fraction": 1,
+    f"{DECISION_RULE} non_binary": 1,
+}
+"""What is no plugin: preparing recordings, the mean, its uncertainty and the checks; the rules."""
+
+
+def revisions_of(
+    spec: AnalysisSpec, acceptance: Acceptance | None, lookup: Lookup
+) -> dict[str, int]:
+    """Return the installed revision of each method that an analysis uses; raise PluginError."""
+    return {
+        name: OWN[name] if name in OWN else lookup.revision(*name.split(" ", 1))
+        for name in methods_of(spec, acceptance)
+    }
+
+
+def methods_of(spec: AnalysisSpec, acceptance: Acceptance | None) -> Iterator[str]:
+    """Yield the methods that an analysis uses, as 'analysis' or 'kind name', each once."""
+    yield ANALYSIS
+    if acceptance is not None:
+        yield f"{DECISION_RULE} {acceptance.rule}"
+    if spec.outliers is not None:
+        yield f"outlier_rule {spec.outliers.name}"
+    yield from dict.fromkeys(f"fit {each.name}" for each in spec.fits)
+    yield from dict.fromkeys(f"compensation {each.name}" for each in spec.compensations)

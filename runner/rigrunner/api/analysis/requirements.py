@@ -1,0 +1,47 @@
+"""What an analysis needs of a run, as data: `check`, `plan`, the panel and `run` refuse in time.
+
+Each number by which the analysis refuses a run has its only home here, or beside the plugin whose
+number it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+LEAST_CYCLES = 5
+"""Whole cycles in a recording of swings, after gross errors: with fewer, neither a gross error nor
+the scatter of a mean can be told."""
+SPARE_CYCLES = 1
+"""Cycles to record beyond those that are needed: the drive may turn slower than it is set."""
+LEAST_CYCLES_WITH_RULE = 2 * LEAST_CYCLES
+"""Cycles to record where a rule for gross errors is used: it may reject half of them."""
+LEAST_STARTS = 3
+"""Starts from rest at one speed and load: with fewer there is no scatter to speak of."""
+LEAST_REST_S = 0.1
+"""Rest at the beginning of a recorded start: with less, the start may have been missed."""
+LEAST_SAMPLES_PER_CYCLE = 16
+"""Samples in a cycle: with fewer, cycles and reversals cannot be told apart from noise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Requirements:
+    """What an outlier rule, a fit or a compensation needs, known from its settings alone.
+
+    The defaults ask for nothing.
+    """
+
+    cycles: int = 0
+    """Whole cycles in each recording; of starts from rest: starts at each speed and load."""
+    starts: bool | None = None
+    """True: the recordings must be starts from rest. False: swings. None: either will do."""
+    phase: bool = False
+    """Whether each recording, of the no-load run too, needs a channel that shows the crank phase:
+    an angle, an angular velocity, or a channel called 'index'."""
+    fit: bool = False
+    """Whether the procedure must name a fit."""
+    no_load_frequencies: int = 0
+    """Different frequencies without load."""
+    frequency_match: float | None = None
+    """How far, relatively, the no-load frequency of each loaded one may be; None: no pairs."""
+    within_no_load_range: bool = False
+    """Whether each frequency must lie within the range of those without load."""
