@@ -6,6 +6,8 @@ import shutil
 from datetime import UTC, datetime
 
 from rigrunner.api.certificate import Authorisation
+from rigrunner.certificate.letterhead import read_letterhead
+from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.certificate.order import Order
 from rigrunner.registry import load_registry
 from rigrunner.workflow.certifying.certify import Request, certify
@@ -46,6 +48,9 @@ def request(letterhead, **changes):
 
 
 def issue(run, letterhead, out, *, now=NOW, registry=None, **changes):
-    """Issue a specimen on a run; return what was issued."""
+    """Issue a specimen on a run, a further one where there is one; return what was issued."""
+    numbers = Numbers(letterhead, f"{SPECIMEN}-{read_letterhead(letterhead, '').prefix}")
+    if numbers.in_force_for(run.name):
+        changes.setdefault("further_copy", "for a test")
     wanted = request(letterhead, out=out, **changes)
     return certify(run, wanted, registry or load_registry(), now)

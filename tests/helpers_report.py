@@ -22,6 +22,7 @@ from rigrunner.api.analysis import (
 )
 from rigrunner.api.data import Estimate, Points, RunData
 from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import Decision, FittedTorque, ReportInput, Result, Verdict
 from rigrunner.api.rig import RigDescription
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
@@ -299,6 +300,7 @@ def loaded_result(**changes):
         fits=fits(no_load),
         compensations=compensations(loaded),
         primary="template_inverse",
+        kind=MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL),
         headline=Estimate(0.7274, 0.0062, 900.0),
         raw_headline=Estimate(3.4567, 0.0123, inf),
         decision=Decision(

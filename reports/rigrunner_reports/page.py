@@ -19,6 +19,7 @@ from rigrunner_reports.view.cycles import named_runs, rejections
 from rigrunner_reports.view.fits import fit_views
 from rigrunner_reports.view.frequency_table import frequency_table
 from rigrunner_reports.view.instruments import instruments
+from rigrunner_reports.view.limits import limits_view
 from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.paper import paper_on_this_run
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from rigrunner_reports.view.cycles import RejectionTable
     from rigrunner_reports.view.fits import FitView
     from rigrunner_reports.view.frequency_table import FrequencyTable
+    from rigrunner_reports.view.limits import LimitsView
     from rigrunner_reports.view.methods import MethodView
     from rigrunner_reports.view.points import SetPoint
     from rigrunner_reports.view.validation import ValidationView
@@ -66,6 +68,8 @@ class Page:
     imported: tuple[str, ...]
     headline: head.Headline
     raw: head.Raw | None
+    overall: decided.OverallView | None
+    limits: LimitsView | None
     decision: decided.DecisionView | None
     later_decisions: tuple[decided.LaterView, ...]
     truth: head.Truth | None
@@ -101,10 +105,12 @@ def make_page(report: ReportInput) -> Page:
         imported=run.imported(result),
         headline=head.headline(result, points),
         raw=head.raw(result),
+        overall=decided.overall(result, report.later_decisions),
+        limits=limits_view(result.limits, result.run.measurements),
         decision=decided.decision(result.decision, complete=not warnings),
         later_decisions=decided.later(report.later_decisions),
         truth=head.truth(result, points),
-        meaning=meaning(result),
+        meaning=meaning(result) if points else (),
         table=frequency_table(result, points),
         methods=methods(result, points),
         paper=paper_on_this_run(result, points),

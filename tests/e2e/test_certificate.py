@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
@@ -13,11 +14,18 @@ from helpers_certificate import issue, make_letterhead
 from helpers_cli import call
 from helpers_html import read_html
 from helpers_lacking import require_pdf
+from rigrunner.api.calibration import CalibratedRange
 from rigrunner.api.certificate import certificate_json, parse_certificate
 from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.instruments import OtherInstrument
+from rigrunner.api.quantity import parse_quantity
 from rigrunner.certificate.content import certifiable
+from rigrunner.certificate.deviations import deviations_of
+from rigrunner.certificate.order import Order
+from rigrunner.certificate.surroundings import instruments_of
+from rigrunner.certificate.validity import traceability_of
 from rigrunner.registry import load_registry
-from rigrunner.workflow.certifying.certify import read_source
+from rigrunner.workflow.certifying.certify import _refuse_beyond_calibration, read_source
 
 LANGUAGES = ("en", "de")
 
@@ -92,6 +100,16 @@ ISO_17025 = {
     "7.8.2.2 customer's information": ("were supplied by the customer",),
     "7.8.2.2 as received": ("the results apply to the item as received",),
     "7.8.3.1 a, conditions": ("Temperature tester.temperature 23.0", "Room not air-conditioned."),
+    "7.8.3.1 a, load": (
+        *("Load not measured by a calibrated instrument tester.load : no instrument for it",),
+        *("its error is taken as ±0.5 %, by default", "names no instrument for the load"),
+    ),
+    "7.8.3.1 b, conditions of validity": (
+        *("Conditions of validity", "at the reversals of a swing"),
+        *("has without load is not contained", "friction of the supports does not grow with load"),
+        *("(1.0 %)", "the friction is proportional to the load", "limits of another quantity"),
+    ),
+    "6.5 traceability": ("No metrological traceability of the results is claimed",),
     "7.8.3.1 c, uncertainty in the unit of the result": ("coverage factor k = {k}", "U, N·m"),
     "7.8.6.1 decision rule and risk": ("Guard band w = U", "Highest risk of a false pass 2.5 %"),
     "7.8.6.2 a, to which results": ("Applies to the mean over the set-points",),
@@ -128,6 +146,126 @@ def test_the_standard_is_answered_item_by_item(english, item):
     }
     words = [text.format(**known) for text in ISO_17025[item]]
     assert [text for text in words if text not in page.words] == []
+
+
+IN_JSON = {
+    "7.8.2.1 a, title": "rigrunner",
+    "7.8.2.1 b, laboratory and address": "laboratory.address",
+    "7.8.2.1 c, place of activity": "laboratory.place",
+    "7.8.2.1 d, identification and end": "number",
+    "7.8.2.1 e, customer and contact": "customer.contact",
+    "7.8.2.1 f, method": "method.sha256",
+    "7.8.2.1 g, item, identification, condition": "item.condition",
+    "7.8.2.1 h, date of receipt": "item.received",
+    "7.8.2.1 i, dates of the test": "performance.ended_utc",
+    "7.8.2.1 j, date of issue": "issued_utc",
+    "7.8.2.1 k, sampling": "item.sampling",
+    "7.8.2.1 l, relates only to the items": None,
+    "7.8.2.1 m, results with units": "results.headline.unit",
+    "7.8.2.1 n, additions, deviations, exclusions": "deviations",
+    "7.8.2.1 o, person authorising": "authorisation.by",
+    "7.8.2.1 p, external results marked": "external",
+    "7.8.2.1 note, reproduction in full": None,
+    "7.8.2.2 customer's information": "customer.name",
+    "7.8.2.2 as received": "item.sampling",
+    "7.8.3.1 a, conditions": "conditions",
+    "7.8.3.1 a, load": "results.points",
+    "7.8.3.1 b, conditions of validity": "validity",
+    "7.8.3.1 c, uncertainty in the unit of the result": "results.headline.expanded_uncertainty",
+    "7.8.6.1 decision rule and risk": "conformity.rule",
+    "7.8.6.2 a, to which results": "conformity.statements",
+    "7.8.6.2 b, specification": "conformity.statements",
+    "7.8.6.2 verdict as word and symbol": "conformity.verdict",
+    "7.8.7 opinions marked": "opinions",
+    "6.5 instruments": "instruments",
+    "6.5 traceability": "traceability.claimed",
+    "7.5.1 operator": "performance.operator",
+    "proof": "evidence.run.digest_sha256",
+    "not a certificate": "restrictions",
+}
+"""Where each item stands in the JSON; None for a text that each page has, whatever the content."""
+
+
+def members_missing(content, item):
+    """Return the member of an item that the JSON lacks; '' where it is there."""
+    found = content
+    for name in (IN_JSON[item] or "").split("."):
+        if name and name not in found:
+            return IN_JSON[item]
+        found = found[name] if name else found
+    lacks = (IN_JSON[item] and found in (None, [], {})) or (
+        found == "" and "sampling" not in (IN_JSON[item] or "")
+    )
+    return IN_JSON[item] if lacks else ""
+
+
+def test_every_item_has_its_place_in_the_json():
+    assert set(IN_JSON) == set(ISO_17025)
+
+
+@pytest.mark.parametrize("item", ISO_17025)
+def test_each_item_stands_in_the_json_and_is_missed_where_it_does_not(english, item):
+    _, _, files = english
+    content = json.loads(files[".json"].read_bytes())
+    assert members_missing(content, item) == ""
+    if IN_JSON[item] is None:
+        return
+    *way, last = IN_JSON[item].split(".")
+    place = content
+    for name in way:
+        place = place[name]
+    del place[last]
+    assert members_missing(content, item) == IN_JSON[item]
+
+
+@pytest.mark.parametrize("item", ISO_17025)
+def test_the_documentation_lists_each_item_with_its_clause(item):
+    page = Path(__file__).parents[2] / "docs/reference/certificate.md"
+    assert f"| {item} |" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("template", "words"),
+    [
+        ("result.html.j2", "Conditions of validity"),
+        ("surroundings.html.j2", "No metrological traceability"),
+        ("deviations.html.j2", "Load not measured by a calibrated instrument"),
+        ("points.html.j2", "names no instrument for the load"),
+        ("statements.html.j2", "relate only to the items tested"),
+        ("conformity.html.j2", "Guard band w = U"),
+    ],
+)
+def test_a_page_without_a_part_lacks_its_item(quick, registry, tmp_path, template, words):
+    """Of a laboratory's template that leaves a part out the words are gone: the test can fail."""
+    lab = make_letterhead(tmp_path / "letterhead")
+    (lab / "templates").mkdir(exist_ok=True)
+    whole = issue(quick.loaded, lab, tmp_path / "whole", registry=registry)
+    (lab / "templates" / template).write_text("", encoding="utf-8")
+    lacking = issue(quick.loaded, lab, tmp_path / "lacking", registry=registry)
+    found = [
+        read_html(next(p for p in one.files if p.suffix == ".html").read_bytes()).words
+        for one in (whole, lacking)
+    ]
+    assert (words in found[0], words in found[1]) == (True, False)
+
+
+def test_conditions_of_validity_and_traceability_are_in_german_too(issued):
+    _, page, _ = issued["de"]
+    for words in (
+        "Voraussetzungen der Gültigkeit", "ohne Last hat, ist im Wert nicht enthalten",
+        "Reibung der Stützlager mit der Last", "die Reibung der Last proportional ist",
+        "Eine metrologische Rückführung der Ergebnisse wird nicht behauptet",
+        "Last nicht mit einem kalibrierten Messmittel gemessen", "(1,0 %)",
+    ):  # fmt: skip
+        assert words in page.words, words
+
+
+def test_conditions_of_validity_are_in_the_pdf(english):
+    _, _, files = english
+    text = " ".join(page.extract_text() for page in PdfReader(files[".pdf"]).pages)
+    words = " ".join(text.split())
+    assert "Conditions of validity" in words
+    assert "No metrological traceability" in words
 
 
 def test_every_set_point_has_its_result_and_uncertainty(demo, english):
@@ -263,6 +401,79 @@ def source(quick, registry):
     return read_source(quick.loaded, registry)
 
 
+def with_run(source, **changes):
+    """Return a source whose run has other instruments or another rig."""
+    run = replace(source.result.run, **changes)
+    return replace(source, result=replace(source.result, run=run))
+
+
+CELL = OtherInstrument(
+    channel="tester.load", measures="force", serial="LC-1", certificate="D-K-1", maker="M",
+    accuracy="0.5 % reading", range={"max": "2 kN"},
+)  # fmt: skip
+
+
+def test_a_load_without_a_known_instrument_is_not_certified(source):
+    _refuse_beyond_calibration(with_run(source, other_instruments=(CELL,)))
+    for cell, why in (
+        (None, "no instrument for it is in the station's register; .* ±0.5 %, by default"),
+        (CELL.model_copy(update={"certificate": ""}), "names no calibration certificate of LC-1"),
+        (CELL.model_copy(update={"accuracy": None}), "does not say how accurate LC-1 is"),
+    ):
+        lacking = with_run(source, other_instruments=() if cell is None else (cell,))
+        with pytest.raises(UsageError, match=f"tester.load: .*{why}"):
+            _refuse_beyond_calibration(lacking)
+        (told,) = [each for each in _deviations(lacking) if each.kind == "load"]
+        assert told.where == "tester.load"
+
+
+def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
+    """Of peaks at 109 % of the range nothing is certified; a specimen says how far they went."""
+    known = with_run(source, other_instruments=(CELL,))
+    greatest = max(float(point.peak_nm[point.peak_kept].max()) for point in source.result.loaded)
+    torque = source.result.run.instruments["tester.torque"]
+    for share, refused in ((1.09, True), (0.99, False)):
+        limit, far = greatest / share, parse_quantity("-100 N·m")
+        narrow = torque.model_copy(
+            update={"range_": CalibratedRange(min=far, max=parse_quantity(f"{limit:.9f} N·m"))}
+        )
+        changed = with_run(known, instruments={"tester.torque": narrow})
+        beyond = [each for each in _deviations(changed) if each.kind == "range"]
+        assert bool(beyond) == refused
+        if not refused:
+            _refuse_beyond_calibration(changed)
+            continue
+        assert "(109 %)" in beyond[0].text
+        with pytest.raises(UsageError, match=r"tester.torque went beyond .*\(109 %\)"):
+            _refuse_beyond_calibration(changed)
+
+
+def test_traceability_is_claimed_where_torque_and_load_are_calibrated(source):
+    torque = source.result.run.instruments["tester.torque"]
+    paper = torque.model_copy(update={"certificate": "D-K-2", "calibration": None})
+    run = replace(
+        source.result.run, instruments={"tester.torque": paper}, other_instruments=(CELL,)
+    )
+    result = replace(source.result, run=run, no_load_run=None)
+    found = traceability_of(result, tuple(instruments_of(run)))
+    assert (found.claimed, found.certificates) == (True, ("D-K-2", "D-K-1"))
+    alone = replace(run, other_instruments=())
+    result = replace(result, run=alone)
+    assert not traceability_of(result, tuple(instruments_of(alone))).claimed
+
+
+def test_ambient_conditions_that_nobody_measured_are_a_deviation(source):
+    deviations = deviations_of(source.stored, source.result, Order(), (), ())
+    assert [each.kind for each in deviations].count("conditions") == 1
+    stated = deviations_of(source.stored, source.result, Order(conditions="23 °C"), (), ())
+    assert "conditions" not in [each.kind for each in stated]
+
+
+def _deviations(source):
+    instruments = tuple(instruments_of(source.result.run))
+    return list(deviations_of(source.stored, source.result, Order(), instruments, ()))
+
+
 @pytest.mark.parametrize("outcome", ["aborted", "error"])
 def test_a_run_that_was_not_completed_gets_none(source, outcome):
     info = replace(source.stored.info, outcome=outcome, reason="guard opened")
@@ -274,6 +485,33 @@ def test_a_run_that_was_not_completed_gets_none(source, outcome):
 def test_a_run_without_a_result_gets_none(quick, lab, tmp_path, registry):
     with pytest.raises(DataError, match="has no result to certify"):
         issue(quick.no_load, lab, tmp_path, registry=registry)
+
+
+def test_the_command_asks_why_there_is_to_be_a_further_copy(quick, tmp_path):
+    lab = make_letterhead(tmp_path / "letterhead")
+    order = ("--customer", "Muster", "--customer-contact", "x", "--item", "bearing")
+    order += ("--item-condition", "new", "--received", "2026-02-27", "--not-for-certification")
+    where = ("--letterhead", lab, "--out", tmp_path / "out", "--authorised-by", "A")
+    first = call("certify", quick.loaded, *order, *where)
+    assert first.code == 0, first.err
+    assert "making the pages: 1 of" in first.err
+    assert "SPECIMEN-DEMO-2026-0001 is issued: 3 files" in first.err
+    for more in ((), ("--lang", "de"), ("--customer", "Another")):
+        again = call("certify", quick.loaded, *order, *where, *more)
+        assert again.code == 2
+        assert "SPECIMEN-DEMO-2026-0001 exists" in again.err
+        assert "amend it" in again.err
+        assert "--further-copy REASON" in again.err
+    reason = ("--further-copy", "asked for in German", "--lang", "de")
+    further = call("certify", quick.loaded, *order, *where, *reason)
+    assert further.code == 0, further.err
+    content = json.loads((tmp_path / "out/SPECIMEN-DEMO-2026-0002.json").read_bytes())
+    assert content["further_copy"] == {
+        "number": "SPECIMEN-DEMO-2026-0001", "reason": "asked for in German", "by": "A",
+    }  # fmt: skip
+    page = read_html((tmp_path / "out/SPECIMEN-DEMO-2026-0002.html").read_bytes())
+    assert "Weiteres Exemplar neben SPECIMEN-DEMO-2026-0001" in page.words
+    assert "asked for in German" in page.words
 
 
 def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_path):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rigrunner.api.certificate import Certificate
+    from rigrunner.api.certificate import Certificate, Results
     from rigrunner_reports.certificate.wording import Wording
 
 FEWEST_POINTS = 2
@@ -23,23 +23,26 @@ LONGEST = 24
 
 def over_frequency(certificate: Certificate, wording: Wording) -> Plot | None:
     """Return the figure; None where there are too few set-points for one."""
-    if len(certificate.results.points) < FEWEST_POINTS:
+    results = certificate.results
+    if results is None or len(results.points) < FEWEST_POINTS:
         return None
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
-        _points(axes, certificate)
-        _mean(axes, certificate, wording)
+        _points(axes, results, certificate.method.symbol)
+        _mean(axes, results, wording)
         _limits(axes, certificate, wording)
-        _axes(axes, certificate, wording)
+        _axes(axes, results, certificate.method.symbol, wording)
 
     symbol = certificate.method.symbol
     caption = wording.texts("figure", symbol=symbol)
-    return Plot(caption=caption, alt=_alt(certificate, wording), svg=draw(paint, HEIGHT_IN))
+    return Plot(
+        caption=caption, alt=_alt(certificate, results, wording), svg=draw(paint, HEIGHT_IN)
+    )
 
 
-def _points(axes: Axes, certificate: Certificate) -> None:
-    points = certificate.results.points
+def _points(axes: Axes, results: Results, symbol: str) -> None:
+    points = results.points
     axes.errorbar(
         [each.frequency_hz for each in points],
         [each.torque.value for each in points],
@@ -47,12 +50,12 @@ def _points(axes: Axes, certificate: Certificate) -> None:
         color=PRIMARY.color,
         marker=PRIMARY.marker,
         linestyle="none",
-        label=f"{certificate.method.symbol[:LONGEST]} ± U",
+        label=f"{symbol[:LONGEST]} ± U",
     )
 
 
-def _mean(axes: Axes, certificate: Certificate, wording: Wording) -> None:
-    mean = certificate.results.headline
+def _mean(axes: Axes, results: Results, wording: Wording) -> None:
+    mean = results.headline
     low, high = (mean.value + sign * mean.expanded_uncertainty for sign in (-1, 1))
     axes.axhspan(low, high, color=GREY, alpha=0.25, linewidth=0)
     label = f"{wording.texts('figure.mean')} {wording.interval(mean)}"
@@ -70,10 +73,10 @@ def _limits(axes: Axes, certificate: Certificate, wording: Wording) -> None:
             label = "_nolegend_"
 
 
-def _axes(axes: Axes, certificate: Certificate, wording: Wording) -> None:
-    speed = certificate.results.motion == "start"
+def _axes(axes: Axes, results: Results, symbol: str, wording: Wording) -> None:
+    speed = results.motion == "start"
     axes.set_xlabel(wording.texts("points.speed" if speed else "points.frequency"))
-    axes.set_ylabel(wording.texts("points.torque", symbol=certificate.method.symbol[:LONGEST]))
+    axes.set_ylabel(wording.texts("points.torque", symbol=symbol[:LONGEST]))
     shown = FuncFormatter(lambda value, _: wording.number(f"{value:.6g}"))
     axes.xaxis.set_major_formatter(shown)
     axes.yaxis.set_major_formatter(shown)
@@ -82,7 +85,7 @@ def _axes(axes: Axes, certificate: Certificate, wording: Wording) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
 
 
-def _alt(certificate: Certificate, wording: Wording) -> str:
+def _alt(certificate: Certificate, results: Results, wording: Wording) -> str:
     points = "; ".join(
         wording.texts(
             "figure.alt.point",
@@ -90,7 +93,7 @@ def _alt(certificate: Certificate, wording: Wording) -> str:
             value=wording.number(each.torque.printed),
             u=wording.number(each.torque.printed_uncertainty),
         )
-        for each in certificate.results.points
+        for each in results.points
     )
     found = wording.texts("figure.alt", symbol=certificate.method.symbol, points=points)
     if certificate.conformity is None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         Method,
         PointResult,
         StatedResult,
+        ValidityCondition,
     )
     from rigrunner_reports.certificate.texts import Texts
 
@@ -105,6 +106,16 @@ class Wording:
             f"{self.texts.or_else(f'accuracy.{part}', part)} {self.number(value)}"
             for part, value in entry.uncertainty.items()
         ]
+
+    def validity(self, condition: ValidityCondition) -> str:
+        """Return a condition of validity in words; of one that is not known its code."""
+        told = self.texts.or_else(f"validity.{condition.code}", condition.code)
+        allowed = self.number(condition.allowance)
+        return f"{told} ({allowed})" if allowed else told
+
+    def load_instruments(self, certificate: Certificate) -> list[InstrumentEntry]:
+        """Return the instruments that measured the load."""
+        return [each for each in certificate.instruments if each.channel.endswith(".load")]
 
     def used(self, point: PointResult) -> str:
         """Return how many cycles of all are in a mean."""

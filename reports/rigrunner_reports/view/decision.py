@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TYPE_CHECKING
 
-from rigrunner.api.results import Verdict, probability_text
+from rigrunner.api.events import CONCLUDED
+from rigrunner.api.results import Verdict, probability_text, worst
 from rigrunner_reports.numbers import fixed, stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.results import Decision, LaterDecision, LimitDecision
+    from rigrunner.api.results import Decision, LaterDecision, LimitDecision, Result
 
 SYMBOLS = {
     Verdict.PASS: "✓",
@@ -90,8 +91,8 @@ def decision(found: Decision | None, *, complete: bool) -> DecisionView | None:
     stopped = f"{NOT_COMPLETED} On what was recorded the rule would say: {found.verdict}. "
     several = len(found.parts) > 1
     return DecisionView(
-        verdict=_verdict(found.verdict) if complete else NO_VERDICT,
-        uncompensated=_verdict(found.uncompensated),
+        verdict=shown_verdict(found.verdict) if complete else NO_VERDICT,
+        uncompensated=shown_verdict(found.uncompensated),
         reason=found.reason if complete else stopped + found.reason,
         limit=found.limit_text,
         source=found.limit_source,
@@ -105,12 +106,38 @@ def decision(found: Decision | None, *, complete: bool) -> DecisionView | None:
     )
 
 
+@dataclass(frozen=True)
+class OverallView:
+    """The verdict on the run, ready to print: of its measured values and of the decision."""
+
+    verdict: VerdictView
+    reasons: tuple[str, ...]
+    """A sentence for each of the two that there is."""
+
+
+def overall(result: Result, latest: Sequence[LaterDecision]) -> OverallView | None:
+    """Return the verdict in force, by the latest decision; None where nothing is decided."""
+    if result.run.outcome not in CONCLUDED:
+        return None if result.decision is None else OverallView(NO_VERDICT, ())
+    decided = result.decision.verdict if result.decision else None
+    if latest:
+        decided = Verdict(latest[-1].verdict)
+    found = worst((result.limits.verdict, decided))
+    if found is None:
+        return None
+    reasons = [result.limits.reason] if result.limits.verdict else []
+    if result.decision and not latest:
+        by = f"By the limits of the result: {result.decision.verdict}. " if reasons else ""
+        reasons.append(by + result.decision.reason)
+    return OverallView(shown_verdict(found), tuple(reasons))
+
+
 def later(found: Sequence[LaterDecision]) -> tuple[LaterView, ...]:
     """Return the later decisions, ready to print."""
     return tuple(
         LaterView(
             when=each.decided_utc[:19].replace("T", " "),
-            verdict=_verdict(Verdict(each.verdict)),
+            verdict=shown_verdict(Verdict(each.verdict)),
             words=f"{each.reason} Rule: {each.rule}. Limit: {each.limit_text} "
             f"({each.limit_source}). Decided by {each.by}: {each.why}",
             before=f"{each.verdict_before}; {each.rule_before}; {each.limit_before}",
@@ -125,9 +152,9 @@ def _part(found: LimitDecision) -> PartRow:
         of=found.of,
         result="-" if found.result is None else str(stated(found.result)),
         limit=found.limit_text,
-        verdict=_verdict(found.verdict),
+        verdict=shown_verdict(found.verdict),
         probability=_percent(found.probability_of_conformity),
-        uncompensated=_verdict(found.uncompensated),
+        uncompensated=shown_verdict(found.uncompensated),
         marginal=found.marginal,
     )
 
@@ -153,7 +180,8 @@ def _risks(found: Decision) -> Iterator[str]:
         yield f"at most {_percent(found.false_reject_risk)} of a false fail"
 
 
-def _verdict(found: Verdict) -> VerdictView:
+def shown_verdict(found: Verdict) -> VerdictView:
+    """Return a verdict as symbol and word."""
     return VerdictView(SYMBOLS[found], str(found))
 
 

@@ -67,7 +67,7 @@ def headline(result: Result, points: Sequence[SetPoint]) -> Headline:
     if result.primary:
         problem = result.notes[0] if result.notes else f"{result.primary} gave no result"
         return Headline(result.measurand, result.symbol, "no result", "", "", "", problem)
-    return _peaks(result, points)
+    return _peaks(result, points) if points else _counted(result)
 
 
 def raw(result: Result) -> Raw | None:
@@ -115,8 +115,24 @@ def _load(loads_n: Sequence[float]) -> str:
     return f"{low:.0f} N to {high:.0f} N"
 
 
+def _counted(result: Result) -> Headline:
+    """Return how many measured values are within their limits: of a run without an analysis."""
+    missed, judged = len(result.limits.missed), len(result.limits.values)
+    return Headline(
+        label="Measured values out of limits" if missed else "Measured values within limits",
+        symbol="",
+        value=f"{missed or judged} of {judged}",
+        interval="",
+        unit="",
+        detail="Every one of them is in the table below.",
+    )
+
+
 def _peaks(result: Result, points: Sequence[SetPoint]) -> Headline:
     ordered = by_frequency(points)
+    if not ordered:
+        problem = "the procedure names neither a fit nor a compensation"
+        return Headline(result.measurand, result.symbol, "no result", "", "", "", problem)
     low, high = ordered[0], ordered[-1]
     return Headline(
         label=result.measurand,

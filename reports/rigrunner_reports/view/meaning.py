@@ -1,13 +1,14 @@
-"""What the number means, and on what it is conditional."""
+"""What the number means, and on what it is conditional: by what was measured, never by its name."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.measurand import Validity
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.results import Result
 
@@ -17,42 +18,46 @@ RIG_ITSELF = (
     "friction of the supports, with whatever friction the bearing has without load. It is what a "
     "loaded run is compensated with; no bearing is judged by it."
 )
+SENTENCES = {
+    Validity.AT_REVERSAL: (
+        "The value is the load-induced starting torque at the reversal of an oscillation: the "
+        "largest friction torque just after the swing turns round, mean of both directions. It is "
+        "not the breakaway torque from rest after a dwell, and not the total torque."
+    ),
+    Validity.ZERO_LOAD_FRICTION: (
+        "Friction that the bearing has at zero load is in the no-load run too, where it cannot be "
+        "told from the friction of the supports: it is not part of the value."
+    ),
+    Validity.SUPPORT_FRICTION: (
+        "The value is conditional on the friction of the supports not growing with load beyond the "
+        "stated allowance{allowance}. Such growth looks exactly like friction of the "
+        "bearing; no method here can see it."
+    ),
+    Validity.PROPORTIONAL: (
+        "Friction is taken to be proportional to load: an error of the load is counted as the same "
+        "relative error of the value."
+    ),
+    Validity.OTHER_LIMITS: (
+        "Limits for the no-load breakaway torque of a bearing (as in AS14101) are limits of "
+        "another quantity."
+    ),
+}
 
 
 def meaning(result: Result) -> tuple[str, ...]:
     """Return sentences; none of a measurand of which nothing is known here."""
-    if "starting torque" in result.measurand.lower():
-        return tuple(_starting_torque(result))
     if not result.compensations:
         return (RIG_ITSELF,)
-    return ()
-
-
-def _starting_torque(result: Result) -> Iterator[str]:
-    yield (
-        "The value is the load-induced starting torque at the reversal of an oscillation: the "
-        "largest friction torque just after the swing turns round, mean of both directions. It is "
-        "not the breakaway torque from rest after a dwell, and not the total torque."
-    )
-    yield (
-        "Friction that the bearing has at zero load is in the no-load run too, where it cannot be "
-        "told from the friction of the supports: it is not part of the value."
-    )
-    yield (
-        "The value is conditional on the friction of the supports not growing with load beyond the "
-        f"stated allowance{_allowance(result)}. Such growth looks exactly like friction of the "
-        "bearing; no method here can see it."
-    )
-    yield (
-        "Limits for the no-load breakaway torque of a bearing (as in AS14101) are limits of "
-        "another quantity."
-    )
+    if result.kind is None:
+        return ()
+    allowance = _allowance(result)
+    return tuple(SENTENCES[each].format(allowance=allowance) for each in result.kind.validity)
 
 
 def _allowance(result: Result) -> str:
     compensations = result.settings.get("compensations")
     for each in compensations if isinstance(compensations, list) else []:
-        if each.get("name") == result.primary:
+        if each.get("as", each.get("name")) == result.primary:
             return _percent(each.get("settings", {}))
     return ""
 

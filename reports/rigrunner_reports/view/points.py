@@ -56,6 +56,8 @@ class SetPoint:
 def set_points(report: ReportInput) -> tuple[SetPoint, ...]:
     """Return the set-points of the run as they were recorded."""
     result = report.result
+    primary = result.compensations.get(result.primary)
+    measured = result.measurand if primary is None else primary.measurand
     return tuple(
         SetPoint(
             point=point,
@@ -65,7 +67,7 @@ def set_points(report: ReportInput) -> tuple[SetPoint, ...]:
                 if (found := _of_recording(point, each.points)) is not None
             },
             truth=report.truth.get(point.recording, {}),
-            truth_nm=true_torque(report.truth.get(point.recording, {}), result.measurand),
+            truth_nm=true_torque(report.truth.get(point.recording, {}), measured),
         )
         for point in result.loaded
     )
@@ -96,7 +98,8 @@ def true_torque(truth: Mapping[str, float], measurand: str) -> float | None:
     """Return the true value of the measurand in N·m, if the simulator knows it.
 
     The truth 'starting_torque_nm' belongs to every measurand that has the words 'starting torque'
-    in its name: a running torque is another quantity and has no error against it.
+    in its name: a running torque is another quantity and has no error against it. The name is that
+    of the method, never the procedure's, which may be in any language.
     """
     for name, value in truth.items():
         words = name.removesuffix(NEWTON_METRES).replace("_", " ")

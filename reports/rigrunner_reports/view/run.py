@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
 
 if TYPE_CHECKING:
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from rigrunner.api.data import RunData
     from rigrunner.api.results import Result
 
-COMPLETED = "completed"
 APPROVED = "approved"
 OVERRIDE = "override"
 STEP = " \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK} "
@@ -47,9 +47,11 @@ def warnings(result: Result) -> tuple[str, ...]:
     """Return what must stand above the number: a run that did not end as it should."""
     runs = [("This run", result.run), ("The no-load run", result.no_load_run)]
     return tuple(
-        f"{name} ended as '{run.outcome}', not as completed: it is no full test."
+        f"{name} stopped at a limit: what the procedure does after it was not measured."
+        if run.outcome == Outcome.STOPPED_AT_LIMIT
+        else f"{name} ended as '{run.outcome}', not as completed: it is no full test."
         for name, run in runs
-        if run is not None and run.outcome != COMPLETED
+        if run is not None and run.outcome != Outcome.COMPLETED
     )
 
 

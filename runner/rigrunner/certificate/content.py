@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_values import plain
@@ -14,6 +14,7 @@ from rigrunner.api.certificate import (
     Authorisation,
     Certificate,
     Evidence,
+    FurtherCopy,
     Method,
     Performance,
     Restriction,
@@ -24,8 +25,9 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import deviations_of, rejected_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
-from rigrunner.certificate.results import conformity_of, results_of
+from rigrunner.certificate.results import conformity_of, measured_of, results_of
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
+from rigrunner.certificate.validity import traceability_of, validity_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -36,6 +38,11 @@ if TYPE_CHECKING:
     from rigrunner.certificate.order import Order
     from rigrunner.runfile import StoredRun
 
+REVISION = 2
+"""Of what is taken from a run and its result: one more where the same run gives another content.
+
+A new revision of a method has its own number, and is none of this one.
+"""
 APPROVED, DRAFT = "approved", "draft"
 _APPROVAL = tuple(Approval.model_fields)
 
@@ -64,6 +71,9 @@ class Issue:
     restrictions: tuple[Restriction, ...]
     software: Mapping[str, str]
     amends: Amendment | None = None
+    further_copy: FurtherCopy | None = None
+    layouts: Mapping[str, int] = field(default_factory=dict)
+    """The revision of the layout of each printed form, by its name."""
 
 
 def make_certificate(
@@ -73,29 +83,38 @@ def make_certificate(
     certifiable(source)
     run, result = source.stored, source.result
     instruments = tuple(instruments_of(result.run, result.no_load_run))
+    conditions = tuple(conditions_of(result.run))
     return Certificate(
         number=issue.number,
         issued_utc=issue.issued_utc,
         restrictions=issue.restrictions,
         amends=issue.amends,
+        further_copy=issue.further_copy,
         laboratory=letterhead.laboratory,
         customer=customer_of(order),
         item=item_of(order),
         method=_method(run, result),
         performance=_performance(result, order),
-        conditions=tuple(conditions_of(result.run)),
+        conditions=conditions,
         conditions_stated=order.conditions,
         results=results_of(result),
+        validity=tuple(validity_of(result)),
+        traceability=traceability_of(result, instruments),
         conformity=conformity_of(result.decision, source.decided_again),
+        measured=measured_of(result),
         opinions=opinions_of(order),
         external=external_of(order),
-        deviations=tuple(deviations_of(run, result, order, instruments)),
+        deviations=tuple(deviations_of(run, result, order, instruments, conditions)),
         rejected=tuple(rejected_of(result)),
         instruments=instruments,
         statements=letterhead.statements,
         authorisation=issue.authorisation,
         evidence=_evidence(source, issue.software),
-        appearance=Appearance(language=letterhead.language, files=dict(letterhead.files)),
+        appearance=Appearance(
+            language=letterhead.language,
+            files=dict(letterhead.files),
+            layouts=dict(issue.layouts),
+        ),
     )
 
 
@@ -103,7 +122,13 @@ def certifiable(source: Source) -> None:
     """Raise DataError with the reason if a run can have no certificate at all."""
     info = source.stored.info
     for each in _runs(source):
-        if each.info.outcome != Outcome.COMPLETED:
+        if each.header.salvaged:
+            raise DataError(
+                f"{each.header.run_id} was salvaged from a damaged file, and is never certified",
+                hint="repeat the run, or certify the run of a sound copy of the file",
+            )
+        is_fail = each is source.stored and each.info.outcome == Outcome.STOPPED_AT_LIMIT
+        if each.info.outcome != Outcome.COMPLETED and not is_fail:
             why = f": {each.info.reason}" if each.info.reason else ""
             raise DataError(
                 f"{each.header.run_id} ended as '{each.info.outcome}'{why}",
@@ -171,7 +196,7 @@ def _method(run: StoredRun, result: Result) -> Method:
         symbol=result.symbol,
         measurand=result.measurand,
         compensation=result.primary,
-        quantity=result.compensations[result.primary].measurand,
+        quantity=result.compensations[result.primary].measurand if result.primary else "",
         analysis=settings,
     )
 
@@ -196,6 +221,7 @@ def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
         station_sha256=_sha256(run.header.station_text),
         software=dict(run.header.provenance),
         issued_with=dict(software),
+        revisions={"certificate": REVISION, **source.result.revisions},
     )
 
 

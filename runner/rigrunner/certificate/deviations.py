@@ -6,35 +6,48 @@ from typing import TYPE_CHECKING, Literal
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.certificate import Deviation, RejectedCycle
-from rigrunner.api.events import Alarm, Intervention, Note, StepEnded
+from rigrunner.api.events import (
+    Alarm,
+    Intervention,
+    LimitMissed,
+    Note,
+    Outcome,
+    StepEnded,
+)
 from rigrunner.certificate.numerals import finite, printed
+from rigrunner.certificate.validity import beyond_calibration, load_channel, load_problem
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api.analysis import Check, PeakPoint, Rejection
-    from rigrunner.api.certificate import InstrumentEntry
+    from rigrunner.api.certificate import Condition, InstrumentEntry
     from rigrunner.api.events import Event
     from rigrunner.api.results import Result
     from rigrunner.certificate.order import Order
     from rigrunner.runfile import StoredRun
 
 OVERRIDE = "override"
+AMBIENT = {"temperature", "humidity"}
+"""What is read of the surroundings."""
 _STATISTIC_DECIMALS = 3
 
 
 def deviations_of(
-    stored: StoredRun, result: Result, order: Order, instruments: Sequence[InstrumentEntry]
+    stored: StoredRun,
+    result: Result,
+    order: Order,
+    instruments: Sequence[InstrumentEntry],
+    conditions: Sequence[Condition],
 ) -> Iterator[Deviation]:
     """Yield all deviations, those of the no-load run included, and what a person states."""
     run_id = stored.header.run_id
     for each in (stored, stored.no_load):
         if each is not None:
             yield from _of_run(each)
-    for entry in instruments:
-        if entry.overdue:
-            text = f"{entry.serial}: due {entry.due}"
-            yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
+    yield from _of_instruments(run_id, result, instruments)
+    if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
+        yield Deviation(kind="conditions", run_id=run_id, text="")
     for check in _checks(result):
         if not check.ok:
             text = f"{check.text}: {check.advice}" if check.advice else check.text
@@ -53,12 +66,30 @@ def rejected_of(result: Result) -> Iterator[RejectedCycle]:
                 yield from _rejected(run.run_id, point)
 
 
+def _of_instruments(
+    run_id: str, result: Result, instruments: Sequence[InstrumentEntry]
+) -> Iterator[Deviation]:
+    for entry in instruments:
+        if entry.overdue:
+            text = f"{entry.serial}: due {entry.due}"
+            yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
+    for channel, text in beyond_calibration(result):
+        yield Deviation(kind="range", run_id=run_id, where=channel, text=text)
+    if text := load_problem(result):
+        yield Deviation(kind="load", run_id=run_id, where=load_channel(result), text=text)
+
+
 def _of_run(run: StoredRun) -> Iterator[Deviation]:
     run_id = run.header.run_id
     yield from _recorded(run_id, run.events)
     for former in run.superseded:
         utc = former.started_utc
         yield Deviation(kind="repeated", run_id=run_id, where=former.name, text="", utc=utc)
+    for row in run.superseded_measurements:
+        yield Deviation(kind="repeated", run_id=run_id, where=row.name, text="", utc=row.utc)
+    if run.info.outcome == Outcome.STOPPED_AT_LIMIT:
+        text = f"Stopped at a limit: {run.info.reason}. What follows in the procedure was not done."
+        yield Deviation(kind="remark", run_id=run_id, text=text, utc=run.info.ended_utc)
     for text in run.notes:
         yield Deviation(kind="remark", run_id=run_id, text=text)
 
@@ -76,6 +107,8 @@ def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                     reason=event.reason,
                     utc=event.utc,
                 )
+            case LimitMissed():
+                pass  # it is a result
             case Alarm():
                 yield Deviation(
                     kind="alarm", run_id=run_id, where=event.source, text=event.text, utc=event.utc

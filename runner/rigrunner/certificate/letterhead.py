@@ -18,7 +18,7 @@ from pydantic import Field
 from rigrunner.api.certificate import Laboratory
 from rigrunner.api.errors import InvalidFileError, Location, Problem, UsageError
 from rigrunner.api.letterhead import Letterhead, Logo
-from rigrunner.api.settings import ListOf, Settings
+from rigrunner.api.settings import ListOf, PlainText, Settings
 from rigrunner.yamlfile import parse, read, validate
 from rigrunner.yamlfile.names import Text
 from rigrunner.yamlfile.reader import read_text
@@ -46,9 +46,9 @@ class LaboratoryEntry(Settings):
     """Line by line."""
     place: Text
     """Where tests are done: 'at the address above', or another place."""
-    contact: str = ""
+    contact: PlainText = ""
     """Telephone, e-mail, web page."""
-    accreditation: str = ""
+    accreditation: PlainText = ""
     """What stands on the certificate of an accreditation; left out, there is none."""
 
 

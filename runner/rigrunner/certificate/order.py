@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.certificate import Customer, ExternalResult, Item, Opinion
 from rigrunner.api.errors import UsageError
-from rigrunner.api.settings import IsoDate, ListOf, Settings
+from rigrunner.api.settings import IsoDate, ListOf, PlainText, Settings
 from rigrunner.yamlfile import read, validate
 from rigrunner.yamlfile.names import Text
 
@@ -44,25 +44,25 @@ class Order(Settings):
 
     rigrunner: Literal["order/1"] = "order/1"
     """What this file is, and its version of the language."""
-    customer: str = ""
+    customer: PlainText = ""
     """Name of the customer."""
-    customer_contact: str = ""
+    customer_contact: PlainText = ""
     """Address, or how else to reach the customer."""
-    customer_reference: str = ""
+    customer_reference: PlainText = ""
     """The customer's own number of the order."""
-    item: str = ""
+    item: PlainText = ""
     """What was tested, in words."""
-    item_id: str = ""
+    item_id: PlainText = ""
     """By what the item is told from others: left out, the run's input `specimen`."""
-    item_condition: str = ""
+    item_condition: PlainText = ""
     """The state in which it was received."""
     received: IsoDate | None = None
     """When it was received."""
-    sampling: str = ""
+    sampling: PlainText = ""
     """Plan and method of sampling, where the laboratory did it."""
-    conditions: str = ""
+    conditions: PlainText = ""
     """What is to be said of the conditions besides what was recorded."""
-    operator: str = ""
+    operator: PlainText = ""
     """Who measured: left out, the run's input `operator`."""
     deviations: ListOf[Text] = ()
     """Deviations from the method that no record shows."""

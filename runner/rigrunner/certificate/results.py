@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import StartPoint
-from rigrunner.api.certificate import Conformity, LimitStatement, PointResult, Results
+from rigrunner.api.certificate import (
+    Conformity,
+    LimitStatement,
+    MeasuredLimits,
+    MeasuredValue,
+    PointResult,
+    Results,
+)
 from rigrunner.api.errors import DataError
 from rigrunner.certificate.numerals import finite, percent, printed, stated
 from rigrunner.signal.peaks import mean_peak
@@ -15,11 +22,58 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.certificate import DecisionRecord
-    from rigrunner.api.results import Decision, LimitDecision, Result
+    from rigrunner.api.results import Decision, JudgedValue, LimitDecision, Result
 
 
-def results_of(result: Result) -> Results:
-    """Return the results of the primary method; raise DataError where it gave none."""
+MOST_VALUES = 500
+"""So many measured values are listed; the run has all."""
+
+
+def measured_of(result: Result) -> MeasuredLimits | None:
+    """Return the measured values that have limits, with their judgements; None for none."""
+    found = result.limits
+    if found.verdict is None:
+        return None
+    values = found.values
+    if len(values) > MOST_VALUES:
+        values = tuple(sorted(values, key=lambda each: each.judgement.passes))[:MOST_VALUES]
+    return MeasuredLimits(
+        verdict="fail" if found.missed else "pass",
+        reason=found.reason,
+        judged=len(found.values),
+        missed=len(found.missed),
+        values=tuple(map(_measured_value, values)),
+    )
+
+
+def _measured_value(found: JudgedValue) -> MeasuredValue:
+    row, judged = found.row, found.judgement
+    return MeasuredValue(
+        table=row.name,
+        row=found.number,
+        utc=row.utc,
+        setpoints={
+            name: f"{value:.6g} {row.units.get(name, '')}".rstrip()
+            for name, value in row.setpoints.items()
+        },
+        of=judged.limit.of,
+        value=judged.value,
+        lower=judged.limit.minimum,
+        upper=judged.limit.maximum,
+        unit=row.units.get(judged.limit.of, ""),
+        printed=judged.shown,
+        printed_limit=judged.limit.sign_text,
+        verdict="pass" if judged.passes else "fail",
+    )
+
+
+def results_of(result: Result) -> Results | None:
+    """Return the results of the primary method; raise DataError where it gave none.
+
+    None where no method was to give any, and measured values have limits: those were tested then.
+    """
+    if not result.primary and result.limits.values:
+        return None
     if result.headline is None:
         reason = result.notes[0] if result.notes else "its procedure names no primary method"
         raise DataError(f"{result.run.run_id} has no result to certify: {reason}")

@@ -38,6 +38,12 @@ def content_in(content: bytes, suffix: str, name: str) -> Certificate:
     return found.model_copy(update={"seal": None})
 
 
+def without_content(page: bytes) -> bytes:
+    """Return an HTML page without the content that `content_in` reads from it."""
+    found = _SCRIPT.search(page)
+    return page if found is None else page[: found.start(1)] + page[found.end(1) :]
+
+
 def _in_html(content: bytes) -> Iterator[bytes]:
     return (found[1] for found in _SCRIPT.finditer(content))
 

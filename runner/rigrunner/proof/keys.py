@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import stat
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PRIVATE_MODE = 0o600
+OTHERS = 0o077
+"""What a private key's mode gives to nobody: all rights of its group and of others."""
 _PUBLIC_BLOCK = re.compile(rb"-----BEGIN PUBLIC KEY-----[^-]*-----END PUBLIC KEY-----\s*")
 
 
@@ -57,9 +60,14 @@ def public_path(private: Path) -> Path:
 
 
 def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
-    """Return the key of a file; raise UsageError for what is no such file or passphrase."""
-    with _readable(path):
-        content = path.read_bytes()
+    """Return the key of a file; raise UsageError for what is no such file or passphrase.
+
+    A file that others than its owner may read or change is refused too. Not on Windows, where no
+    mode tells who may.
+    """
+    with _readable(path), path.open("rb") as file:
+        mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
+        content = file.read()
     try:
         key = pem.load_pem_private_key(content, passphrase.encode() or None)
     except TypeError as error:
@@ -70,6 +78,11 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
         raise UsageError(f"{path} is no private key, {why}") from error
     if not isinstance(key, Ed25519PrivateKey):
         raise UsageError(f"{path} is a key, but none for Ed25519")
+    if os.name != "nt" and mode & OTHERS:
+        raise UsageError(
+            f"the key {path} is open to others than its owner (its mode is {mode:04o})",
+            hint=f"chmod 600 '{path}'; if others could have copied it, make a new key: --new-key",
+        )
     return key
 
 

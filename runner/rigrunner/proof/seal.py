@@ -10,12 +10,15 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass
+from itertools import islice
 
 from rigrunner.api.errors import DataError
 
 MOST_BLOCKS = 40
 """A PDF's end mark must be near the end of the file, so the line cannot be longer."""
 _SMALLEST_BLOCK = 512
+_MOST_SEALS = 10
+"""Lines like a seal that are tried; a document has one."""
 _SHORT = 8
 """Hexadecimal digits of a block's digest: it tells where, the whole digest tells whether."""
 _SEAL = rb"sha256 ([0-9a-f]{64}) blocks ([1-9]\d{0,9}) ([0-9a-f]*)"
@@ -88,6 +91,21 @@ def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
     return parts
 
 
+def issued_part(content: bytes, suffix: str) -> bytes:
+    """Return a document as it was issued, without what was appended to it later.
+
+    A PDF can be signed by standard means (PAdES), which appends to it: its seal then stands in the
+    middle. Every other document, and one without a seal, is returned as it is.
+    """
+    form = _form(suffix)
+    if suffix != ".pdf" or _find(content, form) is not None:
+        return content
+    ends = [found.end() for found in islice(_pattern(form).finditer(content), _MOST_SEALS)]
+    whole = (end for end in ends if not check_seal(content[:end], suffix))
+    end = next(whole, ends[0] if ends else len(content))
+    return content[:end]
+
+
 def _seal_of(body: bytes) -> bytes:
     size = max(_SMALLEST_BLOCK, -(-len(body) // MOST_BLOCKS))
     digest = hashlib.sha256(body).hexdigest()
@@ -120,8 +138,12 @@ def _blocks(body: bytes, size: int) -> str:
 
 def _find(content: bytes, form: _Form) -> re.Match[bytes] | None:
     """Find the seal: it begins within the last bytes, and ends the document."""
-    pattern = re.compile(re.escape(form.before) + _SEAL + re.escape(form.after) + rb"\Z")
-    return pattern.search(content, max(0, len(content) - _LONGEST))
+    found = _pattern(form).finditer(content, max(0, len(content) - _LONGEST))
+    return next((each for each in found if each.end() == len(content)), None)
+
+
+def _pattern(form: _Form) -> re.Pattern[bytes]:
+    return re.compile(re.escape(form.before) + _SEAL + re.escape(form.after))
 
 
 def _form(suffix: str) -> _Form:

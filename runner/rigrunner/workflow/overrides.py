@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
 from rigrunner.clock import SimulatedClock
-from rigrunner.engine import Override
+from rigrunner.engine import Interference, Override
 from rigrunner.workflow.calibration import calibration_findings, require_calibrated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from datetime import datetime
 
+    from rigrunner.station import LoadedStation
     from rigrunner.workflow.calibration import Finding
     from rigrunner.workflow.prepare import Planned
 
@@ -77,3 +78,11 @@ def _open(findings: Iterable[Finding]) -> str:
     if not what:
         return "nothing keeps this run from starting"
     return f"what keeps this run from starting: {', '.join(what)}"
+
+
+def without_time_limits(station: LoadedStation) -> tuple[Interference, ...]:
+    """Return what goes on record of a run whose time limits are suspended; nothing of another."""
+    if station.time_limits:
+        return ()
+    text = "no call of a device is given up, however long it takes"
+    return (Interference("suspend time limits", "option --debugger", subject=text),)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import time
 
 import pytest
+from pypdf.generic import DecodedStreamObject
 
 from rigrunner.api.errors import DataError
 from rigrunner.proof.contents import content_in
+from rigrunner.proof.pdf import metadata_texts
 from rigrunner.proof.places import place_in
+from rigrunner.proof.seal import issued_part
 from rigrunner.workflow.verifying import pages
 
 MANY = 20_000
@@ -32,7 +35,21 @@ def attachments(text):
 
 def lines(text):
     made = [b"%d" % (number % 7) for number in range(500)]
-    list(pages._different_lines(text * MANY, b"\n".join(made), whole=False))
+    list(pages._different_lines(text * MANY, b"\n".join(made)))
+
+
+def shown(text):
+    pages._text_of_html(text * MANY)
+
+
+def metadata(text):
+    stream = DecodedStreamObject()
+    stream.set_data(text * MANY)
+    metadata_texts(stream)
+
+
+def appended(text):
+    issued_part(text * MANY, ".pdf")
 
 
 @pytest.mark.parametrize(
@@ -46,6 +63,14 @@ def lines(text):
         (lines, b'<img class="logo"'),
         (lines, b"1\n2\n"),
         (lines, b"<"),
+        (shown, b"<script "),
+        (shown, b"<style>"),
+        (metadata, b"<a"),
+        (metadata, b"<a>b"),
+        (metadata, b" a"),
+        (metadata, b"<aaaa:"),
+        (appended, b"% seal: sha256 "),
+        (appended, b"% seal: sha256 " + b"0" * 64 + b" blocks 512 \n"),
     ],
 )
 def test_what_has_no_end_is_not_looked_for_again_and_again(look, text):

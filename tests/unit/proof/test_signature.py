@@ -3,6 +3,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
 import shutil
 import stat
 import subprocess
@@ -18,7 +19,6 @@ from rigrunner.proof.keys import (
     read_private_key,
     read_public_keys,
 )
-from rigrunner.proof.seal import seal
 from rigrunner.proof.signature import (
     check_signature,
     parse_signature,
@@ -99,6 +99,24 @@ def test_a_key_without_a_passphrase_says_so(key):
         read_private_key(key, "one")
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes of files")
+@pytest.mark.parametrize("mode", [0o666, 0o644, 0o640, 0o604, 0o620, 0o602, 0o610])
+def test_a_key_that_others_may_read_or_change_is_refused(key, mode):
+    key.chmod(mode)
+    with pytest.raises(UsageError) as caught:
+        read_private_key(key)
+    assert f"open to others than its owner (its mode is {mode:04o})" in caught.value.message
+    assert f"chmod 600 '{key}'" in caught.value.hint
+    key.chmod(0o400)
+    assert read_private_key(key)
+
+
+def test_modes_tell_nothing_on_windows(key, monkeypatch):
+    key.chmod(0o666)
+    monkeypatch.setattr("rigrunner.proof.keys.os.name", "nt")
+    assert read_private_key(key)
+
+
 def test_what_is_no_key_is_told(tmp_path):
     (tmp_path / "text").write_text("hello")
     for read in (read_private_key, read_public_keys):
@@ -128,46 +146,6 @@ def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
         capture_output=True, check=False,
     )  # fmt: skip
     assert said.returncode == 0, said
-
-
-@pytest.fixture
-def certificate(tmp_path):
-    (tmp_path / "C-1.json").write_bytes(seal(b'{\n "number": "C-1"\n}\n', ".json"))
-    (tmp_path / "C-1.html").write_bytes(seal(b"<h1>C-1</h1>\n", ".html"))
-    return tmp_path / "C-1.json"
-
-
-def test_command_makes_a_key_and_signs_every_form(certificate, tmp_path):
-    made = call("sign", "--new-key", tmp_path / "k")
-    assert made.code == 0
-    assert made.out.startswith("SHA256:")
-    assert "no passphrase" in made.err
-    done = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
-    assert (done.code, done.out.strip()) == (0, str(tmp_path / "C-1.sig.json"))
-    found = parse_signature((tmp_path / "C-1.sig.json").read_bytes(), "x")
-    assert set(found.files) == {"C-1.json", "C-1.html"}
-    assert found.signer == "Zoë"
-    again = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
-    assert (again.code, "the document is signed" in again.err) == (2, True)
-
-
-def test_command_takes_the_passphrase_from_its_variable(certificate, tmp_path, monkeypatch):
-    monkeypatch.setenv("RIGRUNNER_PASSPHRASE", "sesame")
-    assert call("sign", "--new-key", tmp_path / "k", "--passphrase").code == 0
-    refused = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
-    assert "is protected by a passphrase" in refused.err
-    done = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë", "--passphrase")
-    assert done.code == 0
-
-
-def test_what_was_changed_is_not_signed(certificate, tmp_path):
-    call("sign", "--new-key", tmp_path / "k")
-    page = tmp_path / "C-1.html"
-    page.write_bytes(page.read_bytes().replace(b"C-1", b"C-2"))
-    done = call("sign", certificate, "--key", tmp_path / "k", "--by", "Zoë")
-    assert done.code == 5
-    assert "changed after it was issued, at bytes 0 to 12, line 1" in done.err
-    assert not (tmp_path / "C-1.sig.json").exists()
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from rigrunner.api.analysis import MotionSource
 from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import Verdict
 from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import headline as head
@@ -31,6 +32,7 @@ from rigrunner_reports.view.cycles import rejections
 from rigrunner_reports.view.fits import fit_views
 from rigrunner_reports.view.frequency_table import frequency_table
 from rigrunner_reports.view.instruments import instruments
+from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.points import set_points, true_parameter, true_torque
 
@@ -371,3 +373,35 @@ def test_an_imported_run_says_who_made_it(result):
     first, second = run.imported(replace(result, run=loaded, no_load_run=other))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second
+
+
+def test_caveats_and_truth_follow_what_was_measured_whatever_its_title(result):
+    german = replace(result, measurand="lastabhängiges Anlaufmoment")
+    assert meaning(german) == meaning(result)
+    assert len(meaning(german)) == 5
+    assert "1.0 %" in " ".join(meaning(german))
+    assert [each.truth_nm for each in set_points(report_input(german))] == [
+        each.truth_nm for each in set_points(report_input(result))
+    ]
+
+
+def test_a_title_alone_brings_no_caveat(result):
+    named = replace(result, measurand="starting torque", kind=None)
+    assert meaning(named) == ()
+
+
+@pytest.mark.parametrize(
+    ("kind", "said", "not_said"),
+    [
+        (
+            MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY),
+            ("at zero load", "friction of the supports", "proportional to load"),
+            "reversal of an oscillation",
+        ),
+        (MeasurandKind(Nature.TOTAL, Condition.FROM_REST), (), "zero load"),
+    ],
+)
+def test_each_kind_of_measurand_has_the_caveats_that_hold_for_it(result, kind, said, not_said):
+    told = " ".join(meaning(replace(result, kind=kind)))
+    assert all(words in told for words in said)
+    assert not_said not in told

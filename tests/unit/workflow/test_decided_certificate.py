@@ -22,7 +22,8 @@ from rigrunner.workflow.certifying.amend import _decided
 from rigrunner.workflow.decisions import Decider, decide_again
 from rigrunner.workflow.verifying.certificate import Means, verify_certificate
 from rigrunner.workflow.verifying.decisions import check_decisions
-from rigrunner.workflow.verifying.pages import check_pages
+from rigrunner.workflow.verifying.forms import Form
+from rigrunner.workflow.verifying.pages import check_page, page_maker
 from rigrunner.workflow.verifying.verification import Verification
 
 DECIDED = datetime(2026, 11, 22, 9, tzinfo=UTC)
@@ -82,7 +83,8 @@ def test_the_decision_in_force_stands_on_the_certificate_with_its_record(made):
 
 def test_the_verdict_is_derived_again_by_the_decision_in_force(made, tmp_path):
     loaded, issued = made
-    means = Means(run=loaded, runs=loaded.parent, registry=load_registry())
+    letterhead = issued.files[0].parent.parent / "letterhead"
+    means = Means(run=loaded, runs=loaded.parent, registry=load_registry(), letterhead=letterhead)
     found = verify_certificate(issued.files[0], means)
     assert found.matches, found
     assert "decisions on record beside the run" in found.held
@@ -155,6 +157,9 @@ def test_an_amendment_states_the_decision_in_force(made, certificate):
         "conformity.verdict": ("pass", "fail"),
         "conformity.rule": ("guard_band_u", "simple"),
     }
+    older = certificate.evidence.model_copy(update={"revisions": {"analysis": 99}})
+    with pytest.raises(DataError, match=r"analysis has revision \d+, .* is by revision 99"):
+        _decided(original.model_copy(update={"evidence": older}), loaded, load_registry())
     other = certificate.evidence.run.model_copy(update={"run_id": "another"})
     of_other = certificate.evidence.model_copy(update={"run": other})
     with pytest.raises(DataError, match="is not the run of"):
@@ -171,7 +176,7 @@ def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):
         assert used == found["waveform"]["cycles_kept"], "the primary method takes whole swings"
 
 
-def test_a_figure_that_another_version_draws_otherwise_is_no_difference(made, tmp_path):
+def test_a_figure_that_is_drawn_otherwise_is_not_proven(made, tmp_path):
     page = next(path for path in made[1].files if path.suffix == ".html")
     content = unsealed(page.read_bytes(), ".html")
     figure = rb'(?<=<img src="data:image/svg\+xml;base64,)[^"]+'
@@ -179,9 +184,10 @@ def test_a_figure_that_another_version_draws_otherwise_is_no_difference(made, tm
     assert count == 1
     forged = content.replace(b" Hz: 0.", b" Hz: 1.", 1)
     assert forged != content
-    for shown, differences in ((drawn, 0), (forged, 1)):
-        copy = tmp_path / page.name
-        copy.write_bytes(seal(shown, ".html"))
+    letterhead = page.parent.parent / "letterhead"
+    for shown, differences, unproven in ((content, 0, 0), (drawn, 0, 1), (forged, 1, 0)):
         found = Verification()
-        check_pages(found, copy, made[1].certificate, load_registry(), None)
-        assert len(found.differences) == differences, found
+        maker = page_maker(found, made[1].certificate, load_registry(), letterhead)
+        form = Form(tmp_path / page.name, seal(shown, ".html"))
+        check_page(found, form, maker, signed=False)
+        assert (len(found.differences), len(found.unproven)) == (differences, unproven), found

@@ -20,14 +20,18 @@ from rigrunner.api.certificate.evidence import (
     Appearance,
     Change,
     Evidence,
+    FurtherCopy,
     RunEvidence,
 )
+from rigrunner.api.certificate.measured import MeasuredLimits, MeasuredValue
 from rigrunner.api.certificate.method import (
     Approval,
     Condition,
     InstrumentEntry,
     Method,
     Performance,
+    Traceability,
+    ValidityCondition,
 )
 from rigrunner.api.certificate.part import (
     Part,
@@ -69,10 +73,13 @@ __all__ = [
     "DeviationKind",
     "Evidence",
     "ExternalResult",
+    "FurtherCopy",
     "InstrumentEntry",
     "Item",
     "Laboratory",
     "LimitStatement",
+    "MeasuredLimits",
+    "MeasuredValue",
     "Method",
     "Opinion",
     "Part",
@@ -85,6 +92,8 @@ __all__ = [
     "Sha256",
     "StatedResult",
     "Text",
+    "Traceability",
+    "ValidityCondition",
     "certificate_json",
     "parse_certificate",
 ]

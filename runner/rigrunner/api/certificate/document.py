@@ -8,8 +8,16 @@ from typing import Literal
 from pydantic import ValidationError
 
 from rigrunner.api.certificate.conformity import Conformity
-from rigrunner.api.certificate.evidence import Amendment, Appearance, Evidence
-from rigrunner.api.certificate.method import Condition, InstrumentEntry, Method, Performance
+from rigrunner.api.certificate.evidence import Amendment, Appearance, Evidence, FurtherCopy
+from rigrunner.api.certificate.measured import MeasuredLimits
+from rigrunner.api.certificate.method import (
+    Condition,
+    InstrumentEntry,
+    Method,
+    Performance,
+    Traceability,
+    ValidityCondition,
+)
 from rigrunner.api.certificate.part import Part, Text
 from rigrunner.api.certificate.parties import Authorisation, Customer, Item, Laboratory
 from rigrunner.api.certificate.remarks import Deviation, ExternalResult, Opinion, Restriction
@@ -30,6 +38,8 @@ class Certificate(Part):
     restrictions: tuple[Restriction, ...] = ()
     """If there is any, the document is 'not for certification' and says so on every page."""
     amends: Amendment | None = None
+    further_copy: FurtherCopy | None = None
+    """Of a specimen beside another one on the same run."""
     laboratory: Laboratory
     customer: Customer
     item: Item
@@ -38,9 +48,16 @@ class Certificate(Part):
     conditions: tuple[Condition, ...]
     conditions_stated: str = ""
     """What a person says of the conditions."""
-    results: Results
+    results: Results | None
+    """None where nothing was analysed: then it is the measured values that were tested."""
+    validity: tuple[ValidityCondition, ...] = ()
+    """On what the results are conditional; documents of 0.1.0 say nothing of it."""
+    traceability: Traceability | None = None
+    """None in documents of 0.1.0."""
     conformity: Conformity | None
-    """None where the procedure has no limits."""
+    """Of the results; None where the procedure has no limits for them."""
+    measured: MeasuredLimits | None = None
+    """The measured values that have limits; None where there are none."""
     opinions: tuple[Opinion, ...] = ()
     external: tuple[ExternalResult, ...] = ()
     deviations: tuple[Deviation, ...]
@@ -54,13 +71,23 @@ class Certificate(Part):
     seal: str | None = None
     """Of a file: SHA-256 of its bytes before this member, and digests of its blocks."""
 
+    @property
+    def verdict(self) -> str:
+        """The verdict on the item: of its measured values and its results; '' for none."""
+        measured = "" if self.measured is None else self.measured.verdict
+        if measured == "fail" or self.conformity is None:
+            return measured
+        return self.conformity.verdict
+
 
 def certificate_json(certificate: Certificate) -> str:
     """Return the certificate as JSON: the same content gives the same bytes (UTF-8).
 
-    `<`, `>` and `&` are escaped, so that the same text stands in the file and inside a page.
+    `<`, `>` and `&` are escaped, so that the same text stands in the file and inside a page. A
+    member that older certificates do not have is left out where it says nothing.
     """
-    content = certificate.model_dump(mode="json", exclude={"seal"})
+    exclude = {"seal"} if certificate.measured is not None else {"seal", "measured"}
+    content = certificate.model_dump(mode="json", exclude=exclude)
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
     return text.translate(_IN_SCRIPT) + "\n"
 

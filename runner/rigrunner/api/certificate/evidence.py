@@ -33,6 +33,8 @@ class Evidence(Part):
     """With what the run was made."""
     issued_with: dict[str, str]
     """With what the certificate was made."""
+    revisions: dict[str, int] = Field({})
+    """By which revision of each method its numbers were computed; of one without it, the first."""
 
 
 class Change(Part):
@@ -57,9 +59,20 @@ class Amendment(Part):
     changes: tuple[Change, ...] = ()
 
 
+class FurtherCopy(Part):
+    """That a specimen on the run was issued before, and why there is another one."""
+
+    number: Text
+    """Of the first one in force."""
+    reason: Text
+    by: Text
+
+
 class Appearance(Part):
     """What the printed forms depend on besides this content."""
 
     language: Text
     files: dict[str, Sha256] = Field({})
     """The letterhead's files by name: logo, templates, texts, style."""
+    layouts: dict[str, int] = Field({})
+    """The revision of the layout of each printed form, by its name; without it, the first."""

@@ -35,10 +35,10 @@ class Method(Part):
     symbol: Text
     measurand: Text
     """Of the procedure, in words."""
-    compensation: Text
-    """The primary method, by its name."""
-    quantity: Text
-    """What that method yields, in words."""
+    compensation: str
+    """The primary method, by its name; empty where nothing was analysed."""
+    quantity: str
+    """What that method yields, in words; empty with it."""
     analysis: dict[str, JsonValue]
     """The settings of the analysis, resolved to defaults."""
 
@@ -68,6 +68,24 @@ class Condition(Part):
     printed_maximum: Text
     decimals: int
     unit: Text
+
+
+class ValidityCondition(Part):
+    """A condition on which the results hold, by the kind of the measurand."""
+
+    code: Text
+    """Such as 'support_friction': `rigrunner.api.measurand.Validity`."""
+    allowance: str = ""
+    """How much is allowed for, as printed."""
+
+
+class Traceability(Part):
+    """Whether the results are metrologically traceable (7.8.3.1, 6.5)."""
+
+    claimed: bool
+    """Whether every instrument that the results rest on is calibrated and was not overdue."""
+    certificates: tuple[Text, ...] = ()
+    """The numbers of their calibration certificates."""
 
 
 class InstrumentEntry(Part):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-Text = Annotated[str, Field(min_length=1)]
+from rigrunner.api.texts import plain
+
+Text = Annotated[str, Field(min_length=1), AfterValidator(plain)]
 
 Sha256 = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]
 """A digest in hexadecimal; empty where there is none."""

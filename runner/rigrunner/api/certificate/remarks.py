@@ -31,6 +31,9 @@ DeviationKind = Literal[
     "failed_check",
     "remark",
     "calibration",
+    "range",
+    "load",
+    "conditions",
     "stated",
 ]
 

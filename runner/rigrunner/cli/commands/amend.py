@@ -50,6 +50,7 @@ def command(
     It has its own number, names the original, what was changed and why. The original stays as it
     is.
     """
+    from rigrunner.cli.progress import shown_progress
     from rigrunner.clock import WallClock
     from rigrunner.workflow.certifying.amend import AmendRequest, amend
     from rigrunner.workflow.lab_plugins import lab_registry
@@ -63,4 +64,9 @@ def command(
         given=order_values(given),
         run=run,
     )
-    tell_issued(amend(certificate, request, lab_registry(station), WallClock().utc()))
+    registry = lab_registry(station)
+    with shown_progress() as progress:
+        issued = amend(
+            certificate, request, registry, WallClock().utc(), progress=progress.analysing
+        )
+    tell_issued(issued)

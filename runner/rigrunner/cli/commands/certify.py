@@ -36,6 +36,12 @@ from rigrunner.cli.ordering import (
     is_flag=True,
     help="Make a specimen that says so on every page.",
 )
+@click.option(
+    "--further-copy",
+    default="",
+    metavar="REASON",
+    help="Issue a further specimen on a run that has one, for this reason.",
+)
 @out_option
 @runs_option
 @lab_option
@@ -49,6 +55,7 @@ def command(
     order_file: Path | None,
     lang: str,
     not_for_certification: bool,
+    further_copy: str,
     out: Path | None,
     runs: Path,
     station: str | None,
@@ -60,6 +67,7 @@ def command(
     paths of the files are printed.
     """
     from rigrunner.certificate.order import Order, read_order
+    from rigrunner.cli.progress import shown_progress
     from rigrunner.clock import WallClock
     from rigrunner.workflow.certifying.certify import Request, certify
     from rigrunner.workflow.lab_plugins import lab_registry
@@ -71,8 +79,17 @@ def command(
         authorisation=authorisation(authorised_by, role),
         not_for_certification=not_for_certification,
         language=lang,
+        further_copy=further_copy,
         out=out,
         given=order_values(given),
     )
     registry = lab_registry(station)
-    tell_issued(certify(find_run(run, runs), request, registry, WallClock().utc()))
+    with shown_progress() as progress:
+        issued = certify(
+            find_run(run, runs),
+            request,
+            registry,
+            WallClock().utc(),
+            progress=progress.analysing,
+        )
+    tell_issued(issued)

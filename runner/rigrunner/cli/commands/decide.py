@@ -16,8 +16,10 @@ from rigrunner.cli.table import pairs
 from rigrunner.workflow.locate import find_run
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner.api.errors import ExitCode
-    from rigrunner.api.results import LaterDecision
+    from rigrunner.api.results import LaterDecision, Result
     from rigrunner.procedure import Acceptance
     from rigrunner.workflow.decisions import DecisionFile
 
@@ -83,7 +85,7 @@ def command(
     if as_json:
         result_json(dict(written.document))
     else:
-        result(pairs(_facts(written)))
+        result(pairs([*_facts(written), *_limits(found)]))
     return verdict_code(found)
 
 
@@ -122,6 +124,12 @@ def _facts(written: DecisionFile) -> list[tuple[str, str]]:
         ("reason", found.why),
         ("on record in", str(written.path)),
     ]
+
+
+def _limits(found: Result) -> Iterator[tuple[str, str]]:
+    """Say that the run fails all the same where a measured value is out of its limits."""
+    if found.limits.missed:
+        yield "the run", f"FAIL all the same. {found.limits.reason}"
 
 
 def _before(found: LaterDecision) -> str:

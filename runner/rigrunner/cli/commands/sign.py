@@ -8,6 +8,8 @@ from pathlib import Path
 import click
 
 from rigrunner.api.errors import UsageError
+from rigrunner.cli.options import lab_option
+from rigrunner.cli.ordering import letterhead_option
 from rigrunner.cli.output import message, result
 
 PASSPHRASE = "RIGRUNNER_PASSPHRASE"  # noqa: S105  (the name of a variable)
@@ -29,12 +31,22 @@ PASSPHRASE = "RIGRUNNER_PASSPHRASE"  # noqa: S105  (the name of a variable)
     is_flag=True,
     help=f"The key has a passphrase: asked for, or taken from {PASSPHRASE}.",
 )
+@letterhead_option
+@lab_option
 def command(
-    certificate: Path | None, key: Path | None, by: str, new_key: Path | None, *, protected: bool
+    *,
+    certificate: Path | None,
+    key: Path | None,
+    by: str,
+    new_key: Path | None,
+    protected: bool,
+    letterhead: Path,
+    station: str | None,
 ) -> None:
     """Sign a certificate with the laboratory's own key, or make a key.
 
-    One signature covers JSON, HTML and PDF; it is written beside them.
+    One signature covers JSON, HTML and PDF; it is written beside them. Before, each page is made
+    again from the content, and compared with it and with the record of numbers.
     """
     if new_key is not None:
         if certificate is not None or key is not None:
@@ -46,7 +58,15 @@ def command(
             "to sign needs a certificate, a key and a name",
             hint="rigrunner sign CERTIFICATE --key FILE --by NAME; --new-key FILE makes a key",
         )
-    _sign(certificate, key, by.strip(), protected=protected)
+    from rigrunner.clock import WallClock
+    from rigrunner.workflow.certifying.sign import Signer, sign
+    from rigrunner.workflow.lab_plugins import lab_registry
+
+    if os.name == "nt":
+        message("Who may read the key is not checked on Windows: see its Properties, Security.")
+    passphrase = _passphrase(new=False) if protected else ""
+    signer = Signer(key=key, by=by.strip(), letterhead=letterhead, passphrase=passphrase)
+    result(str(sign(certificate, signer, lab_registry(station), WallClock().utc())))
 
 
 def _make(path: Path, *, protected: bool) -> None:
@@ -57,14 +77,6 @@ def _make(path: Path, *, protected: bool) -> None:
     if not protected:
         message("The key has no passphrase: whoever can read the file can sign with it.")
     result(fingerprint(read_public_keys(public)[0]))
-
-
-def _sign(certificate: Path, key: Path, by: str, *, protected: bool) -> None:
-    from rigrunner.clock import WallClock
-    from rigrunner.workflow.certifying.sign import sign
-
-    passphrase = _passphrase(new=False) if protected else ""
-    result(str(sign(certificate, key, by, WallClock().utc(), passphrase)))
 
 
 def _passphrase(*, new: bool) -> str:

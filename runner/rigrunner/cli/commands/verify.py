@@ -45,7 +45,7 @@ SHOWN = 12
     "--letterhead",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR",
-    help="The laboratory's folder: its record of numbers, and HTML and PDF byte by byte.",
+    help="The laboratory's folder: its record of numbers, logo, texts and templates.",
 )
 @json_option
 @short_command()
@@ -61,8 +61,9 @@ def command(
 ) -> ExitCode:
     """Check a certificate or a run, and that its numbers follow from the samples.
 
-    Says what was checked and held, or what differs and where, and ends with 1 if anything does. The
-    run of a certificate is looked for beside it and among the runs.
+    The first line is the verdict, the others say what was checked. Ends with 1 if anything differs,
+    11 if the document was replaced, 12 if a page is not proven, 13 if its numbers are by methods of
+    another revision, 10 if the run is missing.
     """
     from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.verifying.certificate import Means, verify_certificate
@@ -82,7 +83,7 @@ def command(
     else:
         found = verify_run(_run(what, runs), registry)
     if as_json:
-        result_json({"match": found.matches, **asdict(found)})
+        result_json({"verdict": found.conclusion, "match": found.matches, **asdict(found)})
     else:
         result(_text(found))
     return found.exit_code
@@ -103,11 +104,14 @@ def _text(found: Verification) -> str:
     groups = {
         "held     ": found.held,
         "DIFFERS  ": list(_shortened(found.differences)),
+        "REPLACED ": found.replaced,
+        "UNPROVEN ": found.unproven,
+        "OTHER    ": [f"numbers not recomputed: {each}" for each in found.not_recomputed],
         "OPEN     ": found.unchecked,
         "note     ": found.information,
     }
     lines = [f"{mark}{each}" for mark, group in groups.items() for each in group]
-    return "\n".join([*lines, "", _conclusion(found)])
+    return "\n".join([found.conclusion, "", *lines])
 
 
 def _shortened(differences: Sequence[str]) -> Iterator[str]:
@@ -117,10 +121,3 @@ def _shortened(differences: Sequence[str]) -> Iterator[str]:
         yield from found[:SHOWN]
         if len(found) > SHOWN:
             yield f"{what}: and {len(found) - SHOWN} more (--json lists all)"
-
-
-def _conclusion(found: Verification) -> str:
-    count = len(found.differences)
-    if count:
-        return f"DOES NOT MATCH: {count} difference{'' if count == 1 else 's'}"
-    return "MATCH" if found.matches else "OPEN: nothing differs, but not all could be checked"

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.progress import unseen
+from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.certificate import parse_certificate
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.amending import amended, amendment_of
@@ -17,13 +19,14 @@ from rigrunner.certificate.results import conformity_of
 from rigrunner.clock import utc_text
 from rigrunner.workflow.certifying.certify import read_source
 from rigrunner.workflow.certifying.office import Issued, Office
-from rigrunner.workflow.provenance import software
+from rigrunner.workflow.provenance import layouts, software
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from datetime import datetime
     from pathlib import Path
 
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.certificate import Authorisation, Certificate, Conformity
     from rigrunner.registry import Registry
 
@@ -47,7 +50,14 @@ class AmendRequest:
     """The run, where the document is to state the decision that is in force on it now."""
 
 
-def amend(path: Path, request: AmendRequest, registry: Registry, now: datetime) -> Issued:
+def amend(
+    path: Path,
+    request: AmendRequest,
+    registry: Registry,
+    now: datetime,
+    *,
+    progress: Progress = unseen,
+) -> Issued:
     """Issue a document that replaces the one at a path (its JSON, or a form beside that).
 
     Raises UsageError for what is missing, was replaced before or changes nothing it could, and
@@ -75,11 +85,12 @@ def amend(path: Path, request: AmendRequest, registry: Registry, now: datetime) 
             authorisation=request.authorisation,
             restrictions=original.restrictions,
             software=software(registry),
+            layouts=layouts(registry),
             amends=amendment_of(original, sha256, request.reason, by),
         )
         return amended(original, request.given, letterhead, issue, decided)
 
-    office = Office(request.letterhead, letterhead, registry, now)
+    office = Office(request.letterhead, letterhead, registry, now, progress)
     return office.issue(further, request.out or file.parent)
 
 
@@ -89,6 +100,17 @@ def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity
     known, header = original.evidence.run, source.stored.header
     if (header.run_id, source.stored.digest) != (known.run_id, known.digest_sha256):
         raise DataError(f"{header.run_id} is not the run of {original.number}: {known.run_id} is")
+    then = original.evidence.revisions
+    other = [
+        f"{method} has revision {now}, {original.number} is by revision {then.get(method, FIRST)}"
+        for method, now in source.result.revisions.items()
+        if now != then.get(method, FIRST)
+    ]
+    if other:
+        raise DataError(
+            f"the decision cannot be taken over from {header.run_id}: {'; '.join(other)}",
+            hint="its numbers would be by one revision, its verdict by another",
+        )
     return conformity_of(source.result.decision, source.decided_again)
 
 

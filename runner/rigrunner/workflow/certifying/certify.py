@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.progress import unseen
+from rigrunner.api.certificate import FurtherCopy
 from rigrunner.api.errors import UsageError
 from rigrunner.certificate.content import (
     Issue,
@@ -16,21 +18,23 @@ from rigrunner.certificate.content import (
     restrictions_of,
 )
 from rigrunner.certificate.letterhead import read_letterhead
-from rigrunner.certificate.numbers import Numbers
+from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.certificate.order import complete
+from rigrunner.certificate.validity import beyond_calibration, load_channel, load_problem
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read_with_truth
 from rigrunner.workflow.certifying.derived_again import refuse_other_numbers
 from rigrunner.workflow.certifying.office import Issued, Office
 from rigrunner.workflow.decision_records import record_of
 from rigrunner.workflow.decisions import later_decisions
-from rigrunner.workflow.provenance import is_simulated, software
+from rigrunner.workflow.provenance import is_simulated, layouts, software
 from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.certificate import Authorisation, Certificate, Restriction
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.certificate.order import Order
@@ -59,16 +63,27 @@ class Request:
     """The folder to write into; None for that of the run."""
     given: Mapping[str, object] = field(default_factory=dict)
     """Fields of the order that go before it."""
+    further_copy: str = ""
+    """Why there is to be a specimen beside another one on the same run."""
 
 
-def certify(run: Path, request: Request, registry: Registry, now: datetime) -> Issued:
-    """Issue a certificate on a stored run.
+def certify(
+    run: Path,
+    request: Request,
+    registry: Registry,
+    now: datetime,
+    *,
+    progress: Progress = unseen,
+) -> Issued:
+    """Issue a certificate on a stored run; `progress` is told how far it is.
 
     Nothing takes a number before everything that can be known to be missing is there. Raises
     UsageError for what is missing or not allowed, DataError where the run allows no certificate.
     """
     letterhead = read_letterhead(request.letterhead, request.language)
+    progress("reading and analysing the run", 1, 2)
     source = read_source(run, registry)
+    progress("reading and analysing the run", 2, 2)
     certifiable(source)
     refuse_other_numbers(source.stored, source.result)
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
@@ -76,9 +91,10 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
     known = {**source.stored.header.inputs, **source.result.run.people}
     order = complete(request.order, request.given, known)
     _refuse_late_receipt(source, order)
-    if not restrictions:  # a simulator's time runs ahead of the clock, and its specimens are many
+    further = _further_copy(source, letterhead, request, is_specimen=bool(restrictions))
+    if not restrictions:  # a simulator's time runs ahead of the clock
         _refuse_early_issue(source, now)
-        _refuse_second(source, letterhead, request.letterhead)
+        _refuse_beyond_calibration(source)
 
     def content(number: str) -> Certificate:
         issue = Issue(
@@ -86,12 +102,14 @@ def certify(run: Path, request: Request, registry: Registry, now: datetime) -> I
             issued_utc=utc_text(now),
             authorisation=request.authorisation,
             restrictions=restrictions,
+            further_copy=further,
             software=software(registry),
+            layouts=layouts(registry),
         )
         return make_certificate(source, order, letterhead, issue)
 
     folder = run if run.is_dir() else run.parent
-    office = Office(request.letterhead, letterhead, registry, now)
+    office = Office(request.letterhead, letterhead, registry, now, progress)
     issued = office.issue(content, request.out or folder)
     return replace(issued, notes=(*issued.notes, *_decided_again(source)))
 
@@ -146,14 +164,51 @@ def _refuse_early_issue(source: Source, now: datetime) -> None:
         )
 
 
-def _refuse_second(source: Source, letterhead: Letterhead, folder: Path) -> None:
-    """Refuse another certificate on a run: a new one must name what it replaces (7.8.8.3)."""
-    run_id = source.stored.header.run_id
-    number = Numbers(folder, letterhead.prefix).in_force_for(run_id)
-    if number:
+def _further_copy(
+    source: Source, letterhead: Letterhead, request: Request, *, is_specimen: bool
+) -> FurtherCopy | None:
+    """Return what a further specimen says of the first one; refuse one that gives no reason.
+
+    Another certificate on a run is refused: a new one must name what it replaces (7.8.8.3).
+    """
+    run_id, reason = source.stored.header.run_id, request.further_copy.strip()
+    prefix = f"{SPECIMEN}-{letterhead.prefix}" if is_specimen else letterhead.prefix
+    number = Numbers(request.letterhead, prefix).in_force_for(run_id)
+    if not number:
+        if reason:
+            raise UsageError(
+                f"nothing was issued on {run_id} yet, so this is no further copy",
+                hint="leave --further-copy out",
+            )
+        return None
+    if not is_specimen:
         raise UsageError(
             f"{number} was issued on {run_id} already, and is in force",
             hint=f"'rigrunner amend' replaces {number}, and the further document says so",
+        )
+    if not reason:
+        raise UsageError(
+            f"{number} exists: it was issued on {run_id} and is in force",
+            hint="amend it ('rigrunner amend'), or issue a further copy, with a reason"
+            " (--further-copy REASON)",
+        )
+    return FurtherCopy(number=number, reason=reason, by=request.authorisation.by)
+
+
+def _refuse_beyond_calibration(source: Source) -> None:
+    """Refuse a certificate on values for which no calibration holds."""
+    run_id = source.stored.header.run_id
+    for channel, text in beyond_calibration(source.result):
+        raise UsageError(
+            f"{run_id} cannot be certified: {channel} went beyond its calibrated range: {text}",
+            hint="have it calibrated up to there, or repeat the run within the range;"
+            " --not-for-certification makes a specimen that says so",
+        )
+    if problem := load_problem(source.result):
+        raise UsageError(
+            f"{run_id} cannot be certified: {load_channel(source.result)}: {problem}",
+            hint="enter the force instrument with its certificate and accuracy in the station's"
+            " register, and repeat the run",
         )
 
 

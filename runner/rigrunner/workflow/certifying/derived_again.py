@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
+from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.errors import DataError
 from rigrunner.workflow.set_points import named_by_frequency
 
@@ -30,8 +31,19 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
         return
     then = dict(_estimates(stored.result_document))
     now = dict(_estimates(document(result)))
+    why = _changed(stored.result_document.get("revisions", {}), result)
     for name in then.keys() | now.keys():
-        _compare(stored, name, then.get(name), now.get(name))
+        _compare(stored, name, then.get(name), now.get(name), why)
+
+
+def _changed(then: Mapping[str, int], result: Result) -> str:
+    """Return which methods have another revision than when the run was sealed, in words."""
+    other = (
+        f"{method} has revision {now}, the run was computed by revision {then.get(method, FIRST)}"
+        for method, now in result.revisions.items()
+        if now != then.get(method, FIRST)
+    )
+    return "; ".join(other) or "the program or a plugin changed"
 
 
 def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -43,14 +55,18 @@ def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, A
 
 
 def _compare(
-    stored: StoredRun, name: str, then: Mapping[str, Any] | None, now: Mapping[str, Any] | None
+    stored: StoredRun,
+    name: str,
+    then: Mapping[str, Any] | None,
+    now: Mapping[str, Any] | None,
+    why: str,
 ) -> None:
     if then is not None and now is not None and _same(then, now):
         return
     raise DataError(
         f"{stored.header.run_id} gives other numbers today than when it was sealed:"
         f" {name} was {_text(then)}, is {_text(now)}",
-        hint="the program or a plugin changed; certify with those of the run, or measure again",
+        hint=f"{why}; certify with those of the run, or measure again",
     )
 
 

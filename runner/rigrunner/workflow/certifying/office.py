@@ -7,6 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.progress import unseen
 from rigrunner.api.certificate import certificate_json
 from rigrunner.api.errors import DataError, MissingPackageError, RigrunnerError
 from rigrunner.api.hooks import CertificateFormatRecord
@@ -21,11 +22,13 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
+    from rigrunner.analysis.progress import Progress
     from rigrunner.api.certificate import Certificate
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.registry import Registry
 
 KIND = "certificate_format"
+MAKING = "making the pages"
 NO_NUMBER = "0000"
 """In the place of a number in the trial that goes before it is taken."""
 
@@ -49,6 +52,8 @@ class Office:
     letterhead: Letterhead
     registry: Registry
     now: datetime
+    progress: Progress = unseen
+    """Is told how many of the forms are made; each is made once on trial."""
 
     def issue(self, content: Callable[[str], Certificate], out: Path) -> Issued:
         """Write the document that `content` gives for a number, in every form, into a folder.
@@ -58,16 +63,18 @@ class Office:
         """
         makers, notes = self._makers()
         draft = content(NO_NUMBER)
-        for make in makers.values():
+        for done, make in enumerate(makers.values(), 1):
             make(CertificateInput(draft, self.letterhead))
+            self.progress(MAKING, done, 2 * len(makers))
         numbers = Numbers(self.folder, self._prefix(draft))
         broken = [f"{each} was taken, and nothing was issued" for each in numbers.broken_off()]
         number = numbers.reserve(self.now.year, self._known(draft))
         try:
             certificate = content(number)
             files = {".json": certificate_json(certificate).encode()}
-            for suffix, make in makers.items():
+            for done, (suffix, make) in enumerate(makers.items(), len(makers) + 1):
                 files[suffix] = make(CertificateInput(certificate, self.letterhead))
+                self.progress(MAKING, done, 2 * len(makers))
             paths = _write(out, number, _sealed(files))
         except (RigrunnerError, OSError) as error:
             numbers.void(number, str(error))

@@ -1,72 +1,95 @@
-"""A laboratory signs its certificates: one signature over every form of a document."""
+"""A laboratory signs its certificates: one signature over the bytes of every form of a document."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError, UsageError
+from rigrunner.certificate.numbers import Numbers, prefix_of
 from rigrunner.clock import utc_text
-from rigrunner.proof.places import place_in
-from rigrunner.proof.seal import FORMS, check_seal
 from rigrunner.proof.signature import sign_files, signature_json
+from rigrunner.workflow.verifying.document import (
+    Document,
+    check_document,
+    read_contents,
+    read_forms,
+)
+from rigrunner.workflow.verifying.forms import signature_file_of
+from rigrunner.workflow.verifying.verification import Verification
 
 if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-SIGNATURE_SUFFIX = ".sig.json"
+    from rigrunner.registry import Registry
 
 
-def sign(certificate: Path, key: Path, signer: str, now: datetime, passphrase: str = "") -> Path:
+@dataclass(frozen=True, kw_only=True)
+class Signer:
+    """Who signs, with which key, for which laboratory."""
+
+    key: Path
+    by: str
+    letterhead: Path
+    """The laboratory's folder: its record of numbers, and what its pages are made with."""
+    passphrase: str = ""
+
+
+def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -> Path:
     """Sign all forms of a certificate that lie beside the named one; return the signature's file.
 
-    Raises UsageError for a key that cannot be used, or where the document is signed already, and
-    DataError for a document whose seal does not hold: what was changed must not be signed.
+    Every page is made again from the content and compared, and every form with the laboratory's
+    record of numbers: nothing is signed that was not issued as it is. Raises UsageError for a key
+    that cannot be used, or where the document is signed already, and DataError with what is wrong.
     """
     from rigrunner.proof.keys import read_private_key  # noqa: PLC0415  (needs the extra 'sign')
 
-    files = {path.name: _whole(path) for path in forms_of(certificate)}
+    found = Verification()
+    forms = list(read_forms(found, certificate))
+    private = read_private_key(signer.key, signer.passphrase)
     target = signature_file_of(certificate)
-    private = read_private_key(key, passphrase)
-    text = signature_json(sign_files(files, private, signer, utc_text(now)))
+    if target.exists():
+        raise _is_signed(target)
+    document = Document(certificate, forms, read_contents(found, forms))
+    if not found.differences:
+        _refuse_unknown(document, signer.letterhead)
+        check_document(found, document, registry, signer.letterhead, signed=False)
+    _refuse_unproven(certificate, found)
+    files = {form.name: form.content for form in forms}
+    text = signature_json(sign_files(files, private, signer.by, utc_text(now)))
     try:
         with target.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as error:
-        raise UsageError(
-            f"{target} exists: the document is signed", hint="signatures are never overwritten"
-        ) from error
+        raise _is_signed(target) from error
     except OSError as error:
         raise UsageError(f"{target} cannot be written: {error.strerror}") from error
     return target
 
 
-def forms_of(certificate: Path) -> list[Path]:
-    """Return the files that are one document: JSON, HTML and PDF beside each other.
+def _is_signed(target: Path) -> UsageError:
+    return UsageError(
+        f"{target} exists: the document is signed", hint="signatures are never overwritten"
+    )
 
-    Raises UsageError where the named one is not there, or is none of them.
-    """
-    if certificate.suffix not in FORMS or certificate.name.endswith(SIGNATURE_SUFFIX):
-        raise UsageError(
-            f"{certificate} is no certificate", hint=f"it is a file {', '.join(FORMS)}"
+
+def _refuse_unknown(document: Document, letterhead: Path) -> None:
+    """Raise DataError where no record says whether the document was issued."""
+    if not Numbers(letterhead, prefix_of(document.certificate.number)).kept:
+        raise DataError(
+            f"{document.path} is not signed: {letterhead} keeps no numbers, so it is not known"
+            " whether it was issued",
+            hint="name the laboratory's folder with --letterhead",
         )
-    if not certificate.is_file():
-        raise UsageError(f"there is no certificate {certificate}")
-    return [path for suffix in FORMS if (path := certificate.with_suffix(suffix)).is_file()]
 
 
-def signature_file_of(certificate: Path) -> Path:
-    """Return where the signature of a certificate is."""
-    return certificate.with_suffix(SIGNATURE_SUFFIX)
-
-
-def _whole(path: Path) -> bytes:
-    content = path.read_bytes()
-    try:
-        broken = check_seal(content, path.suffix)
-    except DataError as error:
-        raise DataError(f"{path} is not signed: {error}") from error
-    if broken:
-        where = place_in(content, path.suffix, broken[0].start, broken[0].end)
-        raise DataError(f"{path} is not signed: it was changed after it was issued, at {where}")
-    return content
+def _refuse_unproven(path: Path, found: Verification) -> None:
+    """Raise DataError for a document that is not, form by form, what was issued."""
+    problems = [*found.differences, *found.replaced, *found.unproven]
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise DataError(
+            f"{path} is not signed: {problems[0]}{more}",
+            hint="'rigrunner verify' with the same --letterhead lists all",
+        )

@@ -7,20 +7,26 @@ from dataclasses import dataclass
 from datetime import date
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.letterhead import Letterhead
 from rigrunner.certificate.content import Issue, Source, make_certificate, restrictions_of
 from rigrunner.certificate.order import ExternalEntry, OpinionEntry, Order
+from rigrunner.certificate.results import conformity_of, results_of
+from rigrunner.procedure import parse_procedure
 from rigrunner.proof.compare import mismatches
-from rigrunner.proof.contents import content_in
-from rigrunner.proof.places import place_in
-from rigrunner.proof.seal import check_seal
 from rigrunner.runfile import read_truth, sealed_file_of
-from rigrunner.workflow.certifying.sign import forms_of, signature_file_of
+from rigrunner.workflow.decision_records import acceptance_of
 from rigrunner.workflow.provenance import is_simulated, software
-from rigrunner.workflow.verifying.decisions import check_decisions, decided_again, decided_result
-from rigrunner.workflow.verifying.number import check_number
-from rigrunner.workflow.verifying.pages import check_pages
+from rigrunner.workflow.stored import analyse_run
+from rigrunner.workflow.verifying.decisions import check_decisions, decided_again
+from rigrunner.workflow.verifying.document import (
+    Document,
+    check_document,
+    read_contents,
+    read_forms,
+)
+from rigrunner.workflow.verifying.forms import signature_file_of
+from rigrunner.workflow.verifying.revisions import CERTIFICATE, methods_used, other_revisions
 from rigrunner.workflow.verifying.run import check_run, versions
 from rigrunner.workflow.verifying.signature import check_signature_of
 from rigrunner.workflow.verifying.verification import Verification
@@ -30,8 +36,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.certificate import Certificate, RunEvidence
+    from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
+    from rigrunner.workflow.verifying.forms import Form
+    from rigrunner.workflow.verifying.run import CheckedRun
 
 RUN_FILE = "run.h5"
 _MARKS = (b"certificate/1", b"seal: sha256 ", b'"seal": "sha256 ')
@@ -58,63 +67,24 @@ def verify_certificate(path: Path, means: Means) -> Verification:
     Raises UsageError where there is no such file, and DataError where it is no certificate.
     """
     found = Verification()
-    forms = forms_of(path)
-    _refuse_others(path)
-    contents = {each.name: _checked_form(found, each) for each in forms}
-    known = {name: content for name, content in contents.items() if content is not None}
-    check_signature_of(found, signature_file_of(path), forms, means.trusted)
-    if known:
-        first = path.name if path.name in known else next(iter(known))
-        _check_same_content(found, first, known)
-        for each in forms:
-            if each.suffix != ".json" and each.name in known:
-                check_pages(found, each, known[each.name], means.registry, means.letterhead)
-        if means.letterhead is not None:
-            check_number(found, forms, known[first].number, means.letterhead)
-        _check_run(found, known[first], path, means)
+    forms = list(read_forms(found, path))
+    _refuse_others(path, forms)
+    document = Document(path, forms, read_contents(found, forms))
+    signed = check_signature_of(found, signature_file_of(path), forms, means.trusted)
+    if document.contents:
+        check_document(found, document, means.registry, means.letterhead, signed=signed)
+        _check_run(found, document.certificate, path, means)
     return found
 
 
-def _refuse_others(path: Path) -> None:
+def _refuse_others(path: Path, forms: Sequence[Form]) -> None:
     """Raise DataError for a file that was never a certificate, whatever was changed in it."""
-    content = path.read_bytes()
+    content = next((each.content for each in forms if each.path == path), b"")
     if not any(mark in content for mark in _MARKS):
         raise DataError(
             f"{path} is no certificate: it has neither a seal nor a certificate's content",
             hint="'rigrunner certify' makes certificates; reports and results have no seal",
         )
-
-
-def _checked_form(found: Verification, path: Path) -> Certificate | None:
-    """Check the seal of one file, and return its content where that can be read."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        found.differences.append(f"{path.name}: it cannot be read: {error.strerror}")
-        return None
-    found.attempt(f"seal of {path.name}", lambda: _broken_places(content, path.suffix))
-    try:
-        return content_in(content, path.suffix, path.name)
-    except DataError as error:
-        why = error.message.removeprefix(f"{path.name} ")
-        found.differences.append(f"content of {path.name}: it {why}")
-        return None
-
-
-def _broken_places(content: bytes, suffix: str) -> Iterator[str]:
-    for part in check_seal(content, suffix):
-        yield f"changed at {place_in(content, suffix, part.start, part.end)}"
-
-
-def _check_same_content(found: Verification, first: str, known: dict[str, Certificate]) -> None:
-    wanted = known[first].model_dump(mode="json")
-    for name, other in known.items():
-        if name != first:
-            named = list(mismatches(wanted, other.model_dump(mode="json")))
-            differs: list[object] = [*named]
-            if not named and other != known[first]:
-                differs.append("its content differs by less than is printed")
-            found.take(f"content of {name} is that of {first}", differs)
 
 
 def _check_run(found: Verification, certificate: Certificate, path: Path, means: Means) -> None:
@@ -131,7 +101,9 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
         found.differences.append(f"{run} is not sealed, and a certificate names a sealed run")
         return
     before = len(found.differences)
-    checked = check_run(found, run, means.registry)
+    of_run = Verification()
+    checked = check_run(of_run, run, means.registry)
+    _take_over(found, of_run)
     digest = _sha256_of(sealed)
     sound = len(found.differences) == before
     found.take(f"bytes of {sealed.name}", _bytes_differ(digest, evidence, sound=sound))
@@ -146,22 +118,82 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
     if stored.manifest_sha256 or evidence.manifest_sha256:
         found.take("manifest named by the certificate", _manifest_differs(stored, evidence))
     check_decisions(found, certificate, stored, run)
-    result = checked.result
-    if result is not None:
-
-        def differs() -> Iterator[object]:
-            source = Source(
-                stored=stored,
-                result=decided_result(certificate, run, result, means.registry),
-                file_sha256=digest,
-                simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
-                decided_again=decided_again(certificate),
-            )
-            return _derived_differs(certificate, source)
-
-        found.attempt("certificate made again from the run", differs)
+    _check_numbers(found, certificate, checked, digest, means.registry)
     now = software(means.registry)
     found.information.extend(versions(certificate.evidence.issued_with, now, "was issued"))
+
+
+def _take_over(found: Verification, of_run: Verification) -> None:
+    """Take over what was found of the run; by which revision *its* result was computed is told.
+
+    The numbers of the certificate have revisions of their own.
+    """
+    found.held.extend(of_run.held)
+    found.differences.extend(of_run.differences)
+    found.unchecked.extend(of_run.unchecked)
+    found.information.extend(
+        [*(f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed)]
+    )
+    found.information.extend(of_run.information)
+
+
+def _check_numbers(
+    found: Verification,
+    certificate: Certificate,
+    checked: CheckedRun,
+    digest: str,
+    registry: Registry,
+) -> None:
+    """Make the certificate again from its run, by the revisions that made it, or not at all."""
+    stored, run = checked.stored, checked.path
+    again = decided_again(certificate)
+    try:
+        procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+    except RigrunnerError as error:
+        found.differences.append(f"procedure in the run: it cannot be read: {error}")
+        return
+    acceptance = acceptance_of(again[-1]) if again else None
+    then, software_then = certificate.evidence.revisions, certificate.evidence.issued_with
+    methods, content = (
+        list(other_revisions(names, then, software_then, registry))
+        for names in (methods_used(procedure, acceptance), [CERTIFICATE])
+    )
+    found.not_recomputed.extend([*methods, *content])
+    if methods:
+        return
+    known = None if again else checked.result
+
+    def derived() -> Result:
+        return known or analyse_run(run, registry, acceptance=acceptance)
+
+    def differs() -> Iterator[object]:
+        source = Source(
+            stored=stored,
+            result=derived(),
+            file_sha256=digest,
+            simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
+            decided_again=again,
+        )
+        return _derived_differs(certificate, source)
+
+    if content:
+        what = "results and verdict derived again from the run"
+        found.attempt(what, lambda: _results_differ(certificate, derived()))
+    else:
+        found.attempt("certificate made again from the run", differs)
+
+
+def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:
+    """Yield where results and verdict are others: they are the same in every revision."""
+    made = (results_of(result), conformity_of(result.decision, ()))
+    recorded, derived = (
+        {
+            "results": None if results is None else results.model_dump(mode="json"),
+            "verdict": None if conformity is None else conformity.verdict,
+        }
+        for results, conformity in ((certificate.results, certificate.conformity), made)
+    )
+    return mismatches(recorded, derived)
 
 
 def _run_beside(path: Path, run_id: str, runs: Path) -> Path | None:
@@ -221,6 +253,8 @@ def _made_again(certificate: Certificate, source: Source) -> Certificate:
             restrictions=tuple(restrictions_of(source, requested=requested)),
             software=certificate.evidence.issued_with,
             amends=certificate.amends,
+            further_copy=certificate.further_copy,
+            layouts=certificate.appearance.layouts,
         ),
     )
 

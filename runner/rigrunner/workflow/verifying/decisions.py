@@ -6,17 +6,14 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.proof.compare import mismatches
-from rigrunner.workflow.decision_records import acceptance_of, record_of
+from rigrunner.workflow.decision_records import record_of
 from rigrunner.workflow.decisions import later_decisions
-from rigrunner.workflow.stored import analyse_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from rigrunner.api.certificate import Certificate, DecisionRecord
-    from rigrunner.api.results import Result
-    from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
     from rigrunner.workflow.decisions import DecisionFile
     from rigrunner.workflow.verifying.verification import Verification
@@ -25,19 +22,6 @@ if TYPE_CHECKING:
 def decided_again(certificate: Certificate) -> tuple[DecisionRecord, ...]:
     """Return the decisions after the run's own that a certificate states, oldest first."""
     return () if certificate.conformity is None else certificate.conformity.decided_again
-
-
-def decided_result(
-    certificate: Certificate, run: Path, result: Result, registry: Registry
-) -> Result:
-    """Return the run's result with the decision by the limits and rule that the certificate names.
-
-    `result` is the one with the run's own decision. Raises DataError.
-    """
-    records = decided_again(certificate)
-    if not records:
-        return result
-    return analyse_run(run, registry, acceptance=acceptance_of(records[-1]))
 
 
 def check_decisions(

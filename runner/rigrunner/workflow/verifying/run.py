@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError, RigrunnerError
+from rigrunner.procedure import parse_procedure
 from rigrunner.proof.compare import mismatches
 from rigrunner.runfile import file_differences, read, refuse_crashing, sealed_file_of
 from rigrunner.workflow.provenance import software
 from rigrunner.workflow.stored import analyse_run
+from rigrunner.workflow.verifying.revisions import methods_used, other_revisions
 from rigrunner.workflow.verifying.verification import Verification
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ RESULT_FILE = "result.json"
 class CheckedRun:
     """A run that could be read, with the result that was derived from it again, if any."""
 
+    path: Path
     stored: StoredRun
     result: Result | None
 
@@ -63,10 +66,15 @@ def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun
         found.information.append("its result was not derived again: the file must be sound first")
         return None
     found.held.append(f"recordings: {len(stored.recordings)} with the digest {stored.digest}")
+    if salvaged := stored.header.salvaged:
+        found.unchecked.append(
+            f"the run was salvaged from {salvaged.get('file')} (SHA-256 {salvaged.get('sha256')}),"
+            " which is damaged: it lacks what is lost, and is never certified"
+        )
     result = _check_result(found, stored, path, registry)
     now = software(registry)
     found.information.extend(versions(stored.header.provenance, now, "was recorded"))
-    return CheckedRun(stored, result)
+    return CheckedRun(path, stored, result)
 
 
 def _check_manifest(found: Verification, sealed: Path) -> None:
@@ -87,22 +95,39 @@ def _check_manifest(found: Verification, sealed: Path) -> None:
 def _check_result(
     found: Verification, stored: StoredRun, path: Path, registry: Registry
 ) -> Result | None:
-    """Derive the result again and compare it; return it, or None where that cannot be done."""
+    """Derive the result again and compare it; return it, or None where that cannot be done.
+
+    It is derived by the methods that derived it, or not at all: another revision finds others.
+    """
     recorded = stored.result_document
     if recorded is None:
         found.information.append("the run holds no result, so none was derived again")
         return None
     what = "result derived again from the raw samples"
+    result = None
     try:
-        result = analyse_run(path, registry)
+        other = list(_other_revisions(stored, recorded, registry))
+        found.not_recomputed.extend(other)
+        if not other:
+            result = analyse_run(path, registry)
     except RigrunnerError as error:
         found.take(what, [f"it cannot be derived: {error}"])
         return None
-    found.take(what, mismatches(recorded, _plain(document(result))))
+    if result is not None:
+        found.take(what, mismatches(recorded, _plain(document(result))))
     beside = (path if path.is_dir() else path.parent) / RESULT_FILE
     if path.is_dir() and beside.exists():
         found.attempt(RESULT_FILE, lambda: _differs_from_file(recorded, beside))
     return result
+
+
+def _other_revisions(
+    stored: StoredRun, recorded: Mapping[str, Any], registry: Registry
+) -> Iterator[str]:
+    header = stored.header
+    methods = methods_used(parse_procedure(header.procedure_text, header.procedure_id).model)
+    then = recorded.get("revisions", {})
+    return other_revisions(methods, then, header.provenance, registry)
 
 
 def _differs_from_file(recorded: Mapping[str, object], path: Path) -> Iterator[object]:

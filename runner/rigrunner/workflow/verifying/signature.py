@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
@@ -13,27 +12,28 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.proof.signature import Signature
+    from rigrunner.workflow.verifying.forms import Form
     from rigrunner.workflow.verifying.verification import Verification
 
 UNSIGNED = "unsigned: nothing shows who issued it"
 
 
 def check_signature_of(
-    found: Verification, path: Path, forms: Sequence[Path], trusted: Sequence[Path]
-) -> None:
-    """Check the signature's file at `path` over the forms of a document.
+    found: Verification, path: Path, forms: Sequence[Form], trusted: Sequence[Path]
+) -> bool:
+    """Check the signature's file at `path`; return whether a trusted key signed every form.
 
     With trusted keys, a document that none of them signed is a difference; without, it is told.
     """
     if not path.is_file():
         (found.differences if trusted else found.information).append(UNSIGNED)
-        return
+        return False
     try:
         signature = parse_signature(path.read_bytes(), path.name)
         key = check_signature(signature)
     except DataError as error:
         found.differences.append(f"signature {path.name}: {error.message}")
-        return
+        return False
     from rigrunner.proof.keys import (  # noqa: PLC0415  (needs the extra 'sign')
         fingerprint,
         public_pem,
@@ -42,20 +42,21 @@ def check_signature_of(
 
     who = f"signed by {signature.signer} at {signature.signed_utc}, key {fingerprint(key)}"
     if not found.take(f"signature {path.name}", _other_files(signature, forms)):
-        return
+        return False
     known = {public_pem(each) for file in trusted for each in read_public_keys(file)}
     if public_pem(key) in known:
         found.held.append(f"{who}, which is trusted")
-    elif known:
+        return True
+    if known:
         found.differences.append(f"{who}, which is not among the trusted keys")
     else:
         found.information.append(f"{who}; whether that key is theirs is not known (--trust)")
+    return False
 
 
-def _other_files(signature: Signature, forms: Sequence[Path]) -> Iterator[str]:
-    for path in forms:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        if path.name not in signature.files:
-            yield f"{path.name} is not signed"
-        elif digest != signature.files[path.name]:
-            yield f"{path.name} is not the file that was signed"
+def _other_files(signature: Signature, forms: Sequence[Form]) -> Iterator[str]:
+    for form in forms:
+        if form.name not in signature.files:
+            yield f"{form.name} is not signed"
+        elif signature.files[form.name] not in form.digests:
+            yield f"{form.name} is not the file that was signed"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import ExitCode, RigrunnerError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
 
 
 @dataclass
@@ -17,22 +17,45 @@ class Verification:
 
     held: list[str] = field(default_factory=list)
     differences: list[str] = field(default_factory=list)
+    replaced: list[str] = field(default_factory=list)
+    """Which document replaced this one."""
+    unproven: list[str] = field(default_factory=list)
+    """Pages that could not be made again and that no trusted key signed, and why."""
+    not_recomputed: list[str] = field(default_factory=list)
+    """Numbers by another revision of a method than the installed one."""
     unchecked: list[str] = field(default_factory=list)
-    """What could not be checked for want of a file: it decides nothing, and leaves all open."""
+    """What could not be checked for want of a file."""
     information: list[str] = field(default_factory=list)
     """What decides nothing, but should be known: who signed, other versions."""
 
     @property
     def matches(self) -> bool:
-        """Whether all was checked, and nothing differs."""
-        return not (self.differences or self.unchecked)
+        """Whether all was checked, nothing differs, and the document is in force."""
+        return self.exit_code is ExitCode.PASS
 
     @property
     def exit_code(self) -> ExitCode:
-        """How a command that did this ends."""
-        if self.differences:
-            return ExitCode.FAIL
-        return ExitCode.UNDECIDED if self.unchecked else ExitCode.PASS
+        """How a command that did this ends: by the gravest thing that was found."""
+        return next((code for code, _ in self._verdicts()), ExitCode.PASS)
+
+    @property
+    def conclusion(self) -> str:
+        """The verdict in one line, the gravest thing first."""
+        return "; ".join(text for _, text in self._verdicts()) or "MATCH"
+
+    def _verdicts(self) -> Iterator[tuple[ExitCode, str]]:
+        count = len(self.differences)
+        if count:
+            yield ExitCode.FAIL, f"DOES NOT MATCH: {count} difference{'' if count == 1 else 's'}"
+        if self.replaced:
+            yield ExitCode.REPLACED, f"REPLACED: {self.replaced[0]}"
+        if self.unproven:
+            yield ExitCode.UNPROVEN, f"PAGE NOT PROVEN: {_first(self.unproven)}"
+        if self.not_recomputed:
+            yield ExitCode.REVISED, f"NUMBERS NOT RECOMPUTED: {_first(self.not_recomputed)}"
+        if self.unchecked:
+            words = "not all could be checked"
+            yield ExitCode.UNDECIDED, f"OPEN: {words if count else f'nothing differs, but {words}'}"
 
     def take(self, what: str, found: Iterable[object]) -> bool:
         """Keep the differences of one check, or that it held; return whether it did."""
@@ -49,3 +72,8 @@ class Verification:
         except RigrunnerError as error:
             found = [error]
         return self.take(what, found)
+
+
+def _first(reasons: list[str]) -> str:
+    more = len(reasons) - 1
+    return f"{reasons[0]} (and {more} more)" if more else reasons[0]

@@ -9,12 +9,17 @@ import pytest
 
 from rigrunner.api.errors import UsageError
 from rigrunner.certificate.numbers import Numbers
-from rigrunner.workflow.certifying.certify import _refuse_early_issue, _refuse_second
+from rigrunner.workflow.certifying.certify import _further_copy, _refuse_early_issue
 
 SOURCE = SimpleNamespace(
     stored=SimpleNamespace(header=SimpleNamespace(run_id="r")),
     result=SimpleNamespace(run=SimpleNamespace(ended_utc="2026-11-22T05:08:38.000Z")),
 )
+
+
+def wanted(folder, reason=""):
+    by = SimpleNamespace(by="A")
+    return SimpleNamespace(letterhead=folder, further_copy=reason, authorisation=by)
 
 
 def test_a_certificate_is_not_dated_before_its_test():
@@ -26,10 +31,25 @@ def test_a_certificate_is_not_dated_before_its_test():
 
 
 def test_a_second_certificate_on_a_run_must_name_what_it_replaces(tmp_path):
-    letterhead = SimpleNamespace(prefix="RR")
-    _refuse_second(SOURCE, letterhead, tmp_path)
+    letterhead, asked = SimpleNamespace(prefix="RR"), wanted(tmp_path)
+    assert _further_copy(SOURCE, letterhead, asked, is_specimen=False) is None
     numbers = Numbers(tmp_path, "RR")
     numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
-    with pytest.raises(UsageError, match="RR-2026-0001 was issued on r already") as caught:
-        _refuse_second(SOURCE, letterhead, tmp_path)
-    assert "rigrunner amend" in caught.value.hint
+    for reason in ("", "in German"):
+        with pytest.raises(UsageError, match="RR-2026-0001 was issued on r already") as caught:
+            _further_copy(SOURCE, letterhead, wanted(tmp_path, reason), is_specimen=False)
+        assert "rigrunner amend" in caught.value.hint
+
+
+def test_a_further_specimen_needs_a_reason_and_names_the_first(tmp_path):
+    letterhead = SimpleNamespace(prefix="RR")
+    numbers = Numbers(tmp_path, "SPECIMEN-RR")
+    with pytest.raises(UsageError, match="nothing was issued on r yet"):
+        _further_copy(SOURCE, letterhead, wanted(tmp_path, "in German"), is_specimen=True)
+    numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
+    with pytest.raises(UsageError, match="SPECIMEN-RR-2026-0001 exists") as caught:
+        _further_copy(SOURCE, letterhead, wanted(tmp_path, "  "), is_specimen=True)
+    assert "amend it" in caught.value.hint
+    assert "a further copy, with a reason" in caught.value.hint
+    found = _further_copy(SOURCE, letterhead, wanted(tmp_path, "in German"), is_specimen=True)
+    assert (found.number, found.reason, found.by) == ("SPECIMEN-RR-2026-0001", "in German", "A")

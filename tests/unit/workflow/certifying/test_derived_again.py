@@ -91,3 +91,16 @@ def test_an_uncertainty_that_was_not_known_is_another_number(known):
 def test_a_run_sealed_without_result_has_nothing_to_compare(known):
     stored, result = known
     refuse_other_numbers(replace(stored, result_document=None), result)
+
+
+def test_another_revision_of_a_method_is_named(known):
+    def changed(content):
+        content["headline"]["compensated"]["value"] += 0.0015
+        del content["revisions"]["analysis"]
+
+    stored, result = known
+    newer = replace(result, revisions={**result.revisions, "analysis": 7})
+    with pytest.raises(DataError) as caught:
+        refuse_other_numbers(sealed_with(stored, changed), newer)
+    said = "analysis has revision 7, the run was computed by revision 1; certify with those"
+    assert caught.value.hint.startswith(said)

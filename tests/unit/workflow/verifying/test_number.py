@@ -6,8 +6,11 @@ import hashlib
 
 import pytest
 
+from rigrunner.api.certificate import Certificate
+from rigrunner.api.errors import ExitCode
 from rigrunner.certificate.numbers import Numbers
-from rigrunner.workflow.verifying.number import check_number
+from rigrunner.workflow.verifying.forms import Form
+from rigrunner.workflow.verifying.number import check_name, check_number
 from rigrunner.workflow.verifying.verification import Verification
 
 NUMBER = "SPECIMEN-DEMO-2026-0001"
@@ -27,7 +30,8 @@ def issued(tmp_path):
 
 def checked(form, folder, number=NUMBER):
     found = Verification()
-    check_number(found, [form], number, folder)
+    forms = [Form(form, form.read_bytes())]
+    check_number(found, forms, Certificate.model_construct(number=number), folder)
     return found
 
 
@@ -38,14 +42,33 @@ def test_a_document_as_it_was_issued(issued, tmp_path):
     )
 
 
-def test_one_that_was_replaced_is_told_and_still_matches(issued, tmp_path):
+def test_one_that_was_replaced_never_matches(issued, tmp_path):
     form, numbers = issued
     numbers.issued(numbers.reserve(2026, {"run": "r", "amends": NUMBER}), {})
     found = checked(form, tmp_path)
-    assert found.matches
-    assert found.information == [
-        f"{NUMBER} is no longer in force: SPECIMEN-DEMO-2026-0002 replaced it"
-    ]
+    assert not found.matches
+    assert found.exit_code is ExitCode.REPLACED
+    assert found.conclusion == (
+        f"REPLACED: {NUMBER} is no longer in force: SPECIMEN-DEMO-2026-0002 replaced it"
+    )
+
+
+@pytest.mark.parametrize(
+    "name", [NUMBER, f"{NUMBER} (1)", f"signed-{NUMBER}", "certificate of the bearing"]
+)
+def test_a_file_may_have_the_name_of_its_document_or_of_none(name, tmp_path):
+    found = Verification()
+    check_name(found, tmp_path / f"{name}.pdf", NUMBER)
+    assert found.differences == []
+    assert bool(found.information) == (name != NUMBER)
+
+
+@pytest.mark.parametrize("name", ["SPECIMEN-DEMO-2026-0002", "DEMO-2026-0001", "DEMO-2025-00010 x"])
+def test_the_name_of_another_document_is_a_difference(name, tmp_path):
+    found = Verification()
+    check_name(found, tmp_path / f"{name}.pdf", NUMBER)
+    (difference,) = found.differences
+    assert f"the document in it is {NUMBER}, not {name.split()[0]}" in difference
 
 
 def test_one_that_was_changed_and_sealed_anew_differs(issued, tmp_path):

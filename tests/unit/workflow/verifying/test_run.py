@@ -73,7 +73,7 @@ def test_a_result_that_does_not_follow_from_the_samples_is_found(folder):
 
     found = edited(folder, edit)
     assert found.differences == [
-        f"{what}: decision/verdict: 'fail' is recorded, 'pass' was derived"
+        f"{what}: verdict/verdict: 'fail' is recorded, 'pass' was derived"
         for what in ("result derived again from the raw samples", "result.json")
     ]
 

@@ -37,23 +37,29 @@ export function certificateForm(run, inputs) {
   const role = textInput("certificate-role", kept.role ?? "", false);
   const language = h("select", { id: "certificate-language" }, ["en", "de"].map((code) => h("option", { value: code }, t(`language.${code}`))));
   const specimen = h("input", { type: "checkbox", id: "certificate-specimen", checked: true });
+  const copy = textInput("certificate-copy", "", false);
   const told = h("div", { class: "told", role: "status" });
   const send = h("button", { type: "submit", class: "button primary big" }, t("certificate.issue"));
   const form = h("form", { class: "inputs", onsubmit: submit },
     order.map(([name, control]) => field(control.id, `certificate.${name}`, control)),
     field("certificate-by", "certificate.by", by), field("certificate-role", "certificate.role", role),
     field("certificate-language", "certificate.language", language),
-    h("label", { class: "check", for: "certificate-specimen" }, specimen, h("span", {}, t("certificate.specimen"))), send, told);
+    h("label", { class: "check", for: "certificate-specimen" }, specimen, h("span", {}, t("certificate.specimen"))),
+    field("certificate-copy", "certificate.copy", copy), send, told);
 
   async function submit(event) {
     event.preventDefault();
     const given = Object.fromEntries(order.map(([name, control]) => [name, control.value.trim()]));
     const { item_id: _, ...next } = given;
     sessionStorage.setItem(KEPT, JSON.stringify({ ...next, role: role.value.trim() }));
-    const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, order: given };
+    const body = { authorised_by: by.value.trim(), role: role.value.trim(), language: language.value, not_for_certification: specimen.checked, further_copy: copy.value.trim(), order: given };
     send.disabled = true;
+    fill(told, h("p", { class: "soft" }, t("certificate.issuing")));
     try {
-      if (!(await takeControl())) return;
+      if (!(await takeControl())) {
+        fill(told);
+        return;
+      }
       tellIssued(await post(`runs/${encodeURIComponent(run)}/certificate`, body));
     } catch (error) {
       fill(told, h("p", { class: "bad-text" }, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? []));

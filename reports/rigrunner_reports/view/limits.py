@@ -1,0 +1,123 @@
+"""The limits on measured values, each value with its judgement, ready to print."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.results import Verdict
+from rigrunner_reports.view.decision import VerdictView, shown_verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.data import Measurement
+    from rigrunner.api.results import JudgedValue, MeasuredLimits
+
+MOST_ROWS = 200
+"""So many rows of a table are shown; `rigrunner show` and the run file have all."""
+
+
+@dataclass(frozen=True)
+class LimitRow:
+    """One measured value with its limit."""
+
+    where: str
+    setpoints: str
+    of: str
+    value: str
+    limit: str
+    verdict: VerdictView
+    marginal: bool
+
+
+@dataclass(frozen=True)
+class MeasuredTable:
+    """A table of measured values: its columns, and its rows, each with its verdict."""
+
+    name: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[tuple[str, ...], VerdictView | None], ...]
+    left_out: int
+
+
+@dataclass(frozen=True)
+class LimitsView:
+    """All limits on measured values."""
+
+    verdict: VerdictView
+    reason: str
+    rows: tuple[LimitRow, ...]
+    left_out: int
+    tables: tuple[MeasuredTable, ...]
+
+
+def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> LimitsView | None:
+    """Return the limits with the tables that the values are rows of; None where there is none.
+
+    Of very many values those out of limits are shown first.
+    """
+    if limits.verdict is None:
+        return None
+    values = limits.values
+    if len(values) > MOST_ROWS:
+        values = tuple(sorted(values, key=lambda each: each.judgement.passes))
+    return LimitsView(
+        verdict=shown_verdict(limits.verdict),
+        reason=limits.reason,
+        rows=tuple(map(_limit_row, values[:MOST_ROWS])),
+        left_out=max(0, len(values) - MOST_ROWS),
+        tables=tuple(
+            _table(name, [row for row in measured if row.name == name])
+            for name in dict.fromkeys(row.name for row in measured if row.limits)
+        ),
+    )
+
+
+def _limit_row(found: JudgedValue) -> LimitRow:
+    row, judged = found.row, found.judgement
+    return LimitRow(
+        where=f"{row.name} {found.number}",
+        setpoints=", ".join(
+            f"{name} {value:g} {row.units.get(name, '')}" for name, value in row.setpoints.items()
+        ),
+        of=judged.limit.of,
+        value=judged.shown,
+        limit=judged.limit.text,
+        verdict=_word(passes=judged.passes),
+        marginal=judged.is_marginal,
+    )
+
+
+def _table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
+    units = {member: unit for row in rows for member, unit in row.units.items()}
+    setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))
+    values = list(dict.fromkeys(member for row in rows for member in row.values))
+    head = [*(f"set {member}" for member in setpoints), *values]
+    columns = [
+        f"{text} / {units.get(member) or '1'}"
+        for text, member in zip(head, [*setpoints, *values], strict=True)
+    ]
+    return MeasuredTable(
+        name=name,
+        columns=tuple(columns),
+        rows=tuple((_cells(row, setpoints, values), _row_verdict(row)) for row in rows[:MOST_ROWS]),
+        left_out=max(0, len(rows) - MOST_ROWS),
+    )
+
+
+def _cells(row: Measurement, setpoints: Sequence[str], values: Sequence[str]) -> tuple[str, ...]:
+    found = [
+        *(row.setpoints.get(member) for member in setpoints),
+        *(row.values.get(member) for member in values),
+    ]
+    return tuple("" if value is None else f"{value:.6g}" for value in found)
+
+
+def _row_verdict(row: Measurement) -> VerdictView | None:
+    judged = row.judgements
+    return _word(passes=all(each.passes for each in judged)) if judged else None
+
+
+def _word(*, passes: bool) -> VerdictView:
+    return shown_verdict(Verdict.PASS if passes else Verdict.FAIL)

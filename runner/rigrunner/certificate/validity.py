@@ -1,0 +1,148 @@
+"""On what the results rest: conditions of validity, calibrations, the load and their ranges."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.channels import role_of
+from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.certificate import Traceability, ValidityCondition
+from rigrunner.api.measurand import Validity
+from rigrunner.certificate.numerals import printed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.analysis import PeakPoint
+    from rigrunner.api.certificate import InstrumentEntry
+    from rigrunner.api.data import RunData
+    from rigrunner.api.instruments import Instrument, OtherInstrument
+    from rigrunner.api.results import Result
+
+_ALLOWANCE = "support_load_dependence"
+
+
+def validity_of(result: Result) -> Iterator[ValidityCondition]:
+    """Yield on what the results are conditional, by the kind of their measurand."""
+    if result.kind is None:
+        return
+    for code in result.kind.validity:
+        allowed = _allowance(result) if code is Validity.SUPPORT_FRICTION else ""
+        yield ValidityCondition(code=code.value, allowance=allowed)
+
+
+def traceability_of(result: Result, instruments: Sequence[InstrumentEntry]) -> Traceability:
+    """Return whether all calibrations that the results rest on are on record, and which they are.
+
+    Those of the torque, of both runs, and of the load where there is any; of measured values that
+    nothing was analysed of, all.
+    """
+    wanted = _entering(result) or {each.channel for each in instruments}
+    entering = [each for each in instruments if each.channel in wanted]
+    papers = tuple(
+        dict.fromkeys(
+            each.certificate
+            for each in entering
+            if each.certificate and each.calibration == "calibrated" and not each.overdue
+        )
+    )
+    known = {each.channel for each in entering if each.certificate in papers}
+    claimed = bool(papers) and known == wanted
+    return Traceability(claimed=claimed, certificates=papers if claimed else ())
+
+
+def load_problem(result: Result) -> str:
+    """Return in words why it is not known how well the load is known; '' where that is known."""
+    if not _is_loaded(result):
+        return ""
+    cell, tolerance = _load_cell(result.run), result.run.rig.load_tolerance
+    stated = "load_tolerance" in result.run.rig.model_fields_set
+    assumed = f"±{100 * tolerance:.3g} %, " + ("as the station says" if stated else "by default")
+    if cell is None:
+        return f"no instrument for it is in the station's register; its error is taken as {assumed}"
+    if not (cell.certificate or cell.calibration):
+        return f"the register names no calibration certificate of {cell.name}"
+    least = min(point.load_n for point in result.loaded if point.load_n > 0)
+    if cell.limit_of_error(least) is None and not stated:
+        return f"the register does not say how accurate {cell.name} is; it is taken as {assumed}"
+    return ""
+
+
+def load_channel(result: Result) -> str:
+    """Return the channel of the load, 'role.load'."""
+    return f"{role_of(_torque_channel(result))}.load"
+
+
+def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:
+    """Yield each channel that went beyond its calibrated range, with how far, in words."""
+    for run, points in ((result.run, result.loaded), (result.no_load_run, result.no_load)):
+        if run is None:
+            continue
+        for instrument in run.instruments.values():
+            lowest, highest = _extremes(points)
+            yield from _beyond(instrument, lowest, highest, "N·m")
+        cell = _load_cell(run)
+        if cell is not None:
+            loads = [point.load_n for point in points if point.load_n > 0]
+            if loads:
+                yield from _beyond(cell, min(loads), max(loads), "N")
+
+
+def _beyond(
+    instrument: Instrument, lowest: float, highest: float, unit: str
+) -> Iterator[tuple[str, str]]:
+    bounds = instrument.calibrated_range
+    if bounds is None or bounds[0] <= lowest <= highest <= bounds[1]:
+        return
+    worst, bound = (
+        (highest, bounds[1]) if highest - bounds[1] >= bounds[0] - lowest else (lowest, bounds[0])
+    )
+    share = f" ({100 * worst / bound:.0f} %)" if bound else ""
+    text = f"{worst:.4g} {unit} was recorded, the calibration holds up to {bound:.4g} {unit}{share}"
+    yield instrument.channel, text
+
+
+def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
+    """Return the least and the greatest torque of what was kept, in N·m; 0 is always within."""
+    values = [0.0]
+    for point in points:
+        values.extend((float(point.peak_nm[point.peak_kept].max(initial=0.0)),))
+        if isinstance(point, SwingPoint):
+            kept = point.torque_nm[point.kept]
+            values.extend((float(kept.min(initial=0.0)), float(kept.max(initial=0.0))))
+    return min(values), max(values)
+
+
+def _entering(result: Result) -> set[str]:
+    torque = set(result.run.instruments) if result.loaded else set()
+    return torque | ({load_channel(result)} if _is_loaded(result) else set())
+
+
+def _is_loaded(result: Result) -> bool:
+    return any(point.load_n > 0 for point in result.loaded)
+
+
+def _torque_channel(result: Result) -> str:
+    return next(iter(result.run.instruments), "tester.torque")
+
+
+def _load_cell(run: RunData) -> OtherInstrument | None:
+    channel = f"{role_of(next(iter(run.instruments), ''))}.load"
+    return next((each for each in run.other_instruments if each.channel == channel), None)
+
+
+def _allowance(result: Result) -> str:
+    """Return by how much the supports' friction may grow with load, in per cent."""
+    own = result.run.rig.support_load_dependence
+    value = _setting(result) if own is None else own
+    return "" if value is None else f"{printed(100 * value, 1)} %"
+
+
+def _setting(result: Result) -> float | None:
+    compensations = result.settings.get("compensations")
+    for each in compensations if isinstance(compensations, list) else []:
+        if each.get("as", each.get("name")) == result.primary:
+            settings: Mapping[str, object] = each.get("settings", {})
+            value = settings.get(_ALLOWANCE)
+            return value if isinstance(value, float) else None
+    return None

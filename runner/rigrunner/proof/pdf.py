@@ -1,0 +1,154 @@
+"""Two PDF files compared by what they draw, and the text of one.
+
+Two programs may number and compress the same objects in different ways. So files are compared from
+the catalogue down, object by object: page content, fonts, pictures, structure, links. What is left
+out decides no pixel: the names of the programs that wrote it, and how objects are stored.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import operator
+import re
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.errors import DataError, MissingPackageError
+
+try:
+    from pypdf import PdfReader
+    from pypdf.errors import PyPdfError
+    from pypdf.generic import ArrayObject, DictionaryObject, IndirectObject, StreamObject
+except ImportError as error:
+    raise MissingPackageError(
+        "PDF files cannot be compared: the package 'pypdf' is not installed",
+        hint="pip install 'rigrunner[pdf]'",
+    ) from error
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+logging.getLogger("pypdf").addHandler(logging.NullHandler())  # what it says of forged files
+
+_STORAGE = {"/Length", "/Filter", "/DecodeParms"}
+_WRITERS = {"Producer", "ModifyDate", "MetadataDate", "xmptk"}
+"""Entries of the metadata that name the program which wrote the file, and when."""
+_SYNTAX = {"id", "about", "begin"}
+_TEXT = re.compile(r"<(?:\w++:)?(\w++)[^<>]*+>([^<>]++)</")
+_ATTRIBUTE = re.compile(r'\s(?!xmlns\b)(?:\w++:)?(\w++)="([^"<>]*+)"')
+_OBJECT = re.compile(rb"(?<![0-9])(\d+)[\0\t\n\f\r ]+\d+[\0\t\n\f\r ]+obj\b")
+_DEEPEST = 500
+"""Objects within one another; a page tree, or a list of bookmarks, has far fewer."""
+
+
+def first_difference(
+    shown: bytes, made: bytes, same_data: Callable[[bytes, bytes], bool] = operator.eq
+) -> str:
+    """Return where two PDF files would not draw the same; empty where they do.
+
+    `same_data` says whether two attached files have one meaning. Raises DataError where one of the
+    PDF files cannot be read.
+    """
+    with readable():
+        ours, theirs = reader(shown), reader(made)
+        differences = _Comparison(same_data).differences(ours.root_object, theirs.root_object, "")
+        return next(differences, "")
+
+
+def text_of(content: bytes) -> str:
+    """Return the text of all pages; raise DataError where they cannot be read."""
+    with readable():
+        return "\n".join(page.extract_text() for page in reader(content).pages)
+
+
+def reader(content: bytes) -> PdfReader:
+    """Return a reader of a file that every program reads alike; raise DataError for another.
+
+    A program may follow the file's tables, or look for the objects itself. Both must find the same,
+    or a forged file could show one thing to us and another to a person.
+    """
+    found = PdfReader(io.BytesIO(content), strict=True)
+    tables = {number: at for entries in found.xref.values() for number, at in entries.items()}
+    objects = {int(each[1]): each.start(1) for each in _OBJECT.finditer(content)}
+    tables.pop(0, None)  # the head of the list of free objects
+    if tables != objects or not content.startswith(b"%PDF-") or content.count(b"%PDF-") > 1:
+        raise DataError("the PDF's tables do not name the objects that stand in it")
+    return found
+
+
+@contextmanager
+def readable() -> Iterator[None]:
+    """Turn whatever a damaged or forged file makes its reader raise into a DataError."""
+    try:
+        yield
+    except DataError:
+        raise
+    except (PyPdfError, RecursionError, MemoryError) as error:
+        raise DataError(f"the PDF cannot be read: {error}") from error
+    except Exception as error:  # a reader of strangers' files raises whatever they provoke
+        raise DataError(f"the PDF cannot be read: {type(error).__name__}: {error}") from error
+
+
+def metadata_texts(stream: StreamObject) -> list[tuple[str, str]]:
+    """Return names and texts of XMP metadata, but for who wrote the file and when.
+
+    A property stands in an element of its own, or as an attribute: both say the same.
+    """
+    text = stream.get_data().decode("utf-8", "replace")
+    written = (each for each in _TEXT.findall(text) if each[1].strip())
+    found = (*written, *_ATTRIBUTE.findall(text))
+    return sorted((name, words) for name, words in found if name not in _WRITERS | _SYNTAX)
+
+
+class _Comparison:
+    """Walks through two files at once; each pair of objects is compared once."""
+
+    def __init__(self, same_data: Callable[[bytes, bytes], bool]) -> None:
+        self._same_data = same_data
+        self._seen: set[tuple[int, int]] = set()
+
+    def differences(self, one: Any, other: Any, where: str, depth: int = 0) -> Iterator[str]:
+        if depth > _DEEPEST:
+            raise DataError(f"the PDF cannot be read: it is nested too deeply at {where}")
+        if isinstance(one, IndirectObject) and isinstance(other, IndirectObject):
+            pair = (one.idnum, other.idnum)
+            if pair in self._seen:
+                return
+            self._seen.add(pair)
+        one, other = _value(one), _value(other)
+        if type(one) is not type(other):
+            yield where or "the catalogue"
+        elif isinstance(one, DictionaryObject):
+            yield from self._of_dictionaries(one, other, where, depth)
+        elif isinstance(one, ArrayObject):
+            if len(one) != len(other):
+                yield where
+                return
+            for index, (ours, theirs) in enumerate(zip(one, other, strict=True)):
+                yield from self.differences(ours, theirs, f"{where}/{index}", depth + 1)
+        elif one != other:
+            yield where
+
+    def _of_dictionaries(self, one: Any, other: Any, where: str, depth: int) -> Iterator[str]:
+        streams = isinstance(one, StreamObject) and isinstance(other, StreamObject)
+        if streams and one.get("/Type") == "/Metadata":
+            if metadata_texts(one) != metadata_texts(other):
+                yield where
+            return
+        attached = streams and one.get("/Type") == other.get("/Type") == "/EmbeddedFile"
+        left_out = (_STORAGE if streams else set()) | ({"/Params"} if attached else set())
+        for key in sorted((one.keys() | other.keys()) - left_out):
+            place = f"{where}{key}"
+            if key not in one or key not in other:
+                yield place
+            else:
+                ours, theirs = one.raw_get(key), other.raw_get(key)
+                yield from self.differences(ours, theirs, place, depth + 1)
+        same = self._same_data if attached else operator.eq
+        if streams and not same(one.get_data(), other.get_data()):
+            yield where
+
+
+def _value(found: Any) -> Any:
+    return found.get_object() if isinstance(found, IndirectObject) else found

@@ -1,0 +1,252 @@
+"""What was appended to a PDF after it was issued: seals by standard means (PAdES), or other things.
+
+Such a seal is an incremental update: the issued bytes stay as they are, and what follows them adds
+a signature field, its signature and a new catalogue. The same mechanism could replace a page. So
+every object that is new or redefined must be one of the few that a seal needs, and draw nothing.
+
+Allowed are (ISO 32000-2, 12.7.5.5 and 12.8): in the catalogue a form that holds signature fields
+alone, the store of validation data, version, extensions, permissions; on a page a field that is not
+shown; in the metadata who wrote the file, and when.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pypdf.generic import (
+    ArrayObject,
+    DictionaryObject,
+    IndirectObject,
+    PdfObject,
+    StreamObject,
+)
+
+from rigrunner.proof.pdf import metadata_texts, readable, reader
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pypdf import PdfReader
+
+_OF_CATALOGUE = {"/AcroForm", "/DSS", "/Extensions", "/Perms", "/Version"}
+_OF_FORM = {"/Fields", "/SigFlags", "/DA", "/DR"}
+_OF_INFO = {"/Producer", "/ModDate"}
+_ACTIONS = {"/A", "/AA"}
+_HIDDEN = 2
+"""The bit of an annotation's flags that keeps it from the screen and from paper."""
+_SEALS = {"/Sig", "/DocTimeStamp"}
+_DIGESTS = ("sha256", "sha384", "sha512", "sha3_256", "sha3_384", "sha3_512")
+"""Of seals that are accepted today (ETSI TS 119 312)."""
+
+
+@dataclass
+class Additions:
+    """What a PDF has besides what was issued."""
+
+    changed: list[str] = field(default_factory=list)
+    """What no seal adds or changes: the document is another one."""
+    drawn: list[str] = field(default_factory=list)
+    """Seals that are drawn on a page: they may cover what stands there."""
+    seals: list[str] = field(default_factory=list)
+    """The names of the signature fields that are signed."""
+
+
+def additions_to(issued: bytes, whole: bytes) -> Additions:
+    """Return what was appended to an issued PDF; raise DataError where it cannot be read."""
+    with readable():
+        return _Appended(reader(issued), reader(whole), issued, whole).found()
+
+
+class _Appended:
+    def __init__(self, before: PdfReader, after: PdfReader, issued: bytes, whole: bytes) -> None:
+        self.before, self.after = before, after
+        self.issued, self.whole = issued, whole
+        self.result = Additions()
+
+    def found(self) -> Additions:
+        changed = self.result.changed
+        allowed = self._allowed()
+        for name in ("/Root", "/Info"):
+            if not _same(_raw(self.before.trailer, name), _raw(self.after.trailer, name)):
+                changed.append(f"another object is the {name} of the file")
+        if "/Encrypt" in self.after.trailer:
+            changed.append("the file was encrypted")
+        for number in self._numbers():
+            one, other = self._object(self.before, number), self._object(self.after, number)
+            if not _same(one, other):
+                check = allowed.get(number)
+                changed.extend(check(one, other) if check else [f"object {number} was changed"])
+        self._check_form()
+        if not self.result.seals:
+            changed.append("what was appended is no signature over what stands there")
+        return self.result
+
+    def _allowed(self) -> dict[int, Any]:
+        """Return how each object is checked that a seal may redefine, by its number."""
+        trailer = self.before.trailer
+        catalogue = trailer.raw_get("/Root").idnum
+        found = {catalogue: self._of_catalogue}
+        for of, name, check in (
+            (trailer, "/Info", self._of_info),
+            (self.before.root_object, "/Metadata", self._of_metadata),
+        ):
+            if isinstance(place := _raw(of, name), IndirectObject):
+                found[place.idnum] = check
+        for index, page in enumerate(self.before.pages):
+            assert page.indirect_reference is not None  # noqa: S101  (a page of a file has one)
+            found[page.indirect_reference.idnum] = self._of_page(index + 1)
+        return found
+
+    def _numbers(self) -> Iterable[int]:
+        found = {number for entries in self.before.xref.values() for number in entries}
+        tables = {  # how a file stores its objects is no part of the document
+            number
+            for number in found
+            if isinstance(each := self._object(self.before, number), StreamObject)
+            and each.get("/Type") in ("/XRef", "/ObjStm")
+        }
+        return sorted((found | set(self.before.xref_objStm)) - tables - {0})
+
+    @staticmethod
+    def _object(of: PdfReader, number: int) -> PdfObject | None:
+        return of.get_object(IndirectObject(number, 0, of))
+
+    @staticmethod
+    def _of_catalogue(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
+        for key in _different(one, other):
+            if key in one or key not in _OF_CATALOGUE:
+                yield f"{key} of the catalogue was changed"
+
+    @staticmethod
+    def _of_info(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
+        for key in _different(one, other):
+            if key not in _OF_INFO:
+                yield f"{key} of the document's information was changed"
+
+    @staticmethod
+    def _of_metadata(one: object, other: object) -> Iterator[str]:
+        if (
+            not isinstance(one, StreamObject)
+            or not isinstance(other, StreamObject)
+            or metadata_texts(one) != metadata_texts(other)
+        ):
+            yield "the metadata were changed"
+
+    def _of_page(self, page: int) -> Any:
+        def check(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
+            for key in _different(one, other):
+                if key != "/Annots":
+                    yield f"{key} of page {page} was changed"
+            before, after = _items(one, "/Annots"), _items(other, "/Annots")
+            if not all(map(_same, before, after)) or len(after) < len(before):
+                yield f"an annotation of page {page} was changed"
+            for each in after[len(before) :]:
+                yield from self._new_annotation(each, page)
+
+        return check
+
+    def _new_annotation(self, added: PdfObject, page: int) -> Iterator[str]:
+        found = added.get_object()
+        if not isinstance(found, DictionaryObject) or not _is_signature_field(found):
+            yield f"an annotation that is no signature was added to page {page}"
+        elif not _is_hidden(found):
+            self.result.drawn.append(f"the signature '{found.get('/T', '')}' on page {page}")
+
+    def _check_form(self) -> None:
+        form = self.after.root_object.get("/AcroForm")
+        form = form.get_object() if form is not None else DictionaryObject()
+        if "/AcroForm" in self.before.root_object:
+            return  # then it is an issued one, and was compared with the other objects
+        changed = self.result.changed
+        changed.extend(f"the form has {key}" for key in form.keys() - _OF_FORM)
+        for each in _items(form, "/Fields"):
+            one = each.get_object()
+            if not isinstance(one, DictionaryObject) or not _is_signature_field(one):
+                changed.append("a field that is no signature was added")
+            elif self._is_signed(one):
+                self.result.seals.append(str(one.get("/T", "")))
+
+    def _is_signed(self, one: DictionaryObject) -> bool:
+        """Say whether a field holds a signature over all that was issued."""
+        value = one.get("/V")
+        value = value.get_object() if value is not None else None
+        if not isinstance(value, DictionaryObject) or value.get("/Type", "/Sig") not in _SEALS:
+            return False
+        spans = [int(each) for each in value.get("/ByteRange", ())]
+        if len(spans) != 4:  # noqa: PLR2004  (two ranges, around the signature itself)
+            return False
+        start, length, after, rest = spans
+        signed, gap = self.whole[start : start + length], self.whole[start + length : after]
+        signed += self.whole[after : after + rest]
+        return (
+            start == 0
+            and len(self.issued) <= length < after
+            and after + rest <= len(self.whole)
+            and gap.startswith(b"<")
+            and gap.endswith(b">")
+            and _names_digest_of(signed, gap)
+        )
+
+
+def _names_digest_of(signed: bytes, gap: bytes) -> bool:
+    """Say whether the signature in a gap names a digest of the signed bytes (RFC 5652, 11.2).
+
+    So it was made for these bytes. Whether it is valid is not looked at.
+    """
+    try:
+        message = bytes.fromhex(gap[1:-1].decode("ascii"))
+    except ValueError:
+        return False
+    return any(hashlib.new(name, signed).digest() in message for name in _DIGESTS)
+
+
+def _raw(of: DictionaryObject, key: str) -> PdfObject | None:
+    return of.raw_get(key) if key in of else None
+
+
+def _same(one: object, other: object) -> bool:
+    """Say whether two objects are the same; what they refer to has a number of its own."""
+    if isinstance(one, IndirectObject) or isinstance(other, IndirectObject):
+        return (
+            isinstance(one, IndirectObject)
+            and isinstance(other, IndirectObject)
+            and (one.idnum, one.generation) == (other.idnum, other.generation)
+        )
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, DictionaryObject) and isinstance(other, DictionaryObject):
+        if isinstance(one, StreamObject) and isinstance(other, StreamObject):
+            return not any(_different(one, other)) and one.get_data() == other.get_data()
+        return not any(_different(one, other))
+    if isinstance(one, ArrayObject) and isinstance(other, ArrayObject):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other)
+
+
+def _different(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
+    for key in sorted(one.keys() | other.keys()):
+        there = key in one and key in other
+        if not there or not _same(one.raw_get(key), other.raw_get(key)):
+            yield key
+
+
+def _items(of: DictionaryObject, key: str) -> list[PdfObject]:
+    found = of.get(key)
+    found = found.get_object() if found is not None else ()
+    return list(found) if isinstance(found, (list, tuple)) else [DictionaryObject()]
+
+
+def _is_signature_field(found: DictionaryObject) -> bool:
+    return (
+        found.get("/FT") == "/Sig"
+        and found.get("/Subtype", "/Widget") == "/Widget"
+        and not found.keys() & (_ACTIONS | {"/Kids", "/Parent"})
+    )
+
+
+def _is_hidden(found: DictionaryObject) -> bool:
+    left, bottom, right, top = (float(each) for each in found.get("/Rect", (0, 0, 0, 0)))
+    flags = int(found.get("/F", 0))
+    return left == right or bottom == top or bool(flags & _HIDDEN)

@@ -1,0 +1,69 @@
+"""The files that are one document: JSON, HTML and PDF beside each other, and its signature."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import UsageError
+from rigrunner.proof.seal import FORMS, issued_part, unsealed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SIGNATURE_SUFFIX = ".sig.json"
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """One file of a document with its bytes."""
+
+    path: Path
+    content: bytes
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self.path.name
+
+    @property
+    def suffix(self) -> str:
+        """Of the file's name, with its dot."""
+        return self.path.suffix
+
+    @cached_property
+    def issued(self) -> bytes:
+        """The bytes as they were issued: of a PDF without what was appended to it later."""
+        return issued_part(self.content, self.suffix)
+
+    @property
+    def page(self) -> bytes:
+        """What was issued, without its seal: what a format makes."""
+        return unsealed(self.issued, self.suffix)
+
+    @property
+    def digests(self) -> frozenset[str]:
+        """The SHA-256 of the file, and of what was issued."""
+        contents = (self.content, self.issued)
+        return frozenset(hashlib.sha256(each).hexdigest() for each in contents)
+
+
+def paths_of(certificate: Path) -> list[Path]:
+    """Return the files that are one document with the named one.
+
+    Raises UsageError where the named one is not there, or is none of them.
+    """
+    if certificate.suffix not in FORMS or certificate.name.endswith(SIGNATURE_SUFFIX):
+        raise UsageError(
+            f"{certificate} is no certificate", hint=f"it is a file {', '.join(FORMS)}"
+        )
+    if not certificate.is_file():
+        raise UsageError(f"there is no certificate {certificate}")
+    return [path for suffix in FORMS if (path := certificate.with_suffix(suffix)).is_file()]
+
+
+def signature_file_of(certificate: Path) -> Path:
+    """Return where the signature of a certificate is."""
+    return certificate.with_suffix(SIGNATURE_SUFFIX)

@@ -1,0 +1,77 @@
+"""Whether the methods that are installed are those by which a document was computed."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from rigrunner.analysis.revisions import FIRST, OWN, methods_of
+from rigrunner.api.errors import PluginError
+from rigrunner.certificate.content import REVISION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from rigrunner.procedure import Acceptance, Procedure
+    from rigrunner.registry import Registry
+
+
+CERTIFICATE = "certificate"
+"""The name under which a certificate carries the revision of its own content."""
+_PROVIDERS = "plugin providers"
+
+
+def methods_used(procedure: Procedure, acceptance: Acceptance | None = None) -> list[str]:
+    """Return the methods by which a run of a procedure is computed, by their names."""
+    return [*methods_of(procedure.analysis, acceptance or procedure.acceptance)]
+
+
+def other_revisions(
+    methods: Iterable[str],
+    recorded: Mapping[str, int],
+    software: Mapping[str, str],
+    registry: Registry,
+) -> Iterator[str]:
+    """Yield which methods are installed in another revision than recorded, or not at all.
+
+    `software` are the versions at that time: those that compute the recorded numbers again.
+    """
+    for method in methods:
+        then, now = recorded.get(method, FIRST), _installed(method, registry)
+        if then != now:
+            kind, _, name = method.partition(" ")
+            what = f"{kind.replace('_', ' ')} '{name}'" if name else kind
+            there = "not installed" if now is None else f"installed {now}"
+            again = made_with(software, kind, name, registry)
+            yield f"{what} revision {then}, {there}; {again} recomputes them"
+
+
+def _installed(method: str, registry: Registry) -> int | None:
+    if method == CERTIFICATE:
+        return REVISION
+    if method in OWN:
+        return OWN[method]
+    kind, _, name = method.partition(" ")
+    try:
+        return registry.revision(kind, name)
+    except PluginError:
+        return None
+
+
+def made_with(software: Mapping[str, str], kind: str, name: str, registry: Registry) -> str:
+    """Return name and version of what had a method at that time, as 'version 0.1.0'.
+
+    It is looked for in the versions on record by the name of whoever provides the method today.
+    """
+    own = f"version {software.get('Rigrunner', 'unknown')}"
+    try:
+        provider = registry.find(kind, name).provider.name
+    except PluginError:
+        provider = ""
+    if not name:
+        return own
+    others = software.get(_PROVIDERS, "")
+    found = re.search(rf"(?:^|, )({re.escape(provider)} [^,]+)", others) if provider else None
+    if found:
+        return f"version {found[1].removeprefix(provider).strip()} of {provider}"
+    return f"what was installed then ({others or own})"

@@ -1,0 +1,158 @@
+"""A laboratory's own rule improves: what `verify` says of documents of the version before.
+
+Two versions of one distribution with a plugin, each in a folder of its own as pip would install it;
+each program is a process that finds one of them, or neither.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from helpers_cli import Called
+
+TESTS = Path(__file__).parents[1]
+RULE = '''
+from rigrunner.api.analysis import Rejection
+from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
+
+api_version = 1
+
+
+def keep_all_but_the_largest(values):
+    """Version 1 leaves out one value, version 2 two of them."""
+    largest = sorted(range(len(values)), key=lambda index: -values[index])[:{revision}]
+    return [Rejection(index, float(values[index]), "lab_rule", 1.0, 0.5) for index in largest]
+
+
+@hookimpl
+def rigrunner_outlier_rules():
+    return [
+        OutlierRuleRecord(
+            name="lab_rule",
+            help="Leaves out the largest values.",
+            factory=lambda _: keep_all_but_the_largest,
+            revision={revision},
+        )
+    ]
+'''
+MAKE = """
+import sys
+from pathlib import Path
+from helpers_tamper import issue, letterhead
+from helpers_workflow import quick_procedure, run
+
+folder = Path(sys.argv[1])
+change = ("outliers: {grubbs: {alpha: 0.05}}", "outliers: lab_rule")
+for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
+    finished = run(quick_procedure(folder, name, change), folder / "runs")
+    assert finished.error is None, finished.error
+issue(finished.folder, letterhead(folder / "lab"), folder / "out")
+print(finished.folder)
+"""
+
+
+def installed(folder, revision):
+    """Install a version of the laboratory's plugin into a folder, as pip does."""
+    info = folder / f"labmethods-{revision}.0.dist-info"
+    info.mkdir(parents=True)
+    text = f"Metadata-Version: 2.1\nName: labmethods\nVersion: {revision}.0\n"
+    (info / "METADATA").write_text(text, "utf-8")
+    (info / "entry_points.txt").write_text("[rigrunner]\nlabmethods = labmethods\n", "utf-8")
+    (folder / "labmethods.py").write_text(RULE.replace("{revision}", str(revision)), "utf-8")
+    return folder
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """A run and its certificate by version 1 of the rule, and how to call the program."""
+
+    folder: Path
+
+    def python(self, version, *words):
+        """Call Python with that version of the plugin installed; None for none."""
+        path = [TESTS, *([] if version is None else [self.folder / f"version-{version}"])]
+        done = subprocess.run(
+            [sys.executable, *map(str, words)],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, path))},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return Called(done.returncode, done.stdout, done.stderr)
+
+    def verify(self, version, *words):
+        return self.python(version, "-m", "rigrunner", "verify", *words)
+
+    @property
+    def certificate(self):
+        (found,) = (self.folder / "out").glob("*.json")
+        return (found, "--runs", self.folder / "runs", "--letterhead", self.letterhead)
+
+    @property
+    def letterhead(self):
+        return self.folder / "lab" / "letterhead"
+
+    @property
+    def run(self):
+        (found,) = (self.folder / "runs").glob("*SSPB-STT*")
+        return found
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("laboratory")
+    for revision in (1, 2):
+        installed(folder / f"version-{revision}", revision)
+    made = Laboratory(folder)
+    done = made.python(1, "-c", MAKE, folder)
+    assert done.code == 0, done.err
+    return made
+
+
+def test_by_the_revision_that_made_it_it_matches(laboratory):
+    for words in (laboratory.certificate, [laboratory.run]):
+        done = laboratory.verify(1, *words)
+        assert (done.code, done.out.splitlines()[0]) == (0, "MATCH"), done
+
+
+@pytest.mark.parametrize(
+    ("version", "said"),
+    [
+        (2, "installed 2; version 1.0 of labmethods recomputes them"),
+        (None, "not installed; what was installed then (labmethods 1.0, "),
+    ],
+)
+def test_by_another_revision_its_numbers_are_not_recomputed(laboratory, version, said):
+    for words in (laboratory.certificate, [laboratory.run]):
+        done = laboratory.verify(version, *words)
+        wanted = f"NUMBERS NOT RECOMPUTED: outlier rule 'lab_rule' revision 1, {said}"
+        assert (done.code, done.out.startswith(wanted)) == (13, True), done
+        assert "held     manifest of the run file" in done.out
+    (_, *words) = laboratory.certificate
+    done = laboratory.verify(version, laboratory.certificate[0], *words)
+    for checked in ("seal of", "record of", "bytes of run.h5", ".html made again from its content"):
+        assert f"{checked}" in done.out, done.out
+
+
+def test_what_was_changed_is_found_all_the_same(laboratory, tmp_path):
+    certificate = laboratory.certificate[0]
+    changed = tmp_path / certificate.name
+    changed.write_bytes(certificate.read_bytes().replace(b"Bearing", b"Wearing", 1))
+    done = laboratory.verify(2, changed, *laboratory.certificate[1:])
+    assert done.code == 1
+    assert done.out.startswith("DOES NOT MATCH: 2 differences; NUMBERS NOT RECOMPUTED: "), done.out
+
+
+def test_numbers_of_the_other_revision_would_have_differed(laboratory):
+    """Or the revision would be of no use: the one run gives two results."""
+    found = {
+        version: laboratory.python(version, "-m", "rigrunner", "analyse", laboratory.run).out
+        for version in (1, 2)
+    }
+    assert found[1] != found[2]

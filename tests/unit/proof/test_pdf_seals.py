@@ -1,0 +1,197 @@
+"""A PDF that was sealed by standard means after its issue is as issued; a changed one is not."""
+
+from __future__ import annotations
+
+import io
+import sys
+from pathlib import Path
+
+import pytest
+from pypdf import PdfWriter
+
+from helpers_forgery import appended, sealed_pdf
+from rigrunner.api.errors import DataError
+from rigrunner.proof.pdf import first_difference
+from rigrunner.proof.pdf_seals import additions_to
+from rigrunner.proof.seal import issued_part
+from rigrunner.workflow.verifying.document import _check_appended
+from rigrunner.workflow.verifying.forms import Form
+from rigrunner.workflow.verifying.verification import Verification
+
+generic = pytest.importorskip("pyhanko.pdf_utils.generic")
+ISSUED = (
+    Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-0001.pdf"
+).read_bytes()
+
+
+def first_page(writer):
+    return writer.root["/Pages"]["/Kids"][0]
+
+
+def test_an_issued_file_has_nothing_appended():
+    assert issued_part(ISSUED, ".pdf") == ISSUED
+
+
+def test_a_seal_leaves_the_issued_bytes_and_draws_nothing():
+    sealed = sealed_pdf(ISSUED)
+    assert issued_part(sealed, ".pdf") == ISSUED
+    found = additions_to(ISSUED, sealed)
+    assert (found.changed, found.drawn, found.seals) == ([], [], ["Seal"])
+
+
+def test_a_field_that_was_made_before_its_seal():
+    from pyhanko.sign import fields  # noqa: PLC0415  (loads much)
+
+    first = appended(
+        ISSUED, lambda writer: fields.append_signature_field(writer, fields.SigFieldSpec("Empty"))
+    )
+    found = additions_to(ISSUED, sealed_pdf(first))
+    assert (found.changed, found.drawn, found.seals) == ([], [], ["Seal"])
+
+
+def test_two_seals_one_after_the_other():
+    found = additions_to(ISSUED, sealed_pdf(sealed_pdf(ISSUED), name="Second"))
+    assert (found.changed, found.drawn, found.seals) == ([], [], ["Seal", "Second"])
+
+
+def test_a_seal_that_is_drawn_on_a_page_is_told():
+    found = additions_to(ISSUED, sealed_pdf(ISSUED, box=(50, 50, 300, 500)))
+    assert (found.changed, found.drawn) == ([], ["the signature 'Seal' on page 1"])
+
+
+def replace_content(writer):
+    page = first_page(writer)
+    page["/Contents"] = writer.add_object(generic.StreamObject(stream_data=b"BT ET"))
+    writer.update_container(page)
+
+
+def edit_content(writer):
+    content = first_page(writer)["/Contents"]
+    content._data, content._encoded_data = b"BT ET", None
+    writer.update_container(content)
+
+
+def edit_font(writer):
+    fonts = first_page(writer)["/Resources"]["/Font"]
+    font = fonts[next(iter(fonts))]
+    font["/BaseFont"] = generic.NameObject("/Other")
+    writer.update_container(font)
+
+
+def draw_over(writer):
+    note = generic.DictionaryObject(
+        {
+            generic.NameObject("/Type"): generic.NameObject("/Annot"),
+            generic.NameObject("/Subtype"): generic.NameObject("/FreeText"),
+            generic.NameObject("/Rect"): generic.ArrayObject(
+                map(generic.NumberObject, (0, 0, 9, 9))
+            ),
+            generic.NameObject("/Contents"): generic.pdf_string("0.1000"),
+        }
+    )
+    page = first_page(writer)
+    page["/Annots"] = generic.ArrayObject([writer.add_object(note)])
+    writer.update_container(page)
+
+
+def crop(writer):
+    page = first_page(writer)
+    page["/CropBox"] = generic.ArrayObject(map(generic.NumberObject, (0, 0, 9, 9)))
+    writer.update_container(page)
+
+
+def other_pages(writer):
+    pages = writer.root["/Pages"]
+    writer.root["/Pages"] = writer.add_object(generic.DictionaryObject(dict(pages)))
+    writer.update_root()
+
+
+def act_when_opened(writer):
+    writer.root["/OpenAction"] = generic.DictionaryObject(
+        {generic.NameObject("/S"): generic.NameObject("/JavaScript")}
+    )
+    writer.update_root()
+
+
+def retitle(writer):
+    metadata = writer.root["/Metadata"]
+    metadata._data = metadata.data.replace(b"Test certificate", b"Rest certificate")
+    metadata._encoded_data = None
+    writer.update_container(metadata)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (replace_content, "/Contents of page 1 was changed"),
+        (edit_content, "was changed"),
+        (edit_font, "was changed"),
+        (draw_over, "an annotation that is no signature was added to page 1"),
+        (crop, "/CropBox of page 1 was changed"),
+        (other_pages, "/Pages of the catalogue was changed"),
+        (act_when_opened, "/OpenAction of the catalogue was changed"),
+        (retitle, "the metadata were changed"),
+    ],
+)
+@pytest.mark.parametrize("sealed", [False, True])
+def test_whatever_else_is_appended_is_named(change, said, sealed):
+    """Also under a seal that is valid: it says who appended it, not that it is harmless."""
+    forged = appended(ISSUED, change)
+    found = additions_to(ISSUED, sealed_pdf(forged) if sealed else forged)
+    assert any(said in each for each in found.changed), found
+    no_seal = "what was appended is no signature over what stands there"
+    assert sealed or no_seal in found.changed
+
+
+@pytest.mark.parametrize("old", [b"/Filter /Adobe.PPKLite", b"/Type /Sig\n", b"/Size "])
+def test_a_seal_whose_bytes_were_changed_is_none(old):
+    """Also where the change draws nothing."""
+    sealed = sealed_pdf(ISSUED)
+    end = sealed.rindex(old) + len(old) - 1
+    changed = sealed[:end] + bytes([sealed[end] ^ 1]) + sealed[end + 1 :]
+    try:
+        found = additions_to(ISSUED, changed)
+    except DataError:
+        return
+    assert found.changed == ["what was appended is no signature over what stands there"]
+
+
+def test_without_a_reader_of_pdf_the_appended_bytes_are_not_proven(monkeypatch, tmp_path):
+    for name in ("rigrunner.proof.pdf", "rigrunner.proof.pdf_seals"):
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "pypdf", None)
+    found = Verification()
+    _check_appended(found, Form(tmp_path / "x.pdf", sealed_pdf(ISSUED)))
+    assert not found.differences
+    assert "the package 'pypdf' is not installed" in found.unproven[0]
+
+
+def test_objects_beside_the_tables_are_refused():
+    """A program that looks for objects itself finds another page than one that takes the tables."""
+    sealed = sealed_pdf(ISSUED)
+    hidden = sealed.replace(b"startxref", b"5 0 obj\n<<>>\nendobj\nstartxref").replace(
+        ISSUED.replace(b"startxref", b"5 0 obj\n<<>>\nendobj\nstartxref"), ISSUED
+    )
+    assert hidden != sealed
+    with pytest.raises(DataError, match="do not name the objects"):
+        additions_to(ISSUED, hidden)
+
+
+@pytest.mark.parametrize("content", [b"", b"%PDF-1.7\n", ISSUED[: len(ISSUED) // 2], ISSUED[9:]])
+def test_what_cannot_be_read_is_told(content):
+    with pytest.raises(DataError, match="PDF"):
+        additions_to(ISSUED, content)
+    with pytest.raises(DataError, match="PDF"):
+        first_difference(content, ISSUED)
+
+
+def test_the_same_page_stored_otherwise_is_the_same():
+    writer, out = PdfWriter(clone_from=io.BytesIO(ISSUED)), io.BytesIO()
+    writer.write(out)
+    assert out.getvalue() != ISSUED
+    assert first_difference(out.getvalue(), ISSUED) == ""
+
+
+@pytest.mark.parametrize("change", [replace_content, edit_content, edit_font, draw_over, crop])
+def test_another_drawing_is_a_difference(change):
+    assert first_difference(appended(ISSUED, change), ISSUED) != ""

@@ -1,0 +1,119 @@
+"""Only what was issued, form by form, is signed."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from helpers_certificate import issue, make_letterhead
+from helpers_cli import call
+from helpers_forgery import forged_pdf, resealed
+from helpers_lacking import require_pdf
+from rigrunner.proof.signature import parse_signature
+
+
+@pytest.fixture(scope="module")
+def issued(quick, tmp_path_factory):
+    """Issue two specimens on one run; return the letterhead and the folder of the files."""
+    require_pdf()
+    folder = tmp_path_factory.mktemp("laboratory")
+    letterhead = make_letterhead(folder / "letterhead")
+    for _ in range(2):
+        issue(quick.loaded, letterhead, folder / "certificates")
+    return letterhead, folder / "certificates"
+
+
+@pytest.fixture
+def certificate(issued, tmp_path):
+    folder = shutil.copytree(issued[1], tmp_path / "certificates")
+    return folder / "SPECIMEN-DEMO-2026-0001.json"
+
+
+@pytest.fixture
+def key(tmp_path):
+    assert call("sign", "--new-key", tmp_path / "k").code == 0
+    return tmp_path / "k"
+
+
+def signed(certificate, key, letterhead, *more):
+    return call(
+        "sign", certificate, "--key", key, "--by", "Zoë", "--letterhead", letterhead, *more
+    )  # fmt: skip
+
+
+def test_every_form_is_signed_once(issued, certificate, key):
+    done = signed(certificate, key, issued[0])
+    assert (done.code, done.out.strip()) == (0, str(certificate.with_suffix(".sig.json"))), done.err
+    found = parse_signature(certificate.with_suffix(".sig.json").read_bytes(), "x")
+    assert set(found.files) == {f"{certificate.stem}{each}" for each in (".json", ".html", ".pdf")}
+    assert found.signer == "Zoë"
+    again = signed(certificate, key, issued[0])
+    assert (again.code, "the document is signed" in again.err) == (2, True)
+
+
+def test_the_passphrase_is_taken_from_its_variable(issued, certificate, tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_PASSPHRASE", "sesame")
+    assert call("sign", "--new-key", tmp_path / "p", "--passphrase").code == 0
+    refused = signed(certificate, tmp_path / "p", issued[0])
+    assert "is protected by a passphrase" in refused.err
+    assert signed(certificate, tmp_path / "p", issued[0], "--passphrase").code == 0
+
+
+def refused(certificate, key, letterhead):
+    """Return why a document is not signed."""
+    done = signed(certificate, key, letterhead)
+    assert (done.code, done.out) == (5, ""), done
+    assert not certificate.with_suffix(".sig.json").exists()
+    return done.err
+
+
+def test_a_changed_form_is_refused_with_its_place(issued, certificate, key):
+    page = certificate.with_suffix(".html")
+    page.write_bytes(page.read_bytes().replace(b"Muster", b"Master", 1))
+    assert "seal of SPECIMEN-DEMO-2026-0001.html: changed at bytes" in refused(
+        certificate, key, issued[0]
+    )
+
+
+def test_a_page_that_contradicts_its_content_is_refused(issued, certificate, key):
+    page = certificate.with_suffix(".html")
+    resealed(page, lambda content: content.replace(b'<p class="value">', b'<p class="value">0.1 '))
+    assert ".html made again from its content: at bytes" in refused(certificate, key, issued[0])
+
+
+def test_a_pdf_that_contradicts_its_content_is_refused(issued, certificate, key):
+    """Its data are those of the JSON; the page shows another result."""
+    printed = forged_pdf(certificate.with_suffix(".pdf"))
+    assert f".pdf made again from its content: it shows '{printed}'" in refused(
+        certificate, key, issued[0]
+    )
+
+
+def test_a_form_of_another_certificate_is_refused(issued, certificate, key):
+    other = certificate.with_name("SPECIMEN-DEMO-2026-0002.html")
+    shutil.copyfile(other, certificate.with_suffix(".html"))
+    said = refused(certificate, key, issued[0])
+    assert "content of SPECIMEN-DEMO-2026-0001.html is that of SPECIMEN-DEMO-2026-0001.json" in said
+
+
+def test_what_is_not_on_record_is_refused(issued, certificate, key, tmp_path):
+    copy = shutil.copytree(issued[0], tmp_path / "copy")
+    shutil.rmtree(copy / "numbers")
+    assert "keeps no numbers" in refused(certificate, key, copy)
+    for path in (certificate.with_suffix(each) for each in (".html", ".pdf")):
+        path.unlink()
+    resealed(certificate, lambda content: content.replace(b"Muster", b"Master"))
+    assert "SPECIMEN-DEMO-2026-0001.json is not as it was issued" in refused(
+        certificate, key, issued[0]
+    )
+
+
+def test_a_replaced_certificate_is_refused(issued, certificate, key, tmp_path):
+    letterhead = shutil.copytree(issued[0], tmp_path / "letterhead")
+    done = call(
+        "amend", certificate, "--reason", "misspelt", "--by", "B", "--customer", "Other",
+        "--letterhead", letterhead, "--out", tmp_path / "amended",
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    assert "SPECIMEN-DEMO-2026-0003 replaced it" in refused(certificate, key, letterhead)
