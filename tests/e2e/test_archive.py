@@ -144,6 +144,17 @@ def test_an_export_is_a_file(indexed):
     assert "2 rows" in done.err
 
 
+def test_an_export_has_no_formulas_unless_it_is_to_be_raw(indexed):
+    store_run(indexed, "three", inputs={"specimen": "=1+1"})
+    assert call("archive", "index", "runs").code == 0
+    for raw, shown in (([], "'=1+1"), (["--raw"], "=1+1")):
+        assert call("archive", "export", "runs", "runs.csv", *raw).code == 0
+        with (indexed.parent / "runs.csv").open(newline="") as file:
+            assert [row["specimen"] for row in csv.DictReader(file)][-1] == shown
+        searched = call("archive", "search", "--csv", *raw).out
+        assert [row["specimen"] for row in csv.DictReader(io.StringIO(searched))][-1] == shown
+
+
 def test_several_folders_and_rebuilding_in_one_database(indexed):
     store_run(indexed.parent / "other", "three")
     database = ["--database", "lab.sqlite"]

@@ -67,6 +67,18 @@ def events_of(run, kind):
     return [each for each in run.events if isinstance(each, kind)]
 
 
+@pytest.mark.parametrize("delay_s", [0.0, 0.3, 1.0])
+def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, delay_s):
+    start(screen)
+    time.sleep(delay_s)
+    screen.post("stop")
+    finished = screen.phase("finished")["finished"]
+    assert finished["outcome"] == "aborted"
+    assert finished["reason"].startswith("stopped at the panel")
+    assert "resume" not in finished["hint"]
+    assert "Fatal Python error" not in "".join(server.said)
+
+
 def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     watcher = Screen(server, "client-bob-0001")
     hostile = "<script>alert(1)</script>/../x"

@@ -13,6 +13,7 @@ from rigrunner.archive.extras import imported
 from rigrunner.archive.searching import CONTEXT
 from rigrunner.clock import utc_text
 from rigrunner.plots import history
+from rigrunner.spreadsheet import cell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -109,12 +110,16 @@ class Rows:
                 widths.append(half or 0.0)
         return history(series, label=_label(value), title=f"{self.table}, by {by}")
 
-    def to_csv(self, path: Path | None = None) -> str:
-        """Return the rows as CSV, and write it to a file where one is named; times in UTC."""
+    def to_csv(self, path: Path | None = None, *, raw: bool = False) -> str:
+        """Return the rows as CSV, and write it to a file where one is named; times in UTC.
+
+        What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
+        """
+        shown = _cell if raw else _safe_cell
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([_cell(value) for value in row] for row in self.values)
+        writer.writerows([shown(value) for value in row] for row in self.values)
         if path is not None:
             _write(path, text.getvalue())
         return text.getvalue()
@@ -156,6 +161,10 @@ def _cell(value: Any) -> Any:
     if isinstance(value, bool):
         return str(value).lower()
     return utc_text(value) if isinstance(value, datetime) else value
+
+
+def _safe_cell(value: Any) -> Any:
+    return cell(_cell(value))
 
 
 def _write(path: Path, text: str) -> None:

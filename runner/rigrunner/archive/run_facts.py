@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, RigrunnerError
-from rigrunner.api.results import REPLAYED
+from rigrunner.api.results import REPLAYED, Verdict
 from rigrunner.archive.documents import at, key, moment, text
 from rigrunner.archive.result_facts import decision, figures, headline, points
 from rigrunner.runfile import read_summary
@@ -123,12 +123,15 @@ def _decisions(found: FoundRun, summary: RunSummary) -> list[Row]:
 
 
 def _own(summary: RunSummary) -> Iterator[Row]:
+    """Yield the run's own decision: with limits on measured values it is the verdict on both."""
     document = summary.result_document
-    own = at(document, "decision")
-    if own is not None:
+    own, whole = at(document, "decision"), at(document, "verdict")
+    if own is not None or whole is not None:
         decided_utc = moment(summary.ended_utc)
+        both = {name: text(at(whole, name)) for name in ("verdict", "reason")} if whole else {}
         yield {
             **decision(own),
+            **both,
             "file": RUN_FILE,
             "decided_utc": decided_utc,
             "by": None,
@@ -142,13 +145,21 @@ def _later(found: FoundRun, summary: RunSummary) -> Iterator[Row]:
     from rigrunner.workflow.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
 
     for each in later_decisions(summary, found.folder):
+        decided = decision(each.document["decision"])
         yield {
-            **decision(each.document["decision"]),
+            **decided,
+            "verdict": _with_limits(decided["verdict"], summary),
             "file": text(each.path.name),
             "decided_utc": moment(each.document["decided_utc"]),
             "by": text(each.document["by"]),
             "why": text(each.document["reason"]),
         }
+
+
+def _with_limits(verdict: str | None, summary: RunSummary) -> str | None:
+    """Return the verdict of a later decision, unless measured values are out of their limits."""
+    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
+    return str(Verdict.FAIL) if missed else verdict
 
 
 def _files(found: FoundRun) -> list[Row]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.engine import Choice, Decision
 from rigrunner.panel.errors import PanelError, wrong_state
+from rigrunner.panel.live.rigs import alarms_of_rigs
 from rigrunner.panel.live.story import Story
 from rigrunner.panel.live.watcher import Watcher
 from rigrunner.panel.process import news, orders
@@ -143,10 +144,14 @@ class Desk:
                 self._send(orders.PutOnRecord(what))
 
     def tick(self) -> None:
-        """Let time pass on the screen."""
+        """Let time pass on the screen, and look for rigs that were left energised."""
+        rigs = alarms_of_rigs()
         with self._lock:
-            if self._story is not None:
-                self._story.tick()
+            if self._story is None:
+                self.board.put(alarms=rigs)
+                return
+            self._story.left(rigs)
+            self._story.tick()
 
     def wait(self, timeout_s: float) -> bool:
         """Wait until nothing goes on; return whether that is so."""
@@ -176,6 +181,7 @@ class Desk:
 
     def _lost(self, story: Story, code: int | None) -> None:
         with self._lock:
+            story.left(alarms_of_rigs())
             story.lost(code)
             if self._watcher is not None and story is self._story:
                 self._watcher.close()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
+from rigrunner.analysis.document_decision import verdict_in
 from rigrunner.panel.errors import not_found
 from rigrunner.panel.view.sections import Value
 from rigrunner.runfile import read
@@ -149,8 +150,7 @@ def _result(path: Path) -> tuple[str, Value | None]:
     """Return verdict and headline as the run's result.json has them, where it can be read."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        decision, value = found["decision"], found["headline"]["compensated"]
-        verdict = "" if decision is None else str(decision["verdict"])
+        verdict, value = verdict_in(found), found["headline"]["compensated"]
         if value is None:
             return verdict, None
         known = {"value_nm": value["value"], "U_nm": value["expanded_uncertainty_95"]}

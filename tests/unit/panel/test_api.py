@@ -292,6 +292,36 @@ def test_the_panel_s_own_names_are_answered_through_any_port(client, host):
     assert client.get("/api/state", headers=headers).status_code == 200
 
 
+@pytest.mark.parametrize("public", ["rig.example.org", "rig.example.org:443", "Rig.Example.org"])
+def test_a_public_name_is_answered_with_and_without_its_port(folder, public):
+    client, _ = client_of(folder, public_name=public)
+    for host in ("rig.example.org", "rig.example.org:443", "RIG.example.org"):
+        for origin in ("https://rig.example.org", "https://rig.example.org:443"):
+            answer = client.get("/api/state", headers={"Host": host, "Origin": origin})
+            assert answer.status_code == 200, (host, origin)
+
+
+@pytest.mark.parametrize(
+    ("host", "origin"),
+    [
+        ("rig.example.org:80", "https://rig.example.org"),
+        ("rig.example.org", "http://rig.example.org"),
+        ("rig.example.org", "https://rig.example.org:8443"),
+        ("rig.example.org", "https://rig.example.org.evil.example"),
+        ("rig.example.org", "https://evil.example"),
+        ("rig.example.org", "null"),
+        ("rig.example.org.evil.example", None),
+        ("evil.example", None),
+        ("127.0.0.1:8750", "https://rig.example.org"),
+    ],
+)
+def test_beside_the_public_name_nothing_else_is_let_in(folder, host, origin):
+    client, _ = client_of(folder, public_name="rig.example.org")
+    headers = {"Host": host, **({"Origin": origin} if origin else {})}
+    answer = client.get("/api/state", headers=headers)
+    assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
+
+
 def test_no_answer_lets_another_site_in_or_a_script_run(client):
     for path in ("/", "/api/state", "/nothing", "/api/nothing"):
         answer = client.get(path)
@@ -487,6 +517,16 @@ class TestHistory:
         assert found["number"].startswith("SPECIMEN"), found
         page = next(each for each in found["files"] if each["name"].endswith(".html"))
         assert "B. Boss" in client.get(page["url"]).text
+
+        for other in ({}, {"language": "de"}, {"order": {**order, "customer": "Another"}}):
+            again = client.post(f"/api/runs/{demo.loaded.name}/certificate", json=body | other)
+            assert again.status_code == 422
+            assert f"{found['number']} exists" in again.json()["message"]
+            assert "a further copy, with a reason" in again.json()["hint"]
+        copy = body | {"further_copy": "in German", "language": "de"}
+        further = client.post(f"/api/runs/{demo.loaded.name}/certificate", json=copy).json()
+        page = next(each for each in further["files"] if each["name"].endswith(".html"))
+        assert f"Weiteres Exemplar neben {found['number']}" in client.get(page["url"]).text
 
 
 class TestDescription:

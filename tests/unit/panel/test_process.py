@@ -15,6 +15,7 @@ import pytest
 from rigrunner.api.data import Block
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Note, Outcome, RunEnded, Samples, Scanned
+from rigrunner.ending import ENDING, SUSPENDING, signal_name
 from rigrunner.engine import Choice, Decision, Interference, Paused, StopNow
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.panel.live.watcher import ANALYST
@@ -158,25 +159,58 @@ def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends,
     later.join()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends):
+@pytest.fixture
+def installed():
+    """A switch that takes the signals of this process."""
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDING, *SUSPENDING)}
     switch = Switch()
-    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     switch.install()
-    try:
-        Inbox(ends.run, switch).start()
-        os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
-        began_s = time.monotonic()
-        threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
-        with pytest.raises(StopNow) as stopped:
-            time.sleep(60)
-        assert time.monotonic() - began_s < 30
-        assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
-        ends.panel.send(Stop(BY, "again"))
-        time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
+    yield switch
+    for number, handler in former.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed):
+    Inbox(ends.run, installed).start()
+    os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
+    began_s = time.monotonic()
+    threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
+    with pytest.raises(StopNow) as stopped, installed.interruptible():
+        time.sleep(60)
+    assert time.monotonic() - began_s < 30
+    assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
+    ends.panel.send(Stop(BY, "again"))
+    time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed):
+    installed.stop(BY, WHY)
+    time.sleep(0.05)  # a signal that is still on its way
+    done = []
+    with pytest.raises(StopNow, match=WHY), installed.interruptible():
+        done.append("the job")
+    assert done == []
+    time.sleep(0.05)  # it is raised once
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
+def test_a_stop_after_the_job_interrupts_nothing(installed):
+    with installed.interruptible():
+        pass
+    installed.stop(BY, WHY)
+    time.sleep(0.05)
+    assert installed.is_set()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.parametrize("number", [*ENDING, *SUSPENDING], ids=signal_name)
+def test_every_signal_that_ends_or_suspends_a_program_aborts_the_run(installed, number):
+    os.kill(os.getpid(), number)
+    assert installed.is_set()
+    assert signal_name(number) in installed.reason().message
+    assert installed.reason().by == "signal"
 
 
 def test_once_the_run_has_ended_a_stop_interrupts_nothing():

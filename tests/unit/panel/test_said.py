@@ -48,8 +48,10 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
     "from Q to Q", "Q days before this run", "Q day before this run",
     "the calibration of Q was due on Q, Q", "Q is calibrated Q", "Q, but Q Q", "enter it; Q",
     "the swing goes to", "recording Q is expected to reach", "Q is set to",
-    "; looked at and refused: Q", "there is no no-load run in QQ", ": Q, process Q, since Q",
-    "the rig of station Q is in useQ", "; or start with",
+    "; looked at and refused: Q", "there is no no-load run in QQ",
+    "the rig of station Q", "the instrument of 'Q' at Q", "Q is in useQ", " on station Q",
+    ": QQ, process Q, since Q", "; or start with",
+    "found energised: Q; made safe, read back now: Q",
 }  # fmt: skip
 NAMES = {  # of things and threads, and what stands in the log alone
     "panel client Q", "the Q of Q", "no-load run", "zero Q", "interlock Q",

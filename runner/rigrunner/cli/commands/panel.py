@@ -49,6 +49,12 @@ if TYPE_CHECKING:
     metavar="TEXT",
     help="What a client must know; better given by the variable RIGRUNNER_PANEL_TOKEN.",
 )
+@click.option(
+    "--public-name",
+    default="",
+    metavar="HOST",
+    help="The name by which a proxy with TLS lets others in, with its port unless that is 443.",
+)
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def command(
     *,
@@ -58,6 +64,7 @@ def command(
     port: int,
     host: str,
     token: str,
+    public_name: str,
     no_browser: bool,
 ) -> ExitCode:
     """Open the operator's screen in a browser.
@@ -80,6 +87,11 @@ def command(
     from rigrunner.panel.web.panel import Settings
 
     settings = Settings(
-        runs=runs, procedures=procedures, letterhead=letterhead, host=host, token=token
+        runs=runs,
+        procedures=procedures,
+        letterhead=letterhead,
+        host=host,
+        token=token,
+        public_name=public_name,
     )
     return serve(settings, port, message, open_browser=not no_browser)

@@ -10,7 +10,7 @@ import click
 from rigrunner.api.errors import ExitCode
 from rigrunner.cli.analysing import changes_in, changes_options, paths_argument
 from rigrunner.cli.batch import shown_count, worker_options, workers_for
-from rigrunner.cli.options import json_option, lab_option
+from rigrunner.cli.options import json_option, lab_option, raw_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.table import pairs
 
@@ -33,6 +33,7 @@ SHOWN = 20
 @changes_options
 @lab_option
 @worker_options
+@raw_option
 @json_option
 def command(
     *,
@@ -43,6 +44,7 @@ def command(
     station: str | None,
     jobs: int | None,
     dask: str | None,
+    raw: bool,
     as_json: bool,
 ) -> ExitCode:
     """Analyse many stored runs again, on all cores or a cluster.
@@ -57,7 +59,7 @@ def command(
 
     workers, changes, runs = workers_for(jobs, dask), changes_in(file, primary), choose(paths)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
-        found = Batch(out.resolve(), changes, station, workers, stop, progress).run(runs)
+        found = Batch(out.resolve(), changes, station, workers, stop, progress, raw=raw).run(runs)
     if as_json:
         result_json(found.document())
     else:

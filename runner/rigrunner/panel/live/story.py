@@ -17,6 +17,7 @@ from rigrunner.api.events import (
 from rigrunner.panel.live.asked import LIVE
 from rigrunner.panel.live.curves import Curves
 from rigrunner.panel.live.of_news import failed_item, failed_run, pause_view, prompt_view
+from rigrunner.panel.live.rigs import alarms_of_rigs
 from rigrunner.panel.process import news
 from rigrunner.panel.view.journal import JournalView
 from rigrunner.panel.view.reading import readings_after, readings_at
@@ -34,7 +35,16 @@ if TYPE_CHECKING:
     from rigrunner.panel.live.asked import Analysed
     from rigrunner.panel.live.of_news import Links
     from rigrunner.panel.view.board import Board
-    from rigrunner.panel.view.sections import Finished, LiveView, Phase, PointView
+    from rigrunner.panel.view.sections import AlarmView, Finished, LiveView, Phase, PointView
+
+
+AFTER_LOSS = (
+    "look at the rig first; then 'rigrunner resume' goes on with the run,"
+    " or 'rigrunner recover' closes it as it is"
+)
+AFTER_EARLY_LOSS = (
+    "no run had begun, so there is nothing to resume: look at the rig, then start again"
+)
 
 
 class Story:
@@ -52,6 +62,7 @@ class Story:
         self._board = board
         self._links = links
         self._journal = JournalView()
+        self._rigs = alarms_of_rigs()
         self._track: Track | None = None
         self._started_s = 0.0
         self._recorded: tuple[PointView, ...] = ()
@@ -59,7 +70,7 @@ class Story:
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
         cleared |= dict.fromkeys(("finished", "manual"))
         # what an earlier job found of the rig may no longer be so
-        board.put(job=job, asked="", alarms=(), log=(), readings=Readings(), **cleared)
+        board.put(job=job, asked="", alarms=self._rigs, log=(), readings=Readings(), **cleared)
         if job.kind == "preflight":
             self._preflight(())
         self._tell_phase()
@@ -115,6 +126,12 @@ class Story:
         if self._track is not None and self.job.realtime and not self._has_ended:
             self._board.put(progress=self._progress())
 
+    def left(self, rigs: tuple[AlarmView, ...]) -> None:
+        """Show which rigs of this machine were left energised."""
+        if rigs != self._rigs:
+            self._rigs = rigs
+            self._board.put(alarms=(*rigs, *self._journal.alarms))
+
     def analysed(self, found: Analysed) -> None:
         """Show the analysis so far, unless the run's own is there already."""
         if self.is_over or found.view is None:
@@ -136,8 +153,11 @@ class Story:
         """Take note that the process is gone without a word of its end."""
         if not self.is_over:
             how = f"with code {code}" if code is not None else "without a word"
-            hint = "'rigrunner resume' or 'recover' takes up what it left; look at the rig first"
-            self.take(news.Failed(f"the process of the run ended {how}", hint))
+            self.take(news.Failed(f"the process of the run ended {how}", self._after_loss()))
+
+    def _after_loss(self) -> str:
+        """Return what to do now that the process is gone: only a run that began can be resumed."""
+        return AFTER_LOSS if self._has_begun else AFTER_EARLY_LOSS
 
     def _take_curve(self, curve: news.Curve) -> None:
         samples = len(next(iter(curve.channels.values()), ()))
@@ -173,7 +193,7 @@ class Story:
             case Intervention(action="abort") if not self._board.get("asked"):
                 self._board.put(asked="abort")
         self._journal.take(event)
-        alarms, log = self._journal.alarms, self._journal.log
+        alarms, log = (*self._rigs, *self._journal.alarms), self._journal.log
         self._board.put(alarms=alarms, log=log, progress=self._progress())
 
     def _begin(self, event: StepStarted) -> None:

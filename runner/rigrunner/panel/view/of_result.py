@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.results import Verdict, worst
 from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointView, Value
 from rigrunner.signal.coverage import expanded
 
@@ -31,7 +32,7 @@ def live_view(result: Result, *, final: bool, taken_s: float = 0.0) -> LiveView:
         method=result.primary,
         problem=(primary.not_applicable if primary else "") or "",
         taken_s=taken_s,
-        verdict="" if result.decision is None else str(result.decision.verdict),
+        verdict=str(_verdict_so_far(result) or ""),
         headline=_value(result.headline),
         raw_headline=_value(result.raw_headline),
         points=tuple(points),
@@ -77,6 +78,12 @@ def correction(result: Result) -> tuple[str, Array] | None:
     return result.loaded[-1].recording, np.asarray(trace.raw_nm - trace.compensated_nm)
 
 
+def _verdict_so_far(result: Result) -> Verdict | None:
+    """Return the verdict on what was measured so far: all within limits is none yet."""
+    missed = Verdict.FAIL if result.limits.missed else None
+    return worst((missed, result.decision.verdict if result.decision else None))
+
+
 def finished_view(finished: FinishedRun) -> Finished:
     """Return how a run ended."""
     result, error = finished.result, finished.error
@@ -85,7 +92,7 @@ def finished_view(finished: FinishedRun) -> Finished:
         folder=str(finished.folder),
         outcome=finished.outcome,
         reason=finished.reason,
-        verdict="" if result is None or result.decision is None else str(result.decision.verdict),
+        verdict=str((result and result.verdict) or ""),
         headline=None if result is None else _value(result.headline),
         measurand="" if result is None else result.measurand,
         error="" if error is None else finished.reason if finished.unsafe else str(error),

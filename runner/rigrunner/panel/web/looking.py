@@ -96,6 +96,7 @@ def certificate(panel: Panel, asked: Asked) -> IssuedAnswer:
         not_for_certification=body.not_for_certification,
         language=body.language,
         given=body.order,
+        further_copy=body.further_copy,
     )
     issued = certify(panel.history.folder(name), request, load_registry(), panel.now())
     links = panel.links(name, issued.files)

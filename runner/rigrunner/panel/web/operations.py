@@ -122,7 +122,8 @@ _BY_HAND = (
 _LOOKING = (
     _get(
         "runs", "Stored runs, newest first.", looking.runs, answers.Runs, **_SEARCH,
-        procedure="its id", station="its id", outcome="completed, aborted or error",
+        procedure="its id", station="its id",
+        outcome="completed, stopped at a limit, aborted or error",
         verdict="as the report has it", limit="how many, at most 200", before="this run",
     ),
     _get("runs/{run}", "One run.", looking.run, answers.OneRun),

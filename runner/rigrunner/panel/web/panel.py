@@ -34,6 +34,9 @@ class Settings:
     host: str = "127.0.0.1"
     token: str = ""
     """Without one nobody is asked who they are: then the host is this machine."""
+    public_name: str = ""
+    """By which name a proxy with TLS lets others in, as a browser has it: 'rig.example.org', with
+    ':8443' behind it where the port is not 443."""
 
 
 @dataclass(frozen=True, kw_only=True)

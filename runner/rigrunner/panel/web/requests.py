@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from rigrunner.api.texts import plain
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
-Words = Annotated[str, Field(max_length=1000)]
-Reason = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"\S")]
+Words = Annotated[str, Field(max_length=1000), AfterValidator(plain)]
+Person = Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S"), AfterValidator(plain)]
+Reason = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"\S"), AfterValidator(plain)]
 
 
 class Body(BaseModel):
@@ -39,7 +42,7 @@ class CheckInput(Body):
 class TakeControl(Body):
     """Who wants to steer."""
 
-    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S")]
+    name: Person
     take_over: bool = False
 
 
@@ -53,7 +56,7 @@ class Overridden(Body):
     """What of the preflight is let pass, by its words there, by whom and why."""
 
     what: Annotated[list[Name], Field(min_length=1, max_length=100)]
-    by: Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S")]
+    by: Person
     reason: Reason
 
 
@@ -61,7 +64,7 @@ class StartRun(Pair):
     """A run. Inputs that are left out are asked for."""
 
     inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
-    operator: Annotated[str, Field(max_length=100)] = ""
+    operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
     no_load: Name | None = None
     realtime: bool = True
     override: Overridden | None = None
@@ -70,7 +73,7 @@ class StartRun(Pair):
 class OpenManual(Pair):
     """A session by hand, with the channels and the analysis of a procedure."""
 
-    operator: Annotated[str, Field(max_length=100)] = ""
+    operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
     no_load: Name | None = None
     realtime: bool = True
     override: Overridden | None = None
@@ -122,3 +125,5 @@ class AskCertificate(Body):
     order: Annotated[dict[Name, Words], Field(max_length=50)] = {}
     language: Annotated[str, Field(max_length=10)] = ""
     not_for_certification: bool = False
+    further_copy: Words = ""
+    """Why there is to be a further specimen on a run that has one."""

@@ -17,6 +17,7 @@ from urllib.parse import SplitResult, urlsplit
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 
+from rigrunner.api.errors import UsageError
 from rigrunner.panel.errors import PanelError
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from rigrunner.panel.web.panel import Panel
 
+_PUBLIC_NAME = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9.-]*[A-Za-z0-9])?(:[0-9]{1,5})?")
 CLIENT = re.compile(r"[A-Za-z0-9_-]{8,64}")
 PROTOCOL = "rigrunner.v1"
 _TOKEN_PROTOCOL = "token."  # noqa: S105  (the name of a field, no token)
@@ -50,6 +52,7 @@ class Guard:
         self._panel = panel
         self._names = _own_names(panel.settings.host)
         self._is_local = is_loopback(panel.settings.host)
+        self._public = panel.settings.public_name
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on a request that may be made; answer all others."""
@@ -80,8 +83,8 @@ class Guard:
             hint = f"open the panel by the address that it printed, not by '{host[:80]}'"
             raise PanelError(403, "foreign_origin", "this is not a name of the panel", hint)
         origin = headers.get("origin")
-        if origin is not None and _parted(origin).netloc.casefold() != host.casefold():
-            raise PanelError(403, "foreign_origin", "another site's page may not ask this")
+        if origin is not None and not self._is_same(origin, host):
+            raise PanelError(403, "foreign_origin", *self._foreign(origin))
         path = scope["path"]
         if not path.startswith("/api") or path in _OPEN:
             return
@@ -91,8 +94,31 @@ class Guard:
             hint = "Authorization: Bearer TOKEN, as the panel printed it"
             raise PanelError(401, "no_token", "the token is missing or wrong", hint)
 
+    def _is_same(self, origin: str, host: str) -> bool:
+        """Say whether a page of that origin is the panel's own, as the Host has it.
+
+        By the public name it came through TLS: a page without is somebody's in between.
+        """
+        parted = _parted(origin)
+        if self._is_public(host):
+            return parted.scheme == "https" and self._is_public(parted.netloc)
+        return parted.netloc.casefold() == host.casefold()
+
+    def _foreign(self, origin: str) -> tuple[str, str]:
+        """Return what is wrong with an origin, and what to do where a proxy may be at fault."""
+        if self._is_public(_parted(origin).netloc):
+            hint = "the proxy must pass the Host on: proxy_set_header Host $http_host"
+            return "the request came by another name than its page", hint
+        return "another site's page may not ask this", ""
+
+    def _is_public(self, netloc: str) -> bool:
+        """Say whether this is the public name, with its port; 443 need not be said."""
+        return bool(self._public) and _with_port(netloc) == _with_port(self._public)
+
     def _is_own(self, host: str) -> bool:
         """Say whether a Host is a name or an address of this server; a port may be forwarded."""
+        if self._is_public(host):
+            return True
         name = (_parted(f"//{host}").hostname or "").casefold()
         if name in self._names:
             return True
@@ -120,6 +146,19 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def check_public_name(name: str) -> None:
+    """Raise UsageError for what is no name of a host, with or without a port."""
+    if _PUBLIC_NAME.fullmatch(name):
+        return
+    hint = "as it stands in a browser between 'https://' and the next '/': rig.example.org"
+    raise UsageError(f"'{name[:80]}' is not the name of a host", hint=hint)
+
+
+def _with_port(netloc: str) -> str:
+    name = netloc.casefold()
+    return name if re.search(r":[0-9]+$", name) else f"{name}:443"
 
 
 def _own_names(host: str) -> frozenset[str]:

@@ -9,15 +9,17 @@ from typing import Any
 import click
 
 from rigrunner.cli.archiving import filter_options, filters_in
+from rigrunner.cli.options import raw_option
 from rigrunner.cli.output import message
 
 
 @click.command(name="export")
 @click.argument("table")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@raw_option
 @filter_options
 def command(
-    table: str, file: Path, runs: Path, database: str, limit: int | None, **words: Any
+    *, table: str, file: Path, raw: bool, runs: Path, database: str, limit: int | None, **words: Any
 ) -> None:
     """Write the rows of a TABLE to a FILE that ends with .csv or .parquet.
 
@@ -34,7 +36,7 @@ def command(
     with closing(open_archive(runs, database)) as archive:
         found = rows(archive, table, filters, limit=limit)
     if file.suffix == ".csv":
-        found.to_csv(file)
+        found.to_csv(file, raw=raw)
     else:
         found.to_parquet(file)
     message(f"Wrote {file}: {len(found)} rows.")

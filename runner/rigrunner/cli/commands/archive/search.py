@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rigrunner.cli.archiving import filter_options, filters_in
-from rigrunner.cli.options import json_option
+from rigrunner.cli.options import json_option, raw_option
 from rigrunner.cli.output import message, result, result_json
 
 if TYPE_CHECKING:
@@ -21,8 +21,16 @@ if TYPE_CHECKING:
 @filter_options
 @json_option
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, with every column.")
+@raw_option
 def command(
-    runs: Path, database: str, limit: int | None, *, as_json: bool, as_csv: bool, **words: Any
+    *,
+    runs: Path,
+    database: str,
+    limit: int | None,
+    as_json: bool,
+    as_csv: bool,
+    raw: bool,
+    **words: Any,
 ) -> None:
     """Find runs by what they were made on and what they found, oldest first.
 
@@ -41,7 +49,7 @@ def command(
     if as_json:
         result_json(json_rows(found))
     elif as_csv:
-        result(found.to_csv().removesuffix("\n"))
+        result(found.to_csv(raw=raw).removesuffix("\n"))
     elif not len(found):
         message("No run fits.")
     else:

@@ -16,7 +16,7 @@ export function historyPage() {
   const filters = {
     search: h("input", { type: "search", id: "history-search", autocomplete: "off", oninput: later }),
     verdict: choice("history-verdict", "verdict.any", ["pass", "conditional pass", "inconclusive", "conditional fail", "fail"], verdictText),
-    outcome: choice("history-outcome", "outcome.any", ["completed", "aborted", "error"], (name) => t(`outcome.${name}`)),
+    outcome: choice("history-outcome", "outcome.any", ["completed", "stopped at a limit", "aborted", "error"], (name) => t(`outcome.${name}`)),
   };
   const rows = h("tbody", {});
   const nothing = h("p", { class: "nothing", hidden: true }, t("history.nothing"));

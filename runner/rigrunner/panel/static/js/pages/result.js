@@ -14,6 +14,9 @@ import { t } from "../texts.js";
 
 const NOT_CHECKED = "not checked: "; // what the text of a check begins with that could not be made
 
+const CONCLUDED = ["completed", "stopped at a limit"]; // how a run ends that has a verdict
+const MOST_LIMITS = 50;
+
 export function resultPage(run) {
   const body = h("div", { class: "result-body" }, h("p", { class: "soft" }, t("loading")));
   const element = h("div", { class: "page result" }, body);
@@ -41,7 +44,7 @@ export function resultPage(run) {
     fill(body,
       head(found, again),
       h("div", { class: "result-columns" },
-        h("div", { class: "stack" }, facts(found), points(found), checks(found), files(found), found.item.outcome === "completed" ? certificateForm(run, found.inputs) : null),
+        h("div", { class: "stack" }, facts(found), limits(found), points(found), checks(found), files(found), CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs) : null),
         h("section", { class: "card report-card" },
           h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
   }
@@ -54,7 +57,7 @@ function head({ item, reason }, again) {
   const finished = store.state?.finished;
   const mine = finished?.run === item.run ? finished : null;
   const verdict = item.verdict;
-  const kind = verdict ? verdict.replaceAll(" ", "-") : item.outcome === "completed" ? "none" : "stopped";
+  const kind = verdict ? verdict.replaceAll(" ", "-") : CONCLUDED.includes(item.outcome) ? "none" : "stopped";
   const word = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(`outcome.${item.outcome || "unknown"}`);
   const why = mine?.error || reason;
   return h("div", { class: "result-head" },
@@ -72,6 +75,24 @@ function facts(found) {
       h("dt", {}, t("result.run")), h("dd", {}, found.item.run),
       h("dt", {}, t("result.sealed")), h("dd", {}, found.sealed ? t("yes") : t("no")),
       found.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, t(`result.state.${found.approval.state}`))] : null));
+}
+
+// Measured values that have limits: those out of them at once, all when they are asked for.
+function limits(found) {
+  const { values, judged, missed } = found.result?.limits ?? {};
+  if (!values) return null;
+  const item = (each) => {
+    const [kind, sign] = each.verdict === "fail" ? ["fail", SIGNS.fail] : ["ok", SIGNS.pass];
+    return h("li", { class: `light ${kind}` },
+      h("span", { class: "sign", role: "img", "aria-label": verdictText(each.verdict) }, sign),
+      h("div", { class: "light-text" }, h("strong", {}, `${each.of}: ${each.shown}`), h("span", {}, t("limits.allowed", { allowed: each.allowed })), h("span", { class: "soft" }, `${each.table} ${each.row}`)));
+  };
+  const list = (some) => h("ul", { class: "lights" }, some.slice(0, MOST_LIMITS).map(item));
+  const failed = values.filter((each) => each.verdict === "fail");
+  return h("section", { class: "card" }, h("h2", {}, t("limits.title")),
+    h("p", { class: missed ? "" : "good-text" }, t(missed ? "limits.missed" : "limits.none_missed", { missed, judged })),
+    failed.length ? list(failed) : null,
+    h("details", {}, h("summary", {}, t("limits.all", { judged })), list(values), judged > MOST_LIMITS ? h("p", { class: "soft" }, t("limits.more")) : null));
 }
 
 function points(found) {

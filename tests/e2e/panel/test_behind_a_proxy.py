@@ -1,0 +1,271 @@
+"""The panel behind a real nginx with TLS, by the configuration of the page, with a real browser."""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+import os
+import re
+import shutil
+import socket
+import ssl
+import subprocess
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import httpx
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
+from playwright.sync_api import sync_playwright
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from helpers_docs import ROOT, code_blocks
+from helpers_lacking import lacking
+from helpers_screen import Screen, browser_path, require_driver, running_panel
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HOST = "rig.example.org"
+TOKEN = "correct-horse-battery"  # noqa: S105  (of a test)
+PAGE = ROOT / "docs/how-to/panel-behind-a-proxy.md"
+WITH_TOKEN = {"Authorization": f"Bearer {TOKEN}", "X-Rigrunner-Client": "client-ann"}
+PASSES_ON = "      proxy_set_header Host $http_host;"
+STARTS_WITHIN_S = 20.0
+
+
+def nginx_path():
+    """Return nginx, or skip: CI requires it."""
+    found = shutil.which("nginx", path=f"{os.environ['PATH']}{os.pathsep}/usr/sbin")
+    if found is None:
+        lacking("NGINX", "there is no nginx: apt-get install nginx-light")
+    return found
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return taken.getsockname()[1]
+
+
+def write_certificate(folder):
+    """Write a certificate of the name, signed by its own key."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, HOST)])
+    now = dt.datetime.now(dt.UTC)
+    certificate = (
+        x509.CertificateBuilder()
+        .subject_name(name)
+        .issuer_name(name)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - dt.timedelta(days=1))
+        .not_valid_after(now + dt.timedelta(days=1))
+        .add_extension(x509.SubjectAlternativeName([x509.DNSName(HOST)]), critical=False)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
+        .sign(key, hashes.SHA256())
+    )
+    pem = serialization.Encoding.PEM
+    (folder / "rig.pem").write_bytes(certificate.public_bytes(pem))
+    plain = (serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
+    (folder / "rig.key").write_bytes(key.private_bytes(pem, *plain))
+
+
+def configuration(folder, port, upstream):
+    """Return the configuration of the page, with the places and ports of this test."""
+    (text,) = (block.code for block in code_blocks(PAGE) if block.language == "nginx")
+    places = "".join(
+        f"  {each}_temp_path {folder}/{each};\n"
+        for each in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
+    )
+    for old, new in (
+        ("http {\n", f"http {{\n{places}"),
+        ("listen 443 ssl;", f"listen 127.0.0.1:{port} ssl;"),
+        ("/etc/ssl/rig.example.org.pem", f"{folder}/rig.pem"),
+        ("/etc/ssl/private/rig.example.org.key", f"{folder}/rig.key"),
+        ("http://127.0.0.1:8750", upstream.rstrip("/")),
+    ):
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+@dataclass(frozen=True)
+class Proxy:
+    """A proxy that is running before a panel."""
+
+    port: int
+    folder: Path
+    panel: object
+
+    @property
+    def name(self):
+        """By which a browser knows it."""
+        return f"{HOST}:{self.port}"
+
+    @property
+    def url(self):
+        """Its address on this machine."""
+        return f"https://127.0.0.1:{self.port}"
+
+    def trusted(self):
+        """Return what trusts its certificate, and no other."""
+        return ssl.create_default_context(cafile=self.folder / "rig.pem")
+
+    def get(self, path, **headers):
+        """Ask as a client of that name does."""
+        asked = {"Host": self.name, **WITH_TOKEN, **headers}
+        with httpx.Client(verify=self.trusted(), timeout=20) as client:
+            return client.get(f"{self.url}{path}", headers=asked, extensions={"sni_hostname": HOST})
+
+    def events(self, origin):
+        """Open the stream of events as a page of that origin does."""
+        raw = socket.create_connection(("127.0.0.1", self.port), 20)
+        return connect(
+            f"wss://{self.name}/api/events?client=client-ann",
+            sock=raw,
+            ssl=self.trusted(),
+            server_hostname=HOST,
+            origin=origin,
+            subprotocols=["rigrunner.v1", f"token.{TOKEN}"],
+        )
+
+
+@contextmanager
+def proxied(lab, folder, change=lambda text: text):
+    """Run a panel with a public name, and nginx before it, until the block ends."""
+    program, port = nginx_path(), free_port()
+    write_certificate(folder)
+    options = ("--public-name", f"{HOST}:{port}", "--token", TOKEN)
+    with running_panel(lab, options=options) as panel:
+        (folder / "nginx.conf").write_text(change(configuration(folder, port, panel.url)))
+        asked = [program, "-p", str(folder), "-c", str(folder / "nginx.conf")]
+        asked += ["-e", str(folder / "error.log"), "-g", f"daemon off; pid {folder}/nginx.pid;"]
+        with subprocess.Popen(asked, stderr=subprocess.PIPE, text=True) as process:
+            try:
+                _wait_for(port, process)
+                yield Proxy(port, folder, panel)
+            finally:
+                process.terminate()
+                process.communicate(timeout=20)
+
+
+def _wait_for(port, process):
+    until_s = time.monotonic() + STARTS_WITHIN_S
+    while True:
+        assert process.poll() is None, process.stderr.read()
+        try:
+            socket.create_connection(("127.0.0.1", port), 1).close()
+        except OSError:
+            assert time.monotonic() < until_s, "nginx does not listen"
+            time.sleep(0.05)
+        else:
+            return
+
+
+@pytest.fixture(scope="module")
+def proxy(lab, tmp_path_factory):
+    with proxied(lab, tmp_path_factory.mktemp("proxy")) as running:
+        yield running
+
+
+def test_the_public_name_gets_answers_without_cookies(proxy):
+    answer = proxy.get("/api/state", Origin=f"https://{proxy.name}")
+    assert answer.status_code == 200
+    assert "set-cookie" not in answer.headers
+    assert answer.headers["strict-transport-security"] == "max-age=31536000"
+    assert proxy.get("/").status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("headers", "status", "code"),
+    [
+        ({"Authorization": "Bearer wrong"}, 401, "no_token"),
+        ({"Host": "evil.example"}, 403, "foreign_origin"),
+        ({"Host": HOST}, 403, "foreign_origin"),  # its port is another
+        ({"Origin": "https://evil.example"}, 403, "foreign_origin"),
+        ({"Origin": "null"}, 403, "foreign_origin"),
+        ({"Sec-Fetch-Site": "cross-site"}, 403, "foreign_origin"),
+    ],
+)
+def test_what_is_not_its_own_is_refused_through_the_proxy(proxy, headers, status, code):
+    answer = proxy.get("/api/state", **headers)
+    assert (answer.status_code, answer.json()["code"]) == (status, code)
+
+
+def test_a_page_of_that_name_without_tls_is_somebody_elses(proxy):
+    answer = proxy.get("/api/state", Origin=f"http://{proxy.name}")
+    assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
+
+
+def test_the_events_come_by_a_websocket_through_tls(proxy):
+    with proxy.events(f"https://{proxy.name}") as events:
+        assert json.loads(events.recv(timeout=20))["type"] == "state"
+    for origin in ("https://evil.example", f"http://{proxy.name}", f"https://{HOST}"):
+        with pytest.raises(InvalidStatus) as caught, proxy.events(origin):
+            pass
+        assert caught.value.response.status_code == 403
+
+
+def test_on_its_own_machine_the_panel_answers_as_ever(proxy):
+    own = httpx.get(f"{proxy.panel.url}api/state", headers=WITH_TOKEN)
+    assert own.status_code == 200
+    foreign = httpx.get(
+        f"{proxy.panel.url}api/state", headers={**WITH_TOKEN, "Host": "evil.example"}
+    )
+    assert foreign.json()["code"] == "foreign_origin"
+
+
+def test_a_proxy_that_does_not_pass_the_host_on_is_named(lab, tmp_path):
+    def forgetting(text):
+        assert PASSES_ON in text
+        return re.sub(rf"{re.escape(PASSES_ON)}.*\n", "", text)
+
+    with proxied(lab, tmp_path, forgetting) as proxy:
+        answer = proxy.get("/api/state", Origin=f"https://{proxy.name}")
+    assert answer.status_code == 403
+    assert "proxy_set_header Host $http_host" in answer.json()["hint"]
+
+
+def test_a_run_is_operated_in_a_browser_through_the_proxy(proxy):
+    require_driver()
+    flags = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run")
+    resolved = f"--host-resolver-rules=MAP {HOST} 127.0.0.1"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=browser_path(), args=[*flags, resolved]
+        )
+        context = browser.new_context(
+            ignore_https_errors=True, viewport={"width": 1280, "height": 720}, locale="en-GB"
+        )
+        seen = Seen(f"https://{proxy.name}/", proxy.panel.folder)
+        screen = Screen(context.new_page(), seen)
+        sockets = []
+        screen.page.on("websocket", lambda opened: sockets.append(opened.url))
+        screen.open(f"#token={TOKEN}")
+        screen.choose()
+        screen.fill_in()
+        screen.hurry()
+        screen.check_rig()
+        screen.page.get_by_role("button", name="Start", exact=True).click()
+        screen.page.locator(".prompt").get_by_role("button", name="Yes").click()
+        screen.wait_for_result()
+        assert context.cookies() == []
+        assert sockets
+        assert all(url.startswith(f"wss://{proxy.name}/") for url in sockets)
+        assert screen.strangers == []
+        assert screen.errors == []
+        browser.close()
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The panel as the browser has it."""
+
+    url: str
+    folder: Path
