@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import json
 import os
+import shutil
 import signal
 import tempfile
 from dataclasses import asdict, dataclass
@@ -30,18 +32,22 @@ pytest_plugins = ["rigrunner.testing.pytest_plugin"]
 
 
 def pytest_configure() -> None:
-    """Give each worker of pytest-xdist a folder for temporary files, and so locks of rigs, alone.
+    """Give each worker of pytest-xdist folders for temporary files and for the state of rigs alone.
 
     A rig is locked for all programs of a machine by its station's id, and several tests at once
-    have stations of one id. Tests interrupt themselves and what they start: a shell that starts
-    pytest in the background has it ignore interrupts.
+    have stations of one id. Markers of rigs on this machine are no concern of the tests. Tests
+    interrupt themselves and what they start: a shell that starts pytest in the background has it
+    ignore interrupts.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     worker = os.environ.get("PYTEST_XDIST_WORKER")
+    rigs = tempfile.mkdtemp(prefix="rigrunner-tests-rigs-")
+    atexit.register(shutil.rmtree, rigs, ignore_errors=True)
+    os.environ["RIGRUNNER_LOCKS"] = rigs
     if worker:
         folder = Path(tempfile.gettempdir()) / f"rigrunner-tests-{os.getppid()}-{worker}"
         folder.mkdir(exist_ok=True)
-        os.environ["TMPDIR"] = os.environ["RIGRUNNER_LOCKS"] = str(folder)
+        os.environ["TMPDIR"] = str(folder)
         tempfile.tempdir = None  # it is looked up again
 
 

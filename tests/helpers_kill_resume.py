@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 SHORT = (
     ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[15 Hz, 20 Hz, 25 Hz, 35 Hz]"),
-    ("cycles: 12}", "cycles: 6}"),
+    ("cycles: 12}", "cycles: 10}"),
 )
 NO_DRIFT = ("{seed: 1}", "{seed: 1, sensors: {drift: 0 N·m}}")
 """So that a zero that is taken later is the same, and a resumed run has the same numbers."""

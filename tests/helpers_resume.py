@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 NO_LOAD = "no_load_inertia_sweep"
-FEWER = ("cycles: 12}", "cycles: 8}")
+FEWER = ("cycles: 12}", "cycles: 10}")
 
 
 class Snapshot:

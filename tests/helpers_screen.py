@@ -64,12 +64,12 @@ class Panel:
 
 
 @contextmanager
-def running_panel(folder: Path, port: int = 0):
+def running_panel(folder: Path, port: int = 0, options: tuple[str, ...] = ()):
     """Run `rigrunner panel` on a lab until the block ends."""
     command = [
         sys.executable, "-m", "rigrunner", "panel", "--no-browser", "--port", str(port),
         "--runs", str(folder / "runs"), "--procedures", str(folder),
-        "--letterhead", str(folder / "letterhead"),
+        "--letterhead", str(folder / "letterhead"), *options,
     ]  # fmt: skip
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=folder

@@ -20,6 +20,7 @@ class Terminal:
 
     arguments: tuple[str, ...]
     cwd: str
+    program: tuple[str, ...] = PROGRAM
     seen: str = ""
     passed: str = ""
     """What was seen before the text that was last waited for."""
@@ -31,7 +32,7 @@ class Terminal:
 
         self.master, slave = pty.openpty()
         self.process = subprocess.Popen(
-            [*PROGRAM, *self.arguments],
+            [*self.program, *self.arguments],
             cwd=self.cwd,
             stdin=slave,
             stdout=slave,
@@ -63,6 +64,9 @@ class Terminal:
 
     def press_ctrl_c(self) -> None:
         self.type("\x03")
+
+    def press_ctrl_z(self) -> None:
+        self.type("\x1a")
 
     def hang_up(self) -> None:
         """Close the terminal, as a window is closed."""

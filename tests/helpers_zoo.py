@@ -135,6 +135,11 @@ class TakesABareNumber(PressSettings):
     """The highest load."""
 
 
+class TakesNoContext(Press):
+    def __init__(self, settings):
+        super().__init__(settings, None)
+
+
 class BindsAtOnce(Press):
     def __init__(self, settings, context):
         super().__init__(settings, context)
@@ -248,6 +253,13 @@ class StuckAfterARefusal(Press):
             super().put(drive, value)
 
 
+class StopsAtTheFirstBadDrive(Press):
+    def make_safe(self):
+        for info in self.drives:
+            self.set(info.name, info.safe_value)
+        return {info.name: self.read_back(info.name) for info in self.drives}
+
+
 class StumblesOnceClosed(Press):
     def make_safe(self):
         if not self._is_open:
@@ -329,6 +341,22 @@ class LetsParsingErrorsOut(Press):
     errors = {}  # noqa: RUF012  (Driver's way)
 
 
+class StaysLost(Press):
+    """Is given up after an earlier failure, as many a driver is."""
+
+    reconnects_after = ()
+    lost = False
+
+    def exchange(self, request, perform):
+        if self.lost:
+            raise DeviceLostError("given up after an earlier failure")
+        try:
+            return super().exchange(request, perform)
+        except DeviceLostError:
+            self.lost = True
+            raise
+
+
 class CannotBeMadeSafe(Press):
     def make_safe(self):
         raise DeviceLostError("the press does not answer")
@@ -341,6 +369,7 @@ BROKEN = {
     "unknown_setting_refused": {"settings": TakesAnyKey},
     "wrong_type_refused": {"settings": TripsOverAList},
     "wrong_unit_refused": {"settings": TakesABareNumber},
+    "can_be_made": {"factory": TakesNoContext},
     "construction_touches_nothing": {"factory": BindsAtOnce},
     "connects_and_says_who_it_is": {"factory": Nameless},
     "gives_up_in_time": {"factory": NeverGivesUp},
@@ -357,6 +386,7 @@ BROKEN = {
     "safe_is_confirmed": {"factory": SaysSoOnly},
     "safe_while_streaming": {"factory": GoesOnCounting},
     "safe_after_a_failed_call": {"factory": StuckAfterARefusal},
+    "safe_though_one_drive_fails": {"factory": StopsAtTheFirstBadDrive},
     "safe_after_closing": {"factory": StumblesOnceClosed},
     "pauses_and_goes_on": {"factory": GoesOnByItself},
     "streams_are_gapless": {"factory": HasAGap},
@@ -371,6 +401,7 @@ BROKEN = {
     "non_blocking_is_true": {"factory": Waits},
     "exchanges_go_over_the_wire": {"factory": PastTheWire},
     "only_device_errors_leave_it": {"factory": LetsParsingErrorsOut},
+    "recovers_after_a_failure": {"factory": StaysLost},
     "left_safe": {"factory": CannotBeMadeSafe},
 }
 """By check: what is changed of the record of the press."""

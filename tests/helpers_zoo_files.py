@@ -45,6 +45,7 @@ def keeps_a_file(report):
 
 COUNT = itertools.count()
 FORMATS = {
+    "can_be_made": None,
     "makes_a_file": lambda report: page(report).decode(),
     "same_run_same_bytes": lambda report: page(report) + str(next(COUNT)).encode(),
     "names_are_escaped": unescaped,
@@ -86,6 +87,7 @@ def starts_a_thread(event):
 
 
 SINKS = {
+    "can_be_made": None,
     "takes_every_event": trips_over_an_alarm,
     "comes_back_at_once": dawdles,
     "leaves_samples_alone": zeroes,
@@ -166,6 +168,7 @@ class TakesHalfARow(Table):
 
 
 IMPORTERS = {
+    "can_be_made": lambda: None,
     "missing_file_refused": LetsOsErrorsOut,
     "foreign_files_refused": LetsStructErrorsOut,
     "closes_its_files": KeepsItsFiles,

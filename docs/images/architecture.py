@@ -32,7 +32,7 @@ ASIDE = {
     "panel": 0.16, "testing": 0.36, "notebook": 0.91, "study": 0.405, "golden": 0.585,
     "monitoring": 0.765, "archive": 0.74,
     "tape": 0.19, "engine": 0.24, "procedure": 0.3, "station": 0.13, "interlock": 0.13,
-    "signal": 0.38, "ending": 0.56, "blas": 0.74, "printable": 0.917,
+    "spreadsheet": 0.1, "signal": 0.31, "ending": 0.52, "blas": 0.72, "printable": 0.917,
 }  # fmt: skip
 """How far to the right a box stands that would hide lines in the middle; others share a floor."""
 GAP, LANE = 24, 7  # between the boxes of a floor, and between lines that pass there

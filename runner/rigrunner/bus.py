@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
+from contextlib import suppress
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from rigrunner.api.cleanup import raise_first
 from rigrunner.api.events import Alarm, Event
 from rigrunner.clock import utc_text
 
@@ -27,12 +29,23 @@ class Bus:
     """
 
     def __init__(
-        self, critical: Iterable[EventSink] = (), guarded: Iterable[EventSink] = ()
+        self,
+        critical: Iterable[EventSink] = (),
+        guarded: Iterable[EventSink] = (),
+        tracers: Iterable[Callable[[BaseException], None]] = (),
     ) -> None:
+        """Make it; `tracers` are told the errors themselves of which events tell in words."""
+        self._tracers = tuple(tracers)
         self._critical = tuple(critical)
         self._guarded = tuple(guarded)
         self.failure: Exception | None = None
         """The first error of a critical sink: what came after it may not be on record."""
+
+    def trace(self, error: BaseException) -> None:
+        """Tell an error whose event was just handed out to those who keep tracebacks."""
+        for tracer in self._tracers:
+            with suppress(Exception):  # it is on record in words
+                tracer(error)
 
     def emit(self, event: Event) -> tuple[str, ...]:
         """Hand out the event and say, in words, which guarded sinks were dropped by it.
@@ -56,7 +69,7 @@ class Bus:
                 dropped += (f"{_name(sink)} failed and was dropped: {why}",)
         if failures:
             self.failure = self.failure or failures[0]
-            raise failures[0]
+            raise_first(failures)
         return dropped
 
 

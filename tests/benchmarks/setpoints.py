@@ -277,7 +277,7 @@ def work() -> list[Work]:
         Work("writes for a point of a scan", scan["write"], 1.1),
         Work("bytes of journal for a point of a scan, its plan among them", scan["bytes"], 200),
         Work("syncs for a point of a scan, each value at once", synced["fsync"], 1.1),
-        Work("calls of functions for a point of a sweep", sweep["calls"], 200),
+        Work("calls of functions for a point of a sweep", sweep["calls"], 240),
         Work("writes for a point of a sweep", sweep["write"], 6.5),
         Work("bytes of journal for a point of a sweep, its plan among them", sweep["bytes"], 5400),
         Work("syncs of the disk for a point of a sweep", sweep["fsync"], 0.1),

@@ -235,16 +235,16 @@ def test_what_was_killed_within_it_is_closed_with_its_points(lab):
     assert call("verify", folder).code == 0
 
 
-def test_a_value_beyond_its_limit_ends_the_run_with_the_points_before(lab):
+def test_a_value_out_of_limits_ends_the_run_and_is_its_last_row(lab):
     limited = MAIN + "      limits:\n        tester.load: {max: 300 N}\n"
     procedure = lab.write(HEAD + limited + TEARDOWN)
     called = call("run", procedure, "--station", "simulated", "--unattended", "--runs", lab.runs)
-    assert called.code == 5
+    assert called.code == 1
     assert "at tester.load 500 N (point 3 of 4): tester.load is" in called.err
     assert "allowed is 300 N or less" in called.err
     stored = lab.last()
-    assert loads(stored.measurements) == [100.0, 200.0]
-    assert stored.info.outcome == "error"
+    assert loads(stored.measurements) == [100.0, 200.0, 500.0]
+    assert stored.info.outcome == "stopped at a limit"
 
 
 def test_the_tables_of_the_paper_as_scans_give_the_same_digest_and_numbers(lab):

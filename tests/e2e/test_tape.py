@@ -15,6 +15,7 @@ from helpers_terminal import PROGRAM
 from helpers_workflow import quick_procedure
 from rigrunner.api.errors import DeviceRejectedError, ExitCode
 from rigrunner.runfile import read
+from rigrunner.tape import RecordedTape
 from rigrunner.testing import replayed
 from rigrunner_plugins.loopback.bench import running_bench
 
@@ -75,6 +76,20 @@ def test_without_any_instrument_the_run_is_the_same_to_the_last_bit(recorded, tm
     assert "replayed from" in call("show", other).out
     certified = call("certify", other, "--authorised-by", "A. Jones", "--letterhead", tmp_path)
     assert certified.code != ExitCode.PASS
+
+
+def test_a_tape_of_a_program_that_did_not_watch_drives_is_replayed_as_it_was(tmp_path, monkeypatch):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
+    tape, words = tmp_path / "tape", ("--station", "simulated", "--runs", tmp_path / "runs")
+    with monkeypatch.context() as before:
+        before.setattr(RecordedTape, "watches_drives", False)
+        assert call("run", procedure, *words, "--unattended", "--record", tape).code == 0
+    manifest = json.loads((tape / "tape.json").read_text())
+    assert manifest.pop("watches_drives") is False
+    (tape / "tape.json").write_text(json.dumps(manifest))
+    again = call("run", procedure, *words, "--replay", tape)
+    assert again.code == ExitCode.PASS, again.err
+    assert "note:" not in again.err
 
 
 def test_one_changed_command_is_the_first_difference(recorded, tmp_path):

@@ -343,6 +343,11 @@ def _signature(path: Path) -> object:
     return check_signature(parse_signature(path.read_bytes(), path.name))
 
 
+def _private_key(path: Path) -> object:
+    path.chmod(0o600)  # else it is refused for that alone
+    return read_private_key(path)
+
+
 def _signature_seeds(folder: Path) -> list[bytes]:
     new_key(folder / "lab.key")
     key = read_private_key(folder / "lab.key")
@@ -442,5 +447,5 @@ TARGETS = (
     Target("certificate page", ".html", lambda _: [_issued()[".html"]], _certificate),
     Target("signature", ".sig", _signature_seeds, _signature),
     Target("public key", ".pub", _key_seeds, read_public_keys),
-    Target("private key", ".key", _private_key_seeds, read_private_key),
+    Target("private key", ".key", _private_key_seeds, _private_key),
 )

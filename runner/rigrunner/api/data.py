@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rigrunner.api.limits import Judgement
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+    from rigrunner.api.limits import ValueLimit
     from rigrunner.api.rig import RigDescription
 
 Array = NDArray[np.float64]
@@ -102,9 +105,10 @@ class Recording:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Single values that a `measure` step took at one set-point, in SI units.
+    """Single values that a step found at one set-point, in SI units: a row of a table.
 
-    Measurements of one name are the rows of a table, in the order in which they were taken.
+    Measurements of one name are the rows of a table, in the order in which they were taken. Values
+    of `measure` and `scan` are rows; so are values of `zero` and `record` that have limits.
     """
 
     name: str
@@ -114,9 +118,24 @@ class Measurement:
     setpoints: Mapping[str, float]
     """Every drive that the procedure had set by then: 'role.drive'."""
     values: Mapping[str, float]
-    """By channel, 'role.name': read once, or the mean over the step's duration."""
+    """By channel, 'role.name': read once, or the mean over the step's duration.
+
+    Of a recording also its limited statistics, by 'role.name.statistic'."""
     units: Mapping[str, str]
-    """Of each channel and drive."""
+    """Of each value and drive."""
+    limits: tuple[ValueLimit, ...] = ()
+    """What the values may be, where the procedure says so."""
+    recording: str = ""
+    """The recording that the values are of; empty where they were read on their own."""
+
+    @property
+    def judgements(self) -> tuple[Judgement, ...]:
+        """Each limited value held against its limit, in the order of the limits."""
+        return tuple(
+            Judgement(limit, self.values[limit.of])
+            for limit in self.limits
+            if limit.of in self.values
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +159,7 @@ class RunData:
     digest: str = ""
     """SHA-256 over recordings and measurements, by which other files name this run."""
     measurements: tuple[Measurement, ...] = ()
-    """What `measure` steps found, in order."""
+    """The rows of its tables, in order, those out of limits included."""
     other_instruments: tuple[OtherInstrument, ...] = ()
     """The rest of the station's register: load cell, angle encoder, thermometer, ..."""
     people: Mapping[str, str] = field(default_factory=dict)

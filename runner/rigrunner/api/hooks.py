@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pluggy
 
+from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.errors import PluginError
 from rigrunner.api.settings import Settings
 
@@ -41,6 +42,11 @@ class NoSettings(Settings):
     """For a plugin that has nothing to set."""
 
 
+def needs_nothing(settings: Any) -> Requirements:  # noqa: ARG001  (of any settings)
+    """Return no requirements."""
+    return Requirements()
+
+
 @dataclass(frozen=True, kw_only=True)
 class PluginRecord:
     """What every plugin declares: its name in YAML, its settings and one line of help."""
@@ -56,6 +62,12 @@ class PluginRecord:
     """
     trial: Mapping[str, Any] = field(default_factory=dict)
     """Settings with which it can be tried, a device without an instrument."""
+    revision: int = 1
+    """Of a method or a page layout: one more with each change that gives another number or page.
+
+    Runs and documents carry it. `verify` computes numbers again by the revision that made them, and
+    says so where another one is installed. Also of a change that mends a mistake.
+    """
 
     @property
     def settings_model(self) -> type[Settings]:
@@ -73,6 +85,8 @@ class DeviceRecord(PluginRecord):
     """Whether there is no instrument at all; of SimulableSettings, the settings say so."""
     wired: bool = False
     """Whether every exchange with the instrument goes through `context.wire`."""
+    reopenable: bool = True
+    """Whether another process can open it once the one that had it is gone: the guardian does."""
     stop_latency_s: float = 1.0
     """How long a stream may go on after the run was asked to stop."""
     absent: Mapping[str, Any] = field(default_factory=dict)
@@ -98,6 +112,8 @@ class OutlierRuleRecord(PluginRecord):
     """Makes the rule, of the settings."""
     rejects: bool = True
     """False for a rule that keeps every value."""
+    requires: Callable[[Any], Requirements] = needs_nothing
+    """Gives, of the settings, what the rule needs of a run."""
     leaves_at_least: int = 2
     """How many values it leaves of any sample that has as many."""
     examples: tuple[OutlierExample, ...] = ()
@@ -123,6 +139,8 @@ class FitRecord(PluginRecord):
 
     factory: Callable[[Any], Fit]
     """Makes the fit, of the settings."""
+    requires: Callable[[Any], Requirements] = needs_nothing
+    """Gives, of the settings, what the fit needs of a run."""
     examples: tuple[FitExample, ...] = ()
     """What the conformance kit holds it to, beside what is the same for every fit."""
 
@@ -151,6 +169,9 @@ class CompensationRecord(PluginRecord):
     """Which influences move its result, by its principle."""
     not_covered: str = ""
     """Of a method with a known bias: why its interval need not hold the truth."""
+    requires: Callable[[Any], Requirements] = needs_nothing
+    """Gives, of the settings, what the method needs of a run: without it, the method would be not
+    applicable. Of the primary method it is checked before the rig moves."""
 
 
 @dataclass(frozen=True, kw_only=True)

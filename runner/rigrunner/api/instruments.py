@@ -22,12 +22,13 @@ from rigrunner.api.settings import (
     Frequency,
     IsoDate,
     ListOf,
+    PlainText,
     Settings,
     Torque,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 
 _OTHER_QUANTITIES = tuple(dict.fromkeys(u.dimension for u in UNITS if u.dimension != "torque"))
@@ -67,17 +68,17 @@ class Instrument(Settings):
     """What the register has of any instrument."""
 
     channel: Annotated[str, Field(description="role.channel, such as tester.torque")]
-    id: str = ""
+    id: PlainText = ""
     """The laboratory's own number of it."""
-    maker: str = ""
+    maker: PlainText = ""
     """Who made it."""
-    type: str = ""
+    type: PlainText = ""
     """The maker's designation."""
-    serial: str
+    serial: PlainText
     """Its serial number."""
-    certificate: str = ""
+    certificate: PlainText = ""
     """The number of its calibration certificate."""
-    laboratory: str = ""
+    laboratory: PlainText = ""
     """Who calibrated it."""
     calibrated: IsoDate | None = None
     """When it was calibrated."""
@@ -121,22 +122,21 @@ class Instrument(Settings):
         return min(0.0, *applied), max(0.0, *applied)
 
     @model_validator(mode="after")
-    def _calibrated_before_it_is_due(self) -> Self:
-        if self.calibrated and self.due and self.calibrated > self.due:
-            raise ValueError(f"calibrated ({self.calibrated}) must not be after due ({self.due})")
+    def _parts_fit_together(self) -> Self:
+        objections = "; ".join(self._objections())
+        if objections:
+            raise ValueError(objections)
         return self
 
-    @model_validator(mode="after")
-    def _one_quantity(self) -> Self:
+    def _objections(self) -> Iterator[str]:
+        """Yield all that is wrong with how its parts fit together."""
+        if self.calibrated and self.due and self.calibrated > self.due:
+            yield f"calibrated ({self.calibrated}) must not be after due ({self.due})"
         written = [("range", self.range_.max)] if self.range_ else []
         written += [("points", point.applied) for point in self.points]
         for name, value in written:
             if value.dimension != self.quantity:
-                message = (
-                    f"{name} has '{value}', a {value.dimension}; measured is a {self.quantity}"
-                )
-                raise ValueError(message)
-        return self
+                yield f"{name} has '{value}', a {value.dimension}; measured is a {self.quantity}"
 
 
 class TorqueInstrument(Instrument):
@@ -151,11 +151,10 @@ class TorqueInstrument(Instrument):
     low_pass: LowPass | None = None
     """Methods that undo the filter need it."""
 
-    @model_validator(mode="after")
-    def _has_an_accuracy(self) -> Self:
+    def _objections(self) -> Iterator[str]:
+        yield from super()._objections()
         if self.accuracy_ is None and not self.points:
-            raise ValueError("the key 'accuracy' is missing, or calibration 'points'")
-        return self
+            yield "the key 'accuracy' is missing, or calibration 'points'"
 
     @property
     def quantity(self) -> str:

@@ -12,6 +12,7 @@ from rigrunner.api.settings import (
     Frequency,
     Length,
     MomentOfInertia,
+    PlainText,
     Ratio,
     RotationalDamping,
     Settings,
@@ -25,7 +26,7 @@ class RigDescription(Settings):
     `eccentric` and `centre_distance` set the swing: theta_max = asin(eccentric / centre_distance).
     """
 
-    mandrel: str
+    mandrel: PlainText
     """Which mandrel is mounted; a no-load run must have had the same."""
     eccentric: Annotated[Length, Field(gt=0)]
     """The crank's radius e."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.api.errors import ExitCode, InvalidFileError, Problem, RigrunnerError
+from rigrunner.api.errors import ExitCode, InvalidFileError, Problem, RigrunnerError, UsageError
+from rigrunner.api.texts import name_of, refused_character
 from rigrunner.cli.output import (
     close_quietly,
     error_label,
@@ -46,6 +47,7 @@ def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
 
 
 def _invoke(command: click.Command, arguments: list[str]) -> int:
+    _refuse_unprintable(arguments)
     # Not `command.main`: it ends with 1, our word for a failed verdict, when the reader has gone.
     try:
         with command.make_context("rigrunner", arguments) as context:
@@ -56,6 +58,21 @@ def _invoke(command: click.Command, arguments: list[str]) -> int:
         if reader_has_gone():
             return ExitCode.PASS
         raise
+
+
+def _refuse_unprintable(arguments: list[str]) -> None:
+    """Raise UsageError for a word that would put on record, or show, what cannot be seen.
+
+    A name of a file that is not UTF-8 may be given, as half of a surrogate pair.
+    """
+    for each in arguments:
+        seen = each.encode("utf-8", "replace").decode()
+        refused = refused_character(seen)
+        if refused:
+            raise UsageError(
+                f"the word '{seen[:40]}' has the character {name_of(refused[0])}",
+                hint="type it anew: it was copied from somewhere with what cannot be seen",
+            )
 
 
 def show_error(error: RigrunnerError) -> None:

@@ -5,7 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.runfile import RunInfo
+
+
+LOST = "lost "
+"""What the names of lost objects begin with in what a salvaged run says of itself."""
+
+
+def salvaged_lines(salvaged: Mapping[str, str]) -> list[str]:
+    """Return from which file a run was salvaged, and what is lost, one object a line."""
+    if not salvaged:
+        return []
+    lost = {name: text for name, text in salvaged.items() if name.startswith(LOST)}
+    first = f"salvaged from {salvaged.get('file')} (SHA-256 {salvaged.get('sha256')})"
+    return [f"{first}; never to be certified", *(f"{name}: {text}" for name, text in lost.items())]
 
 
 def info_document(info: RunInfo) -> dict[str, Any]:
@@ -28,4 +43,5 @@ def info_document(info: RunInfo) -> dict[str, Any]:
         "inputs": dict(header.inputs),
         "recordings": list(info.recording_names),
         "digest_sha256": info.digest,
+        **({"salvaged": dict(header.salvaged)} if header.salvaged else {}),
     }

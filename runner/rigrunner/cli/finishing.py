@@ -62,7 +62,7 @@ def _ending(finished: FinishedRun) -> str:
     if finished.outcome is Outcome.ERROR:
         return "ended by an error"
     missing = "analysed" if finished.result is None else "reported"
-    return f"completed, but could not be {missing}"
+    return f"{finished.outcome}, but could not be {missing}"
 
 
 def places(finished: FinishedRun) -> str:

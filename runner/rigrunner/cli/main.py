@@ -28,7 +28,7 @@ SUMMARIES = {
     "import": "Import recordings that another program made.",
     "panel": "Open the operator's screen in a browser.",
     "resume": "Go on with a run that was broken off.",
-    "recover": "Close a run that was broken off as it is.",
+    "recover": "Close an interrupted run as it is, or salvage a damaged one.",
     "approve": "Approve a procedure as it stands, or show who did.",
     "check": "Check a procedure, and how it fits a station, without a rig.",
     "plan": "Show each action of a run, its torque, time and disk.",

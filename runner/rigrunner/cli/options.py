@@ -69,7 +69,19 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return wanted(by(reason(command)))
 
 
+debugger_option = click.option(
+    "--debugger",
+    is_flag=True,
+    help="Give no call of a device up, however long it takes: for a debugging session.",
+)
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+raw_option = click.option(
+    "--raw",
+    is_flag=True,
+    help="CSV: texts as they are, also where a spreadsheet takes them for formulas.",
+)
 
 
 def named_values(given: Iterable[str]) -> dict[str, str]:

@@ -69,6 +69,7 @@ def tell_issued(issued: Issued) -> None:
         message(note)
     for path in issued.files:
         result(str(path))
+    message(f"{issued.certificate.number} is issued: {len(issued.files)} files")
 
 
 def _metavar(option: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 _ERROR = "error:"
 _RED = click.style(_ERROR, fg="red", bold=True)
+_WARNING = "WARNING:"
+_RED_WARNING = click.style(_WARNING, fg="red", bold=True)
+_STEERED = re.compile(f"({re.escape(_RED)}|{re.escape(_RED_WARNING)})")
 """All that we ourselves steer the terminal with."""
 _PLAIN = {
     "·": ".",
@@ -74,6 +78,14 @@ def unsafe_rig(problems: str) -> str:
     return f"THE RIG IS NOT SAFE: {problems}. Stop it by its own switch."
 
 
+def no_time_limits() -> str:
+    """Return what is said where no call of a device is given up, red as a warning of a rig."""
+    return (
+        f"{warning_label()} time limits are suspended for a debugger: no call of a device is given"
+        " up, and a device that hangs is not made safe. Watch the rig."
+    )
+
+
 def prompt(question: str) -> None:
     """Print a question on stderr and leave the cursor behind it."""
     _tell(question, end="")
@@ -82,6 +94,11 @@ def prompt(question: str) -> None:
 def error_label() -> str:
     """Return the word that begins an error, red on a terminal unless NO_COLOR is set."""
     return _RED if _colour(sys.stderr) else _ERROR
+
+
+def warning_label() -> str:
+    """Return the word that begins a warning of a rig, red where an error's is."""
+    return _RED_WARNING if _colour(sys.stderr) else _WARNING
 
 
 def reader_has_gone() -> bool:
@@ -132,7 +149,9 @@ def _tell(text: str, end: str = "\n") -> None:
 
 def _print(text: str, stream: TextIO, end: str = "\n") -> None:
     try:
-        shown = _RED.join(map(printable, text.split(_RED)))
+        parts = _STEERED.split(text)  # those of ours are each second one
+        parts[::2] = map(printable, parts[::2])
+        shown = "".join(parts)
         stream.write(f"{in_encoding(shown, stream.encoding)}{end}")
         stream.flush()
     except BrokenPipeError:

@@ -11,6 +11,7 @@ from rigrunner.api.events import (
     Alarm,
     Event,
     Intervention,
+    LimitMissed,
     Note,
     Outcome,
     RunEnded,
@@ -164,6 +165,8 @@ class BarProgress:
 
 def _tell(event: Event) -> None:
     match event:
+        case LimitMissed():
+            message(f"out of limits: {event.text}")
         case Note():
             message(f"note: {event.text}")
         case Alarm():

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     Document = Mapping[str, Any]
 
 UNKNOWN = "-"
+MOST_SHOWN = 20
+"""So many values out of limits are told one by one; 'show' has the whole tables."""
 
 
 def summary(document: Document) -> str:
@@ -65,10 +67,28 @@ def _headline(document: Document) -> Iterator[tuple[str, str]]:
             document["measurand"]["name"],
             f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
         )
-    if document["decision"]:
-        yield from _decision(
-            document["decision"], document["run"].get("outcome", Outcome.COMPLETED)
-        )
+    decision = document["decision"]
+    if document.get("limits"):
+        yield from _limits(document)
+        if decision:
+            yield "of the result", f"{decision['verdict']}: {decision['reason']}"
+            yield from _stated(decision)
+    elif decision:
+        yield from _decision(decision, document["run"].get("outcome", Outcome.COMPLETED))
+
+
+def _limits(document: Document) -> Iterator[tuple[str, str]]:
+    """Say the verdict on a run whose measured values have limits, and which are out of them."""
+    limits, found = document["limits"], document["verdict"]
+    if found is None:
+        yield "verdict", f"none: the run ended as '{document['run']['outcome']}'"
+    else:
+        yield "verdict", f"{found['verdict'].upper()}: {found['reason']}"
+    missed = [each for each in limits["values"] if each["verdict"] == "fail"]
+    for each in missed[:MOST_SHOWN]:
+        yield f"{each['table']} {each['row']}", each["text"]
+    if limits["missed"] > MOST_SHOWN:
+        yield "and more", f"{limits['missed'] - MOST_SHOWN} values out of limits"
 
 
 def _decision(decision: Document, outcome: str) -> Iterator[tuple[str, str]]:
@@ -82,6 +102,11 @@ def _decision(decision: Document, outcome: str) -> Iterator[tuple[str, str]]:
             f"none: the run was not completed ({outcome}), and neither passes nor fails",
         )
         yield "by the rule", f"what was recorded would be {found}"
+    yield from _stated(decision)
+
+
+def _stated(decision: Document) -> Iterator[tuple[str, str]]:
+    """Say how sure a decision is, and which limits it is of."""
     if decision.get("marginal"):
         yield "marginal", "a difference within the marginal band would change the verdict"
     probability = decision.get("probability_of_conformity")

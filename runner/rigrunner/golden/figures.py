@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.analysis.document_decision import verdict_in
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.set_points import named_by_frequency, told_apart
 
@@ -76,12 +77,12 @@ def frequencies(document: Json) -> list[AtFrequency]:
 
 def verdicts(document: Json) -> dict[str, str]:
     """Return the verdict on the run, and on each limit where there are several."""
-    decision = document["decision"]
+    found, decision = verdict_in(document), document["decision"]
     if decision is None:
-        return {}
+        return {"run": found} if found else {}
     parts = decision["parts"] if len(decision["parts"]) > 1 else []
     named = told_apart((str(each["of"]), str(each["verdict"])) for each in parts)
-    return {"run": str(decision["verdict"]), **dict(named)}
+    return {"run": found, **dict(named)} if found else dict(named)
 
 
 def checks(document: Json) -> dict[str, bool]:

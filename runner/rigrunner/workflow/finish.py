@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
+from rigrunner.api.cleanup import add_beside, error_text
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
-from rigrunner.api.events import Outcome
+from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.results import Verdict
+from rigrunner.runfile import read_without_samples
 from rigrunner.runfile.durable import writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.workflow.plot import sweep_plot
@@ -68,14 +70,14 @@ class FinishedRun:
 def verdict_code(result: Result | None) -> ExitCode:
     """Return the exit code of an analysed run: its verdict, where there is one to give.
 
-    A run that was not completed neither passes nor fails, whatever its recordings say.
+    A run that was broken off neither passes nor fails, whatever its recordings say.
     """
-    if result is not None and result.run.outcome != Outcome.COMPLETED:
-        return ExitCode.UNDECIDED
-    if result is None or result.decision is None:
+    if result is None:
         return ExitCode.PASS
-    codes = {Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
-    return codes.get(result.decision.verdict, ExitCode.UNDECIDED)
+    if result.run.outcome not in CONCLUDED:
+        return ExitCode.UNDECIDED
+    codes = {None: ExitCode.PASS, Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
+    return codes.get(result.verdict, ExitCode.UNDECIDED)
 
 
 def finish(
@@ -86,10 +88,12 @@ def finish(
     errors: list[BaseException],
     *,
     progress: Progress,
+    to_be_resumed: bool = False,
 ) -> FinishedRun:
     """Analyse what was recorded, seal it whatever comes of that, and report.
 
-    `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is.
+    `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is,
+    and so does one that is `to_be_resumed`.
     """
     outcome, reason, passed_over = end
     folder = writer.folder
@@ -97,17 +101,20 @@ def finish(
         writer.close()
     result = report = None
     asked = not (planned.procedure.model.analysis.asks_nothing or _is_empty(planned, writer))
-    if asked and outcome is Outcome.COMPLETED:
-        with kept(errors):
+    with kept(errors):
+        if outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
             result = analyse_run(folder, planned.registry, no_load, progress=progress)
     content = None if result is None else document(result)
-    with kept(errors):
-        writer.seal(content, None if result is None else sweep_plot(result), no_load)
+    if not to_be_resumed:
+        with kept(errors):
+            writer.seal(content, None if result is None else sweep_plot(result), no_load)
     sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with kept(errors):
             _write_result(folder, content)
             report = write_report(folder, planned.registry, result=result)
+    for later in errors[1:]:
+        add_beside(errors[0], error_text(later))
     return FinishedRun(
         folder=folder,
         outcome=outcome,
@@ -118,6 +125,13 @@ def finish(
         report=report,
         passed_over=passed_over,
     )
+
+
+def _has_limits(planned: Planned, folder: Path) -> bool:
+    """Say whether one of the values that a run measured has a limit."""
+    if not any(step.limits for step in planned.plan.steps):
+        return False  # without reading what may be many thousands of rows
+    return any(row.limits for row in read_without_samples(folder).measurements)
 
 
 def _is_empty(planned: Planned, writer: RunWriter) -> bool:

@@ -6,22 +6,27 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.channels import motion_channel
 from rigrunner.analysis.one_setup import setup_differences
+from rigrunner.analysis.sources import sources
+from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.results import REPLAYED
-from rigrunner.plan.actions import Record
+from rigrunner.plan.requirements import Point, no_load_problems, points_of_plan, requirers
 from rigrunner.procedure.analysis_spec import LATEST
 from rigrunner.runfile import read, read_info
 from rigrunner.station import parse_station
 from rigrunner.workflow.locate import find_run, run_names
+from rigrunner.workflow.stored import run_data
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import Device
+    from rigrunner.plan.requirements import Requirer
     from rigrunner.procedure import NoLoadSpec
     from rigrunner.runfile import RunInfo
     from rigrunner.station import Station
@@ -42,6 +47,8 @@ class LoadedRun:
     frequencies_hz: Collection[float]
     replays: bool = False
     """Whether it is a replay itself: only then may its no-load run be one."""
+    needed: Sequence[Requirer] = ()
+    """What the parts of its analysis need of the no-load run."""
 
 
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
@@ -49,28 +56,31 @@ def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path 
     spec = planned.procedure.model.analysis.no_load
     if spec is None or spec.is_this_run:
         return None
-    drive = _cycle_drive(planned.devices)
-    records = [step.action for step in planned.plan.steps if isinstance(step.action, Record)]
+    points = points_of_plan(planned.plan)
     loaded = LoadedRun(
         station=planned.station.model,
         started=planned.clock.utc(),
-        drive=drive,
-        frequencies_hz=sorted({record.setpoints[drive] for record in records}),
+        drive=_cycle_drive(planned.devices),
+        frequencies_hz=sorted({point.frequency_hz for point in points if point.frequency_hz > 0}),
         replays=planned.tape is not None and planned.tape.replays,
+        needed=requirers(planned.procedure.model.analysis, planned.registry),
     )
     return find_no_load(spec, loaded, runs, named)
 
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
-    """Return the named no-load run, or the latest that fits; raise DataError saying what would."""
+    """Return the named no-load run, or the latest that fits; raise DataError saying what would.
+
+    Only one that began before the loaded run is found by itself; a later one must be named.
+    """
     name = named or (None if spec.from_ == LATEST else spec.from_)
     if name is not None:
         path = find_run(name, runs)
-        _refuse(path, list(_objections(path, spec, loaded)))
+        _refuse(path, list(_objections(path, spec, loaded, named=True)))
         return path
     refused: list[str] = []
     for candidate in reversed(run_names(runs)):
-        objections = list(_objections(runs / candidate, spec, loaded))
+        objections = list(_objections(runs / candidate, spec, loaded, named=False))
         if not objections:
             return runs / candidate
         if _is_no_load(runs / candidate, spec):
@@ -78,17 +88,19 @@ def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | N
     raise _none_found(spec, loaded, runs, refused)
 
 
-def _objections(path: Path, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
+def _objections(path: Path, spec: NoLoadSpec, loaded: LoadedRun, *, named: bool) -> Iterator[str]:
     """Yield why a run cannot serve, in words; the cheap questions first."""
     try:
         info = read_info(path)
-        first = next(_formal_objections(info, spec, loaded), None)
-        yield from (_missing_frequencies(path, loaded) if first is None else (first,))
+        first = next(_formal_objections(info, spec, loaded, named=named), None)
+        yield from (_lacks(path, loaded) if first is None else (first,))
     except RigrunnerError as error:
         yield str(error)
 
 
-def _formal_objections(info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
+def _formal_objections(
+    info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun, *, named: bool
+) -> Iterator[str]:
     header = info.header
     if header.procedure_id != spec.procedure:
         yield f"it is a run of {header.procedure_id}, not of {spec.procedure}"
@@ -102,8 +114,11 @@ def _formal_objections(info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun) -> It
     age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
     if age > limit:
         yield f"it is {_days(age)} old, but at most {_days(limit)} is allowed"
-    if age < -limit:
+    later = timedelta(0) if not named else -limit
+    if age < later and named:
         yield f"it was made {_days(-age)} after this run, by their clocks: is one of them wrong?"
+    elif age < later:
+        yield f"it was made {_days(-age)} after this run, and 'latest' takes only an earlier one"
 
 
 def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
@@ -120,8 +135,24 @@ def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Itera
     yield from setup_differences(station.rig, transducers, loaded.station.rig, ours_by_channel)
 
 
-def _missing_frequencies(path: Path, loaded: LoadedRun) -> Iterator[str]:
-    there = [each.setpoints.get(loaded.drive, 0.0) for each in read(path).recordings]
+def _lacks(path: Path, loaded: LoadedRun) -> Iterator[str]:
+    """Yield what the analysis needs and its recordings do not give."""
+    found = sources(run_data(read(path)))
+    there = [each.setpoints.get(loaded.drive, 0.0) for each in found]
+    yield from _missing_frequencies(there, loaded)
+    points = [
+        Point(hz, loaded=False, shows_phase=motion_channel(each)[0] is not MotionSource.ENTERED)
+        for hz, each in zip(there, found, strict=True)
+    ]
+    yield from (message for _, message, _ in no_load_problems(loaded.needed, points))
+    least = max((each.needs.cycles for each in loaded.needed), default=0)
+    for hz, each in zip(there, found, strict=True):
+        whole = int(each.samples / each.rate_hz * hz) - 1 if each.samples > 1 else least
+        if whole < least:
+            yield f"its recording {each.name} has {whole} cycles, but {least} are needed"
+
+
+def _missing_frequencies(there: Sequence[float], loaded: LoadedRun) -> Iterator[str]:
     missing = [
         wanted
         for wanted in loaded.frequencies_hz
@@ -168,10 +199,11 @@ def _days(age: timedelta) -> str:
 
 
 def _cycle_drive(devices: Mapping[str, Device]) -> str:
-    """Return the drive that sets the cycle frequency; the plan has seen to it that there is one."""
-    return next(
+    """Return the drive that sets the cycle frequency; '' where there is none."""
+    names = (
         f"{role}.{drive.name}"
         for role, device in devices.items()
         for drive in device.drives
         if drive.sets_cycle_frequency
     )
+    return next(names, "")

@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 
 
 def planned_run(
-    procedure: Path, station: Path, *, realtime: bool = False, tape: Tape | None = None
+    procedure: Path,
+    station: Path,
+    *,
+    realtime: bool = False,
+    tape: Tape | None = None,
+    time_limits: bool = True,
 ) -> Planned:
     """Load, check and plan; raise InvalidFileError with everything that is wrong.
 
@@ -35,7 +40,8 @@ def planned_run(
             return SimulatedClock(tape.began_utc)
         return clock_for(loaded.model, registry, realtime=realtime)
 
-    return plan_run_in(procedure, station, load_registry(), time, tape)
+    registry = load_registry()
+    return plan_run_in(procedure, station, registry, time, tape, time_limits=time_limits)
 
 
 def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import inf
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from rigrunner.api.devices import DeviceContext, Patience
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
-from rigrunner.plan import check_limits, check_plugins, make_plan, predict
+from rigrunner.clock import SimulatedClock
+from rigrunner.plan import (
+    check_limits,
+    check_plugins,
+    check_requirements,
+    make_plan,
+    predict,
+)
 from rigrunner.procedure import InconsistentProcedureError, load_procedure
-from rigrunner.station import load_station
+from rigrunner.rig.messages import DeviceMessages
+from rigrunner.station import InconsistentStationError, load_station
 from rigrunner.workflow.approval import approval_state
 from rigrunner.workflow.lab_plugins import with_lab_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import Clock, Device
@@ -43,6 +54,8 @@ class Planned:
     approval: ApprovalState
     tape: Tape | None = None
     """What records the run's instruments, or plays them back."""
+    messages: DeviceMessages = field(default_factory=DeviceMessages)
+    """What the drivers of the devices tell beside their answers."""
 
     def prediction(self) -> Prediction:
         """Return what torque is to be expected where, and how much disk the run takes."""
@@ -57,59 +70,132 @@ def plan_run(
 
 
 def plan_run_in(
-    procedure: Path, station: Path, registry: Registry, time: TimeOf, tape: Tape | None = None
+    procedure: Path,
+    station: Path,
+    registry: Registry,
+    time: TimeOf,
+    tape: Tape | None = None,
+    *,
+    time_limits: bool = True,
 ) -> Planned:
-    """Do the same in the time that suits the station, each file read once."""
+    """Do the same in the time that suits the station, each file read once.
+
+    Without `time_limits` no call of a device is ever given up: for a debugger.
+    """
     problems = _Problems()
     loaded_procedure = problems.without(lambda: load_procedure(procedure))
     loaded_station = problems.without(lambda: load_station(station))
     if loaded_procedure is None or loaded_station is None:
         raise InvalidFileError(problems)
+    loaded_station = replace(loaded_station, time_limits=time_limits)
+    messages = DeviceMessages()
     registry = with_lab_plugins(registry, loaded_station, station.parent)
     problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
-    if any(problem.field.startswith("devices") for problem in problems):
-        raise InvalidFileError(problems)
-    clock = time(loaded_station, registry)
-    devices = make_devices(loaded_station, registry, clock, station.parent, tape)
-    plan = problems.without(lambda: make_plan(loaded_procedure, loaded_station, devices))
+    broken = [role for role in loaded_station.model.devices if problems.has(("devices", role))]
+    clock = SimulatedClock() if broken else time(loaded_station, registry)
+    devices, unmade = _devices(
+        loaded_station, registry, clock, station.parent, tape, broken, messages
+    )
+    problems += unmade
+    missing = [role for role in loaded_station.model.devices if role not in devices]
+    plan = problems.without(
+        lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
+    )
     problems.without(lambda: check_limits(loaded_procedure, plan, registry))
+    if plan is not None:
+        problems.without(lambda: check_requirements(loaded_procedure, plan, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))
     if plan is None or approval is None or problems:
         raise InvalidFileError(problems)
-    return Planned(loaded_procedure, loaded_station, devices, plan, registry, clock, approval, tape)
+    return Planned(
+        loaded_procedure,
+        loaded_station,
+        devices,
+        plan,
+        registry,
+        clock,
+        approval,
+        tape,
+        messages,
+    )
 
 
 def make_devices(
-    station: LoadedStation, registry: Registry, clock: Clock, folder: Path, tape: Tape | None = None
+    station: LoadedStation,
+    registry: Registry,
+    clock: Clock,
+    folder: Path,
+    tape: Tape | None = None,
+    *,
+    messages: DeviceMessages | None = None,
 ) -> dict[str, Device]:
     """Return the devices of the station in that folder by role; raise InvalidFileError."""
-    patience = patience_of(station)
-    return {
-        role: _device(
-            station, registry, DeviceContext(role, clock, folder, patience=patience), tape
+    told = DeviceMessages() if messages is None else messages
+    devices, problems = _devices(station, registry, clock, folder, tape, (), told)
+    if problems:
+        raise InvalidFileError(problems)
+    return devices
+
+
+def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
+    station: LoadedStation,
+    registry: Registry,
+    clock: Clock,
+    folder: Path,
+    tape: Tape | None,
+    broken: Collection[str],
+    messages: DeviceMessages,
+) -> tuple[dict[str, Device], list[Problem]]:
+    """Return the devices that can be made, but for those of broken settings, and why others not."""
+    patience, made, problems = patience_of(station), {}, _Problems()
+    for role in station.model.devices:
+        log = messages.log_of(role)
+        context = DeviceContext(role, clock, folder, patience=patience, log=log)
+        device = (
+            None
+            if role in broken
+            else problems.without(partial(_device, station, registry, context, tape))
         )
-        for role in station.model.devices
-    }
+        if device is not None:
+            made[role] = device
+    return made, problems
 
 
 def patience_of(station: LoadedStation) -> Patience:
-    """Return how long the station's devices are waited for."""
+    """Return how long the station's devices are waited for: under a debugger without an end."""
     waiting = station.model.safety.patience
-    return Patience(waiting.connect, waiting.answer)
+    return Patience(waiting.connect, waiting.answer if station.time_limits else inf)
 
 
 class _Problems(list[Problem]):
     """What is wrong, gathered over several steps so that it can be told at once."""
 
-    def without(self, work: Callable[[], _T]) -> _T | None:
-        """Return what the work gives, as far as it can be had; keep its problems."""
+    def without(self, work: Callable[[], _T], but_of: Collection[str] = ()) -> _T | None:
+        """Return what the work gives, as far as it can be had; keep its problems.
+
+        But for those of roles whose devices could not be made: they follow from that.
+        """
         try:
             return work()
         except InvalidFileError as error:
-            self += [problem for problem in error.problems if problem not in self]
-            if isinstance(error, InconsistentProcedureError):
+            self += [
+                problem
+                for problem in error.problems
+                if problem not in self
+                and not any(_is_of(role, f"{problem.field} {problem.message}") for role in but_of)
+            ]
+            if isinstance(error, (InconsistentProcedureError, InconsistentStationError)):
                 return cast("_T", error.loaded)
         return None
+
+    def has(self, path: Sequence[str]) -> bool:
+        """Say whether something is wrong at a path, or below it."""
+        at = ".".join(path)
+        return any(each.field == at or each.field.startswith(f"{at}.") for each in self)
+
+
+def _is_of(role: str, text: str) -> bool:
+    return re.search(rf"(?<!\w){re.escape(role)}(?!\w)", text) is not None
 
 
 def _device(

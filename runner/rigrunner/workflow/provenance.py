@@ -37,6 +37,12 @@ def software(registry: Registry) -> dict[str, str]:
     }
 
 
+def layouts(registry: Registry) -> dict[str, int]:
+    """Return the revision of the layout of each printed form of a certificate, by its name."""
+    kind = "certificate_format"
+    return {name: registry.revision(kind, name) for name in registry.names(kind)}
+
+
 def refuse_other_software(wanted: Mapping[str, str], registry: Registry) -> None:
     """Raise DataError on a worker that has other software than whoever asks it, as `software`."""
     here = software(registry)

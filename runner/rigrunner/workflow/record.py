@@ -8,17 +8,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.progress import unseen
+from rigrunner.api.cleanup import noted_on
+from rigrunner.api.errors import DeviceError
 from rigrunner.bus import Bus
 from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan, streams_before
 from rigrunner.plan import plan_text
-from rigrunner.rig import Rig
+from rigrunner.rig import Rig, note_unsafe
 from rigrunner.runfile import RunHeader, RunWriter, create_run_folder, run_lock
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.workflow.finish import finish, kept, stoppable
+from rigrunner.workflow.guardian.guarding import guarding, unguarded
+from rigrunner.workflow.left_energised import NOBODY, LeftAsItStandsError, check_left
 from rigrunner.workflow.listening import listeners_of
 from rigrunner.workflow.log import RunLog
-from rigrunner.workflow.overrides import require_overridden
+from rigrunner.workflow.overrides import require_overridden, without_time_limits
 from rigrunner.workflow.prepare import patience_of
 from rigrunner.workflow.provenance import identities, software
 from rigrunner.workflow.rig_lock import rig_lock
@@ -31,8 +35,19 @@ if TYPE_CHECKING:
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.devices import Identity, StopToken
     from rigrunner.api.events import EventSink
-    from rigrunner.engine import AnswerSource, Override, Pauses, RunSummary, Seam
+    from rigrunner.engine import (
+        AnswerSource,
+        Interference,
+        Override,
+        Pauses,
+        RunSummary,
+        Seam,
+    )
+    from rigrunner.rig import Pulse
+    from rigrunner.rig_state import RigMarks
     from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.workflow.guardian.guarding import Guardian
+    from rigrunner.workflow.left_energised import Person
     from rigrunner.workflow.prepare import Planned
 
 
@@ -49,10 +64,12 @@ def execute(
     overrides: Sequence[Override] = (),
     pauses: Pauses | None = None,
     progress: Progress = unseen,
+    person: Person = NOBODY,
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
-    `operator` is who does it, or else the input of that name. Raises InvalidFileError where a
+    `operator` is who does it, or else the input of that name, and `person` who is told of a rig
+    that stands energised before the run. Raises InvalidFileError where a
     calibration keeps the run from starting and is not overridden, a DeviceError if the rig cannot
     be connected or another run has it, and DataError if the folder cannot be made; from then on
     what happens is in the FinishedRun, and the rig is made safe on every way.
@@ -74,6 +91,7 @@ def execute(
         overrides=overrides,
         pauses=pauses,
         progress=progress,
+        person=person,
     )
 
 
@@ -89,6 +107,7 @@ def carry_out(
     pauses: Pauses | None = None,
     progress: Progress = unseen,
     seam: Seam | None = None,
+    person: Person = NOBODY,
 ) -> FinishedRun:
     """Connect the rig, run the plan into the folder that is `opened`, seal it, write the report.
 
@@ -96,7 +115,7 @@ def carry_out(
     """
     asked = stop if planned.tape is None else planned.tape.stop(stop)
 
-    def work(rig: Rig, bus: Bus, run_id: str) -> RunSummary:
+    def work(rig: Rig, bus: Bus, run_id: str, before: Sequence[Interference]) -> RunSummary:
         if seam is not None:
             rig.continue_after(streams_before(planned.plan.steps, seam))
         return run_plan(
@@ -110,6 +129,8 @@ def carry_out(
             overrides,
             pauses=pauses,
             seam=seam,
+            before=before,
+            watches_drives=planned.tape is None or planned.tape.watches_drives,
         )
 
     return into_folder(
@@ -119,41 +140,71 @@ def carry_out(
         no_load=no_load,
         listeners=listeners,
         progress=stoppable(progress, stop),
+        person=person,
     )
 
 
 def into_folder(
     planned: Planned,
     opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
-    work: Callable[[Rig, Bus, str], RunSummary],
+    work: Callable[[Rig, Bus, str, Sequence[Interference]], RunSummary],
     *,
     no_load: Path | None,
     listeners: Sequence[EventSink],
     progress: Progress,
+    person: Person,
 ) -> FinishedRun:
     """Connect the rig, let `work` measure into the folder that is `opened`, seal it, report.
 
-    `work` is given the rig, the bus and the run's id. Raises as `execute`.
+    `work` is given the rig, the bus, the run's id, and what is to be put on record of how the rig
+    was found. Raises as `execute`.
     """
     errors: list[BaseException] = []
     with ExitStack() as held:
         told = [*held.enter_context(listeners_of(planned)), *listeners]
-        with rig_lock(planned):
-            rig = rig_of(planned)
+        with rig_lock(planned) as marks, guarded(planned, marks) as guardian:
+            rig = rig_of(planned, marks, guardian.pulse if guardian else None)
             identified = rig.connect()
             try:
+                file, reads = planned.station.document.name, planned.tape is None
+                with rig.person():
+                    before = check_left(rig, marks, person, file, reads=reads)
+                if marks is not None:
+                    before = (*before, *unguarded(planned.station, planned.registry, marks.roles))
+                before = (*before, *without_time_limits(planned.station))
                 writer = held.enter_context(opened(identified))
+                if marks is not None:
+                    marks.describe(run=str(writer.folder.absolute()))
                 with open_log(writer.folder) as log:
-                    bus = Bus(writer.sinks, [*log, *told])
-                    summary = work(rig, bus, writer.folder.name)
-            finally:
-                rig.make_safe()
-                with kept(errors):
+                    of_guardian = [guardian.pulse.note] if guardian else []
+                    tracers = [each.trace for each in log]
+                    bus = Bus(writer.sinks, [*log, *of_guardian, *told], tracers)
+                    summary = work(rig, bus, writer.folder.name, before)
+                if marks is not None:
+                    marks.put_on_record()
+            except BaseException as error:
+                if not isinstance(error, LeftAsItStandsError):
+                    note_unsafe(error, rig.make_safe())
+                with noted_on(error, "closing the rig"):
                     rig.close()
+                raise
+            rig.make_safe()
+            with kept(errors):
+                rig.close()
         if summary.error is not None:
             errors.insert(0, summary.error)
         end = (summary.outcome, summary.reason, summary.passed_over)
-        finished = finish(planned, writer, end, no_load, errors, progress=progress)
+        finished = finish(
+            planned,
+            writer,
+            end,
+            no_load,
+            errors,
+            progress=progress,
+            to_be_resumed=summary.resumable
+            and isinstance(summary.error, DeviceError)
+            and planned.tape is None,
+        )
         return replace(finished, unsafe=summary.unsafe)
 
 
@@ -169,11 +220,23 @@ def open_log(folder: Path) -> Iterator[list[RunLog]]:
         yield [log]
 
 
-def rig_of(planned: Planned) -> Rig:
+def guarded(planned: Planned, marks: RigMarks | None) -> AbstractContextManager[Guardian | None]:
+    """Let a guardian watch over the rig of a planned run while it is held."""
+    station, what = planned.station, planned.procedure.model.id
+    known = (station, planned.registry, marks, patience_of(station))
+    return guarding(*known, what, messages=planned.messages)
+
+
+def rig_of(planned: Planned, marks: RigMarks | None = None, pulse: Pulse | None = None) -> Rig:
     """Return the rig of a planned run with the station's rules; nothing is connected."""
     safety = planned.station.model.safety
     rules = DriveRules(safety.drives, safety.combinations)
-    return Rig(planned.devices, planned.clock, patience_of(planned.station), safety.order, rules)
+    patience = patience_of(planned.station)
+    rig = Rig(
+        planned.devices, planned.clock, patience, safety.order, rules, marks=marks, pulse=pulse
+    )
+    rig.messages = planned.messages
+    return rig
 
 
 @contextmanager

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
 from rigrunner.analysis.progress import unseen
-from rigrunner.api.events import Alarm, Answer, Event, Intervention, Note, Prompt, RunEnded
+from rigrunner.api.events import (
+    Alarm,
+    Answer,
+    Event,
+    Intervention,
+    LimitMissed,
+    Note,
+    Prompt,
+    RunEnded,
+)
 from rigrunner.api.hooks import ReportFormatRecord
 from rigrunner.api.results import ReportInput
 from rigrunner.runfile import read_with_truth
@@ -84,6 +93,7 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
         **({"digest of the no-load recordings (SHA-256)": no_load.digest} if no_load else {}),
         **header.provenance,
         **{f"import, {name}": text for name, text in header.imported.items()},
+        **{f"salvage, {name}": text for name, text in header.salvaged.items()},
     }
 
 
@@ -98,9 +108,15 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
         elif isinstance(event, Intervention):
             yield _line(event, event.action, event_text(event))
         elif isinstance(event, (Alarm, Note)):
-            yield _line(event, "alarm" if isinstance(event, Alarm) else "note", event_text(event))
+            yield _line(event, _kind(event), event_text(event))
         elif isinstance(event, RunEnded):
             yield _line(event, "end", event_text(event))
+
+
+def _kind(event: Alarm | Note) -> str:
+    if isinstance(event, LimitMissed):
+        return "out of limits"
+    return "alarm" if isinstance(event, Alarm) else "note"
 
 
 def _let_pass(no_load: StoredRun | None) -> Iterator[dict[str, str]]:

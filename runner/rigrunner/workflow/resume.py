@@ -16,6 +16,7 @@ from rigrunner.runfile import RunWriter
 from rigrunner.station import load_station
 from rigrunner.workflow.finish import finish, stoppable
 from rigrunner.workflow.interrupted import has_ended, may_go_on, used_no_load
+from rigrunner.workflow.left_energised import NOBODY
 from rigrunner.workflow.noload import no_load_for
 from rigrunner.workflow.overrides import require_still_allowed
 from rigrunner.workflow.record import carry_out, syncs_measurements
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from rigrunner.engine import AnswerSource, Pauses, Seam
     from rigrunner.runfile import StoredRun
     from rigrunner.workflow.finish import FinishedRun
+    from rigrunner.workflow.left_energised import Person
     from rigrunner.workflow.prepare import Planned
 
 
@@ -88,6 +90,7 @@ def resume(
     listeners: Sequence[EventSink] = (),
     pauses: Pauses | None = None,
     progress: Progress = unseen,
+    person: Person = NOBODY,
 ) -> FinishedRun:
     """Go on with a run whose folder is locked by the caller, and finish it.
 
@@ -114,6 +117,7 @@ def resume(
         pauses=pauses,
         progress=progress,
         seam=run.seam,
+        person=person,
     )
 
 

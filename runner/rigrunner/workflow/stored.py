@@ -9,8 +9,9 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.progress import unseen
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError
+from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
-from rigrunner.procedure import parse_procedure
+from rigrunner.procedure import AnalysisSpec, parse_procedure
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
 
@@ -72,23 +73,37 @@ def analyse_stored(
     changes: Callable[[Procedure], Procedure] = as_it_is,
     progress: Progress = unseen,
 ) -> Result:
-    """Analyse a run that was read already, as `analyse_run` does; by a procedure with changes."""
+    """Analyse a run that was read already, as `analyse_run` does; by a procedure with changes.
+
+    A run without an analysis has a result if its measured values have limits.
+    """
     text, name = stored.header.procedure_text, stored.header.procedure_id
     procedure = changes(parse_procedure(text, name).model)
-    if procedure.analysis.asks_nothing:
-        raise DataError(
-            f"{stored.header.run_id} has no result",
-            hint=f"its procedure {stored.header.procedure_id} asks for no analysis",
-        )
+    spec, limits = procedure.analysis, acceptance or procedure.acceptance
+    if not is_analysed(stored, procedure):
+        if not any(row.limits for row in stored.measurements):
+            raise DataError(
+                f"{stored.header.run_id} has no result",
+                hint=f"its procedure {stored.header.procedure_id} asks for no analysis",
+            )
+        spec, limits, no_load = AnalysisSpec(), None, None
     return analyse(
         run_data(stored),
         run_data(no_load) if no_load is not None else None,
-        procedure.analysis,
-        acceptance=acceptance or procedure.acceptance,
+        spec,
+        acceptance=limits,
         measurand=procedure.measurand,
         lookup=registry,
         progress=progress,
     )
+
+
+def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
+    """Say whether the recordings of a run are analysed, besides its limits on measured values.
+
+    Those of a run that stopped at a limit are not all that the procedure's analysis is for.
+    """
+    return not procedure.analysis.asks_nothing and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
 
 
 def _operator(inputs: Mapping[str, str]) -> dict[str, str]:

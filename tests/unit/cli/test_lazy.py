@@ -23,7 +23,7 @@ LIST = (
 CHECK = (LIST[0], FLOORS | {"clock", "interlock", "procedure", "registry", "yamlfile"})
 CHECK_ON_STATION = (
     CHECK[0] | {"numpy"},  # the devices are made, to ask them what they can do
-    CHECK[1] | {"analysis", "plan", "signal", "station"},
+    CHECK[1] | {"analysis", "plan", "rig", "signal", "station"},
 )
 COMMANDS = {
     ("--help",): HELP,

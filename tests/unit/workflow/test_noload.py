@@ -58,9 +58,33 @@ def test_an_old_no_load_run_is_refused(loaded_run):
         loaded_run(clock=SimulatedClock(START + timedelta(days=31)))
 
 
-def test_a_no_load_run_from_far_in_the_future_is_refused(loaded_run):
+def test_only_an_earlier_no_load_run_is_taken_by_itself(loaded_run):
+    later = "it was made 0.0417 d after this run, and 'latest' takes only an earlier one"
+    with pytest.raises(DataError, match=later):
+        loaded_run(clock=SimulatedClock(START - timedelta(hours=1)))
+
+
+def test_of_an_earlier_and_a_later_no_load_run_the_earlier_one_is_taken(tmp_path):
+    runs, procedure = tmp_path / "runs", quick_procedure(tmp_path, "no_load_inertia_sweep")
+    earlier = run(procedure, runs)
+    run(procedure, runs, clock=SimulatedClock(START + timedelta(days=2)))
+    between = SimulatedClock(START + timedelta(days=1))
+    loaded = run(quick_procedure(tmp_path, "starting_torque_1000n"), runs, clock=between)
+    assert loaded.result.no_load_run.run_id == earlier.folder.name
+
+
+def test_a_later_no_load_run_is_taken_where_it_is_named(loaded_run, finished):
+    _, no_load, _ = finished
+    before = SimulatedClock(START - timedelta(hours=1))
+    loaded = loaded_run(clock=before, no_load=no_load.folder.name)
+    assert loaded.result.no_load_run.run_id == no_load.folder.name
+
+
+def test_a_named_no_load_run_from_far_in_the_future_is_refused(loaded_run, finished):
+    _, no_load, _ = finished
+    long_before = SimulatedClock(START - timedelta(days=31))
     with pytest.raises(DataError, match=r"it was made 31 d after this run, by their clocks"):
-        loaded_run(clock=SimulatedClock(START - timedelta(days=31)))
+        loaded_run(clock=long_before, no_load=no_load.folder.name)
 
 
 def test_a_named_run_that_does_not_fit_is_refused_with_its_reason(loaded_run, finished):

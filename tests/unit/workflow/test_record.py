@@ -131,8 +131,9 @@ def test_a_zero_out_of_limits_ends_the_run_before_anything_moves(tmp_path):
 
 
 def test_a_failing_analysis_still_seals_what_was_measured(tmp_path):
-    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", ("cycles: 12}", "cycles: 3}"))
-    finished = run(procedure, tmp_path / "runs")
+    station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, frequency_error: -80 %}"))
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    finished = run(procedure, tmp_path / "runs", station=station)
     assert finished.outcome is Outcome.COMPLETED
     assert finished.exit_code is ExitCode.DATA
     assert "whole cycles" in str(finished.error)
@@ -164,3 +165,14 @@ def test_the_report_tells_what_was_asked_and_answered(finished):
     _, _, loaded = finished
     told = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
     assert any("guards closed. — yes (unattended answer" in text for text in told)
+
+
+def test_a_title_in_another_language_loses_no_caveat_of_the_report(finished, tmp_path):
+    folder, _, english = finished
+    german = ("name: load-induced starting torque", "name: lastabhängiges Anlaufmoment")
+    procedure = quick_procedure(tmp_path, "starting_torque_1000n", german)
+    reports = [each.report.read_text(encoding="utf-8") for each in
+               (english, run(procedure, folder / "runs"))]  # fmt: skip
+    for words in ("not the breakaway torque from rest", "at zero load", "not growing with load",
+                  "proportional to load", "limits of another quantity"):  # fmt: skip
+        assert all(words in " ".join(report.split()) for report in reports), words

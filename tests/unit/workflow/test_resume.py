@@ -10,7 +10,7 @@ import pytest
 
 from helpers_resume import FEWER, NO_LOAD, Snapshot, broken_off, broken_off_at, resumable, take_up
 from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run, station_file
-from rigrunner.api.errors import DataError, ExitCode, UsageError
+from rigrunner.api.errors import DataError, DeviceLostError, ExitCode, UsageError
 from rigrunner.api.events import (
     RESUME_RUN,
     Intervention,
@@ -342,3 +342,32 @@ def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
     assert (stored.info.sealed, stored.info.outcome) == (True, "error")
     assert "No space left" in stored.info.reason
     assert [one.name for one in stored.recordings] == ["001_8Hz", "002_15Hz"]
+
+
+def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
+    """The set-point that was broken off is recorded anew, the others are kept as they are."""
+    fault = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
+    station = station_file(
+        tmp_path,
+        ("plugin: swing_tester_sim", "plugin: fault"),
+        ("settings: {seed: 1}", f"settings: {fault % '{kind: lost, on: stream, calls: [5]}'}"),
+    )
+    ended = run(quick_procedure(tmp_path, NO_LOAD, FEWER), tmp_path / "runs", station=station)
+    assert isinstance(ended.error, DeviceLostError)
+    assert not ended.sealed
+    before = read(ended.folder)
+    assert before.events[-1].resumable
+    kept = [one.name for one in before.recordings]
+    assert len(kept) == 3
+    (listed,) = list_runs(ended.folder.parent)
+    assert listed.is_interrupted
+
+    resumed = take_up(ended.folder)
+    assert (resumed.outcome, resumed.sealed) == (Outcome.COMPLETED, True)
+    after = read(resumed.folder)
+    assert len(after.recordings) == 5
+    for one in before.recordings:
+        same = next(each for each in after.recordings if each.name == one.name)
+        assert same.samples == one.samples
+    former = next(one for one in after.events if isinstance(one, RunEnded))
+    assert former.outcome is Outcome.ERROR

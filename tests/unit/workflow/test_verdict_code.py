@@ -8,8 +8,9 @@ import pytest
 
 from helpers_report import loaded_result
 from rigrunner.api.errors import ExitCode
+from rigrunner.api.events import Outcome
 from rigrunner.api.results import Verdict
-from rigrunner.workflow.finish import verdict_code
+from rigrunner.workflow.finish import FinishedRun, verdict_code
 
 
 @pytest.mark.parametrize(
@@ -34,3 +35,27 @@ def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
     if not is_decided:
         result = replace(result, decision=None)
     assert verdict_code(result) is ExitCode.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    ("verdict", "failed_steps", "code"),
+    [
+        (Verdict.PASS, (), ExitCode.PASS),
+        (Verdict.PASS, ("main[0]: cable",), ExitCode.UNDECIDED),
+        (Verdict.FAIL, (), ExitCode.FAIL),
+        (Verdict.FAIL, ("main[0]: cable",), ExitCode.FAIL),
+    ],
+)
+def test_a_failed_step_makes_a_pass_undecided_and_leaves_a_fail(
+    tmp_path, verdict, failed_steps, code
+):
+    result = loaded_result()
+    finished = FinishedRun(
+        folder=tmp_path,
+        outcome=Outcome.COMPLETED,
+        reason="",
+        error=None,
+        result=replace(result, decision=replace(result.decision, verdict=verdict)),
+        passed_over=failed_steps,
+    )
+    assert finished.exit_code is code

@@ -48,6 +48,7 @@ def _check_alone(path: Path) -> None:
 
 def _check_on(path: Path, station: str) -> None:
     from rigrunner.workflow.calibration import require_calibrated
+    from rigrunner.workflow.guardian.guarded import guardian_text, real_roles
     from rigrunner.workflow.planning import planned_run
 
     planned = planned_run(path, find_station(station))
@@ -55,3 +56,6 @@ def _check_on(path: Path, station: str) -> None:
     steps, seconds = planned.plan.steps, planned.plan.estimated_s
     result(f"{path}: can be run on {station}: {steps_text(len(steps), seconds)}")
     result(planned.approval.sentence())
+    real = real_roles(planned.station, planned.registry)
+    if text := guardian_text(planned.station, planned.registry, real):
+        result(f"{text[0].upper()}{text[1:]}.")

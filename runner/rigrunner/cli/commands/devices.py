@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.errors import ExitCode
+from rigrunner.api.errors import ExitCode, UsageError
 from rigrunner.cli.completing import stations
 from rigrunner.cli.options import json_option, record_option, replay_option
 from rigrunner.cli.output import message, result, result_json
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from rigrunner.rig_state import RigMarks
     from rigrunner.workflow.by_hand.devices import DeviceReport, Who
 
 _MILLI = 1e3
@@ -28,11 +29,29 @@ _MILLI = 1e3
 @record_option
 @replay_option
 @json_option
-def command(station: str, record: Path | None, replay: Path | None, *, as_json: bool) -> ExitCode:
+@click.option(
+    "--safe-by",
+    metavar="NAME",
+    help="Who looked at a rig that was left energised, and says that it is safe.",
+)
+@click.option("--reason", default="", metavar="TEXT", help="What that person saw or did.")
+def command(
+    station: str,
+    record: Path | None,
+    replay: Path | None,
+    *,
+    as_json: bool,
+    safe_by: str | None,
+    reason: str,
+) -> ExitCode:
     """Connect each device of a station, and say what it is and whether it is safe.
 
     Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
+    A rig that was left energised is told of first. Where a device of it cannot be read back, a
+    person who has looked says so with --safe-by and --reason.
     """
+    from rigrunner.cli.output import warning_label
+    from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.workflow.by_hand.devices import look_at
     from rigrunner.workflow.by_hand.station import ready_station
     from rigrunner.workflow.taping import tape_for
@@ -41,11 +60,19 @@ def command(station: str, record: Path | None, replay: Path | None, *, as_json: 
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
     reports: list[DeviceReport] = []
-    with ready_station(find_station(station), tape=tape).held("devices") as ready:
+    if safe_by is not None and not (safe_by.strip() and reason.strip()):
+        raise UsageError("--safe-by needs a name, and --reason what that person saw or did")
+    found = ready_station(find_station(station), tape=tape)
+    with stop_on_signals() as stop, found.held("devices") as ready:
+        if ready.marks is not None and ready.marks.left is not None:
+            message(f"{warning_label()} {ready.marks.left.text}")
         for report in look_at(ready):
             reports.append(report)
             if not as_json:
                 result(f"{pairs(list(_rows(report)))}\n")
+            if stop.is_set():  # this device was made safe and closed; the next one is not touched
+                raise stop.reason()
+        unconfirmed = _unconfirmed(ready.marks, station, safe_by, reason)
     failed = [each.role for each in reports if each.state == "fail"]
     if as_json:
         result_json([_document(each) for each in reports])
@@ -53,7 +80,24 @@ def command(station: str, record: Path | None, replay: Path | None, *, as_json: 
         result(_total(reports, failed))
     for text in tape.notes() if tape else ():
         message(f"note: {text}")
-    return ExitCode.DEVICE if failed else ExitCode.PASS
+    return ExitCode.DEVICE if failed or unconfirmed else ExitCode.PASS
+
+
+def _unconfirmed(marks: RigMarks | None, station: str, safe_by: str | None, reason: str) -> bool:
+    """Return whether a rig that was left energised is not known to be safe, and say so."""
+    from rigrunner.cli.output import warning_label
+    from rigrunner.workflow.left_energised import what_to_do
+
+    if marks is None or not marks.unconfirmed:
+        return False
+    roles = ", ".join(sorted(marks.unconfirmed))
+    if safe_by is not None:
+        marks.settle(f"{safe_by.strip()} says that it is safe: {reason.strip()}")
+        message(f"On record with the next run: {safe_by.strip()} says that {roles} is safe.")
+        return False
+    message(f"{warning_label()} not read back as safe since the rig was left energised: {roles}")
+    message(f"  {what_to_do(station)}")
+    return True
 
 
 def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:

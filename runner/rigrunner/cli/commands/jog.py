@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.cli.completing import stations
-from rigrunner.cli.options import json_option, named_values, record_option, replay_option
-from rigrunner.cli.output import message, result_json
+from rigrunner.cli.options import (
+    debugger_option,
+    json_option,
+    named_values,
+    record_option,
+    replay_option,
+)
+from rigrunner.cli.output import message, no_time_limits, result_json
 from rigrunner.workflow.locate import find_station
 
 if TYPE_CHECKING:
@@ -36,6 +42,7 @@ if TYPE_CHECKING:
     help="What is done is added to this file.",
 )
 @click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
+@debugger_option
 @record_option
 @replay_option
 @json_option
@@ -49,6 +56,7 @@ def command(  # noqa: PLR0917  (click hands over each option)
     replay: Path | None,
     *,
     realtime: bool,
+    debugger: bool,
     as_json: bool,
 ) -> None:
     """Set and read one device by hand, within the limits of its station.
@@ -57,17 +65,26 @@ def command(  # noqa: PLR0917  (click hands over each option)
     in a run; however it ends, the rig is made safe.
     """
     from rigrunner.cli.jogging import converse
+    from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.workflow.by_hand.jog import jogging
+    from rigrunner.workflow.by_hand.settling import settle_left
     from rigrunner.workflow.by_hand.station import ready_station
     from rigrunner.workflow.taping import tape_for
 
     wanted = named_values(given)
+    if debugger:
+        message(no_time_limits())
     tape = tape_for(record, replay)
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
-    ready = ready_station(find_station(station), realtime=realtime, tape=tape)
-    with stop_on_signals() as stop, jogging(ready, role, log, stop, [_tell]) as jog:
+    here = TerminalPerson(attended=not wanted and not names)
+    if replay is None:
+        settle_left(find_station(station), here, always=record is not None)
+    ready = ready_station(
+        find_station(station), realtime=realtime, tape=tape, time_limits=not debugger
+    )
+    with stop_on_signals() as stop, jogging(ready, role, log, stop, [_tell], person=here) as jog:
         if wanted or names:
             _once(jog, wanted, names, as_json=as_json)
         else:

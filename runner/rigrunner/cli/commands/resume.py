@@ -59,12 +59,14 @@ def command(
     """
     from rigrunner.cli.answers import TerminalAnswers
     from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.left_rig import TerminalPerson, tell_left
     from rigrunner.cli.pausing import TerminalPauses
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.resuming import tell_resumable
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
     from rigrunner.runfile import run_lock
+    from rigrunner.workflow.by_hand.settling import settle_left
     from rigrunner.workflow.interrupted import person, read_interrupted
     from rigrunner.workflow.planning import planned_run
     from rigrunner.workflow.resume import prepare_resume, resume, run_files
@@ -81,7 +83,10 @@ def command(
         found = prepare_resume(folder, stored, planned_run(*files, realtime=realtime), who, no_load)
         tell_resumable(found)
         if dry_run:
+            tell_left(found.planned.station.model.id)
             return ExitCode.PASS
+        here = TerminalPerson(attended=not unattended)
+        settle_left(files[1], here)
         with stop_on_signals(attended=not unattended) as stop, shown_progress() as progress:
             finished = resume(
                 found,
@@ -90,6 +95,7 @@ def command(
                 listeners=[stop, progress],
                 pauses=None if unattended else TerminalPauses(stop, progress, who),
                 progress=progress.analysing,
+                person=here,
             )
     tell_finished(finished, as_json=as_json)
     return finished.exit_code

@@ -10,6 +10,7 @@ import click
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import (
     answers_option,
+    debugger_option,
     json_option,
     named_values,
     override_options,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 @click.option("--realtime", is_flag=True, help="Let a simulated rig take its real time.")
 @click.option("--operator", metavar="NAME", help="Who does the run.")
 @override_options
+@debugger_option
 @record_option
 @replay_option
 @json_option
@@ -63,6 +65,7 @@ def command(
     replay: Path | None,
     unattended: bool,
     realtime: bool,
+    debugger: bool,
     as_json: bool,
 ) -> ExitCode:
     """Run a procedure on a station.
@@ -71,11 +74,13 @@ def command(
     """
     from rigrunner.cli.answers import TerminalAnswers
     from rigrunner.cli.finishing import tell_finished
-    from rigrunner.cli.output import message
+    from rigrunner.cli.left_rig import TerminalPerson
+    from rigrunner.cli.output import message, no_time_limits
     from rigrunner.cli.pausing import TerminalPauses
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
+    from rigrunner.workflow.by_hand.settling import settle_left
     from rigrunner.workflow.inputs import answer_inputs, read_answers, with_operator
     from rigrunner.workflow.noload import no_load_for
     from rigrunner.workflow.overrides import overrides_for
@@ -83,10 +88,20 @@ def command(
     from rigrunner.workflow.record import execute
     from rigrunner.workflow.taping import inputs_on, overrides_on, tape_for
 
+    if debugger:
+        message(no_time_limits())
     tape = tape_for(record, replay)
     planned = planned_run(
-        find_procedure(procedure), find_station(station), realtime=realtime, tape=tape
+        find_procedure(procedure),
+        find_station(station),
+        realtime=realtime,
+        tape=tape,
+        time_limits=not debugger,
     )
+    alone = unattended or replay is not None
+    here = TerminalPerson(attended=not alone)
+    if replay is None:
+        settle_left(find_station(station), here, always=record is not None)
     overrides = overrides_on(tape) or overrides_for(planned, overridden, by, reason)
     named = with_operator(named_values(given), operator, planned.procedure)
     filed = read_answers(answers_file, planned.procedure) if answers_file else {}
@@ -95,7 +110,6 @@ def command(
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
-    alone = unattended or replay is not None
     with (
         stop_on_signals(attended=not alone) as stop,
         shown_progress() as progress,
@@ -117,6 +131,7 @@ def command(
             overrides=overrides,
             pauses=None if alone else TerminalPauses(stop, progress, operator or person),
             progress=progress.analysing,
+            person=here,
         )
     tell_finished(finished, as_json=as_json)
     for text in tape.notes() if tape else ():

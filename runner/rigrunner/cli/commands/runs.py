@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @json_option
 def command(runs: Path, *, as_json: bool) -> None:
     """List the stored runs."""
+    from rigrunner.cli.left_rig import tell_all_left
     from rigrunner.workflow.runs import list_runs
 
     listed = list_runs(runs)
@@ -32,6 +33,7 @@ def command(runs: Path, *, as_json: bool) -> None:
         message(f"There are no runs in {runs}{missing}.")
     else:
         result(table(["run", "outcome", "recordings"], [_row(run) for run in listed], "llr"))
+    tell_all_left()
     _tell_interrupted([run.name for run in listed if run.is_interrupted])
 
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, ExitCode
+from rigrunner.api.events import Alarm
 from rigrunner.api.results import REPLAYED
-from rigrunner.cli.facts import info_document
+from rigrunner.cli.facts import info_document, salvaged_lines
 from rigrunner.cli.measured import measured
 from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
@@ -21,25 +22,33 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from rigrunner.api.data import Measurement
     from rigrunner.api.results import LaterDecision
     from rigrunner.runfile import StoredRun
     from rigrunner.workflow.decisions import DecisionFile
+
+MOST_ALARMS = 20
+"""Shown on a terminal: a step that is tried again and again may raise thousands."""
 
 
 @click.command(name="show")
 @run_argument
 @runs_option
 @json_option
-def command(run: str, runs: Path, *, as_json: bool) -> None:
+def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
     """Show what a stored run holds and found.
 
-    RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs.
+    RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs. Of a
+    damaged run it shows which recordings are sound and what is lost, and ends with 5.
     """
     from rigrunner.workflow.decisions import later_decisions
     from rigrunner.workflow.stored import open_run
 
     found = find_run(run, runs)
-    stored = open_run(found).stored
+    try:
+        stored = open_run(found).stored
+    except DataError as error:
+        return _show_damaged(found, error, as_json=as_json)
     later: tuple[DecisionFile, ...] = ()
     problem = ""
     try:
@@ -50,16 +59,65 @@ def command(run: str, runs: Path, *, as_json: bool) -> None:
         result_json(
             {**_document(stored), "later_decisions": [dict(each.document) for each in later]}
         )
-        return
+        return ExitCode.PASS
     result(pairs(list(_facts(stored))))
     if stored.measurements:
         result(f"\n{measured(stored.measurements)}")
+    if stored.superseded_measurements:
+        rows = len(stored.superseded_measurements)
+        result(f"\nKept beside, of steps that were repeated: {rows} rows; --json prints them")
     if stored.result_document is not None:
         result(f"\n{summary(stored.result_document)}")
     if later:
         result(f"\n{pairs([_later(each.summary) for each in later])}")
-    for note in (*stored.notes, *([problem] if problem else [])):
+    salvaged = salvaged_lines(stored.header.salvaged)
+    for note in (*salvaged, *stored.notes, *([problem] if problem else [])):
         message(f"note: {note}")
+    return ExitCode.PASS
+
+
+def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
+    """Show what is sound of a run that cannot be read whole; raise the error where nothing is."""
+    from rigrunner.workflow.salvaging import damaged_run, lost_text
+
+    try:
+        damaged = damaged_run(path)
+    except DataError:
+        raise error from None
+    if not damaged.lost:
+        raise error
+    lost = [(str(each.path), f"{each.kind}: {each.what}") for each in damaged.lost]
+    if as_json:
+        result_json(
+            {
+                "run": damaged.header.run_id,
+                "path": str(damaged.path),
+                "damaged": True,
+                "sha256": damaged.sha256,
+                "recordings": list(damaged.recordings),
+                "lost": dict(lost),
+            }
+        )
+        return ExitCode.DATA
+    header = damaged.header
+    facts = [
+        ("run", header.run_id),
+        ("procedure", header.procedure_title),
+        ("station", header.station_id),
+        ("started", header.started_utc),
+        ("file", f"{damaged.path} is DAMAGED: {lost_text(damaged)}"),
+        ("SHA-256 of the file", damaged.sha256),
+        *((f"sound {place.partition('/')[0]}", name)
+          for place, name in zip(damaged.sound, damaged.recordings, strict=True)),
+    ]  # fmt: skip
+    result(pairs([(name, text) for name, text in facts if text]))
+    for name, text in lost:
+        message(f"lost: {name}: {text}")
+    message(
+        f"hint: take the file from a copy or a backup, or save what is sound:"
+        f" 'rigrunner recover --salvage {header.run_id}'"
+    )
+    return ExitCode.DATA
 
 
 def _later(found: LaterDecision) -> tuple[str, str]:
@@ -84,10 +142,19 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield from header.inputs.items()
     if header.imported:
         yield "imported", _imported(header.imported)
+    alarms = _alarms(stored)
+    yield from (("alarm", text) for text in alarms[:MOST_ALARMS])
+    if len(alarms) > MOST_ALARMS:
+        yield "alarms", f"{len(alarms) - MOST_ALARMS} more: see --json"
     yield "recordings", _recordings(info.recording_names)
     if stored.no_load is not None:
         yield "no-load run", stored.no_load.header.run_id
     yield "SHA-256", stored.digest
+
+
+def _alarms(stored: StoredRun) -> list[str]:
+    """Return what went wrong, and what drivers told, in the order in which it came."""
+    return [f"{one.source}: {one.text}" for one in stored.events if isinstance(one, Alarm)]
 
 
 def _imported(imported: Mapping[str, str]) -> str:
@@ -103,11 +170,18 @@ def _recordings(names: Sequence[str]) -> str:
     return f"{len(names)}, from {names[0]} to {names[-1]}" if names else "none"
 
 
+def _row(row: Measurement) -> dict[str, Any]:
+    judged = [{**asdict(each.limit), "verdict": each.verdict} for each in row.judgements]
+    return {**asdict(row), "limits": judged}
+
+
 def _document(stored: StoredRun) -> dict[str, Any]:
     return {
         **info_document(stored.info),
         "zeros": dict(stored.zeros),
-        "measurements": [asdict(each) for each in stored.measurements],
+        "alarms": _alarms(stored),
+        "measurements": [_row(each) for each in stored.measurements],
+        "superseded_measurements": [_row(each) for each in stored.superseded_measurements],
         "provenance": dict(stored.header.provenance),
         "imported": dict(stored.header.imported),
         "no_load_run": None if stored.no_load is None else info_document(stored.no_load.info),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.analysis.document_decision import verdict_in
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.comparing.tree import Change, changes
 from rigrunner.workflow.set_points import named_by_frequency
@@ -28,6 +29,10 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
         yield from changes(SECTION, _presence(before), _presence(after))
         return
     yield from changes(SECTION, _verdict(before), _verdict(after), ("verdict",))
+    first_judged, second_judged = _judgements(before), _judgements(after)
+    for name in {**first_judged, **second_judged}:
+        then, now = (found.get(name, "not measured") for found in (first_judged, second_judged))
+        yield from changes(SECTION, then, now, (name,))
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
     yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
@@ -42,7 +47,13 @@ def _presence(document: Json | None) -> str:
 
 
 def _verdict(document: Json) -> str:
-    return str((document["decision"] or {}).get("verdict", "no verdict"))
+    return verdict_in(document) or "no verdict"
+
+
+def _judgements(document: Json) -> dict[str, str]:
+    """Return the verdict on each measured value that has a limit, by its place."""
+    values = (document.get("limits") or {}).get("values", ())
+    return {f"{each['of']} in {each['table']} {each['row']}": each["verdict"] for each in values}
 
 
 def _method(document: Json) -> str:

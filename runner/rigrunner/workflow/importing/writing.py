@@ -23,7 +23,8 @@ from rigrunner.api.quantity import Quantity, si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.found import Measured
-from rigrunner.engine.limits import judge
+from rigrunner.engine.limits import remarks_on
+from rigrunner.engine.recorded import RecordedStatistics
 from rigrunner.engine.scanning import where_at
 from rigrunner.plan.actions import Measure, Record, Scan, Zero
 from rigrunner.workflow.importing.columns import Wanted, fault, read_part
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.events import Event, EventSink
     from rigrunner.engine import Override
-    from rigrunner.plan.actions import Limit, PlannedStep
+    from rigrunner.plan.actions import PlannedStep
     from rigrunner.workflow.importing.columns import Read
     from rigrunner.workflow.importing.mapping import Part
     from rigrunner.workflow.importing.planning import PlannedImport
@@ -79,7 +80,7 @@ class _Import:
         self._sinks = sinks
         self._progress = progress
         self._done = 0
-        self._measurements = iter(enumerate(self._mapping.measurements))
+        self._measurements = iter(self._mapping.measurements)
         self._zeros = {
             member: iter(self._mapping.zeros_of(member)) for member in self._mapping.zeros
         }
@@ -134,31 +135,25 @@ class _Import:
         found = Measured({member: value}, {member: action.unit}, {})
         self._step(index, step, (self._latest, self._latest), found)
 
-    def _stated(self, limits: Sequence[Limit]) -> tuple[dict[str, float], list[str]]:
-        """Return the next values that are stated, and which of them are marginal, in words."""
-        number, entry = next(self._measurements)
-        values = {member: each.si for member, each in entry.values.items()}
-        try:
-            return values, judge(limits, values)
-        except DataError as error:
-            at = ("measurements", number, "values")
-            raise fault(self._checked.mapping, at, error.message) from error
+    def _stated(self) -> dict[str, float]:
+        """Return the next values that are stated."""
+        return {member: each.si for member, each in next(self._measurements).values.items()}
 
     def _scan(self, index: int, step: PlannedStep, action: Scan) -> None:
         attempt, at = Attempt(index, step, 1, 1), self._latest
         self._emit(StepStarted, at, **attempt.started())
         for point, value in enumerate(action.values):
-            values, remarks = self._stated(action.limits)
-            for text in remarks:
-                self._emit(Note, at, step=step.path, text=f"at {where_at(action, point)}: {text}")
+            values = self._stated()
             where = {"step": step.path, "point": point, "measurement": action.name}
             setpoints = {**action.setpoints, action.member: value}
             self._emit(Scanned, at, **where, setpoints=setpoints, values=values)
+            told = f"at {where_at(action, point)}: "
+            for kind, text in remarks_on(action.limits, values, told):
+                self._emit(kind, at, step=step.path, text=text)
         self._emit(StepEnded, at, **attempt.ended(ok=True))
 
     def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
-        values, _ = self._stated(step.terms.limits)
-        found = Measured(values, action.units, {})
+        found = Measured(self._stated(), action.units, {})
         self._step(index, step, (self._latest, self._latest), found)
 
     def _mean_at_rest(self, part: Part, at: DocumentPath, member: str) -> float:
@@ -182,12 +177,15 @@ class _Import:
         samples = {member: read.columns[member] for member in members}
         self._require_length(step, action, entry, len(samples[members[0]]) / read.rate_hz)
         values, units = _conditions(conditions, read)
-        if unstated := [each.member for each in step.terms.limits if each.member not in values]:
+        known = {*values, *action.statistics}
+        if unstated := [each.of for each in step.terms.limits if each.of not in known]:
             message = f"{unstated[0]} is not stated, and the procedure has limits for it"
             raise fault(self._checked.mapping, at, message, "state it under 'conditions'")
         started = self._start_of(entry, at, read)
         ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
-        found = Measured(values, {**action.units, **units}, {})
+        statistics = RecordedStatistics(action.statistics)
+        statistics.take(samples)
+        found = Measured(values, {**action.units, **units}, {}, statistics.found())
         self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
         self._latest = max(self._latest, ended)
         self._done += 1
@@ -243,9 +241,10 @@ class _Import:
         self._emit(StepStarted, started, **attempt.started())
         if sampled is not None:
             self._samples(started, attempt.recording, sampled)
-        for text in judge(step.terms.limits, found.values):
-            self._emit(Note, ended, step=step.path, text=text)
         self._emit(StepEnded, ended, **attempt.ended(found, ok=True))
+        values = {**found.values, **found.statistics}
+        for kind, text in remarks_on(step.terms.limits, values):
+            self._emit(kind, ended, step=step.path, text=text)
 
     def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
         rate_hz, columns = sampled.rate_hz, sampled.columns

@@ -212,6 +212,18 @@ def test_another_verdict_matters():
     ]
 
 
+def test_measured_values_are_compared_by_their_judgement():
+    def limited(verdict):
+        values = [{"table": "cell", "row": 1, "of": "tester.load", "verdict": verdict}]
+        return document(0.7) | {"limits": {"values": values}}
+
+    (found,) = result_changes(limited("pass"), limited("fail"))
+    assert found.text == "tester.load in cell 1 was changed from 'pass' to 'fail'"
+    (found,) = result_changes(limited("fail"), document(0.7))
+    assert found.text == "tester.load in cell 1 was changed from 'fail' to 'not measured'"
+    assert list(result_changes(limited("fail"), limited("fail"))) == []
+
+
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("diff")

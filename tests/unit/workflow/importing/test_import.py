@@ -398,7 +398,6 @@ def test_single_values_and_several_zeros_are_imported(lab):
             "map.yaml:17:12: error: measurements[0].name: the procedure m",
         ),
         ("415 mN·m", "415 N", "'N' is a unit of force, but tester.torque needs one of torque"),
-        ("415 mN·m", "6 N·m", "map.yaml:17:26: error: measurements[0].values: tester.torque"),
         ("{tester.torque: 41", "{tester.force: 41", "the procedure measures here: tester.torque"),
         (HELD, "", "what was measured is missing: 'held' of tester.torque"),
         (HELD, HELD + HELD.partition("\n")[2], "measurements[1]: the procedure measures nothing"),
@@ -423,7 +422,21 @@ def test_a_condition_that_the_procedure_limits_has_to_be_stated(lab):
     assert called.code == 3
     assert "map.yaml:17:5: error: recordings[0]: tester.oil is not stated, and the" in called.err
     too_hot = bring_in(lab, ("{tester.force: {col", "{tester.oil: 42 °C, tester.force: {col"))
-    assert "tester.oil is 42 °C, allowed is 41 °C or less" in too_hot.err
+    assert too_hot.code == 1
+    assert "tester.oil is 42 °C, allowed is 41 °C or less" in too_hot.out
+
+
+def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
+    bring_in(lab, SCANS, file="short.yaml")
+    high = ("4.5 N·m", "5.5 N·m")
+    called = bring_in(lab, ("recordings:\n", f"{STATED}recordings:\n"), high)
+    assert called.code == 1, called.err
+    run = imported(lab)
+    assert run.info.outcome == "completed"
+    judged = [one.passes for row in run.measurements for one in row.judgements]
+    assert judged == [True, False, True]
+    text = "tester.torque is 5.5 N·m, allowed is 5 N·m or less"
+    assert text in called.out
 
 
 SCANS = (
@@ -473,8 +486,6 @@ def test_each_point_of_a_scan_is_stated(lab):
     [
         (3, "", "measurements[2].name: the procedure measures 'held' here"),
         (4, "", "what was measured is missing: 'after' of tester.torque"),
-        (2, "  - {name: held, values: {tester.torque: 5.5 N·m}}\n",
-         "measurements[1].values: tester.torque is 5.5 N·m, allowed is 5 N·m or less"),
         (1, "  - {name: held, values: {tester.load: 5.5 N}}\n",
          "the procedure measures here: tester.torque"),
         (4, STATED[14:], "the procedure measures nothing"),
