@@ -24,10 +24,12 @@ from dataclasses import dataclass, replace
 from importlib.abc import MetaPathFinder
 from importlib.machinery import SourceFileLoader
 from importlib.util import spec_from_file_location
+from math import inf
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import TYPE_CHECKING
 
+import psutil
 import pytest
 
 if TYPE_CHECKING:
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from mutation.record import Known
 
 KILLED, HUNG, DIED, SURVIVED, UNTESTED = "killed", "hung", "died", "survived", "no test runs it"
+_LOOK_EVERY_S = 0.1
 _SAID = "said"
 """The file of what a process prints."""
 
@@ -60,16 +63,24 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Patience:
-    """When a test takes so long that it has failed: by its time, and so many seconds beyond."""
+    """When a test takes so long that it has failed: by its time, and so many seconds beyond.
+
+    A loop without an end is found by the processor time of the test, which does not depend on what
+    else the machine does. One that waits uses none: the clock gives it ten times the seconds.
+    """
 
     times: float
     more_s: float
     between_s: float = 300.0
     """For collecting tests, and for what follows upon the last."""
 
-    def limit_s(self, test: Known) -> float:
-        """Return how long a test may take."""
+    def busy_s(self, test: Known) -> float:
+        """Return how much processor time a test may take."""
         return self.times * test.seconds + self.more_s
+
+    def waiting_s(self, test: Known) -> float:
+        """Return how long a test may take by the clock."""
+        return self.times * test.seconds + 10.0 * self.more_s
 
 
 @dataclass(frozen=True)
@@ -266,12 +277,15 @@ def _be_child(
 
 def _watch(child: int, reads: int, tests: Sequence[Known], patience: Patience) -> Verdict:
     """Return what the child says; end it once a test failed or takes too long."""
-    allowed_s = {each.name: patience.limit_s(each) for each in tests}
+    known = {each.name: each for each in tests}
+    process = psutil.Process(child)
     test, heard, began = "", b"", set[str]()
-    until_s = time.monotonic() + patience.between_s
+    until_s, until_busy_s = time.monotonic() + patience.between_s, inf
     while True:
-        ready, _, _ = select.select([reads], [], [], max(until_s - time.monotonic(), 0.0))
+        ready, _, _ = select.select([reads], [], [], _LOOK_EVERY_S)
         if not ready:
+            if time.monotonic() < until_s and _busy_s(process) < until_busy_s:
+                continue
             _end(child, within_s=0.0)
             return Verdict(HUNG, test, len(began))
         piece = os.read(reads, 65536)
@@ -285,12 +299,19 @@ def _watch(child: int, reads: int, tests: Sequence[Known], patience: Patience) -
                 return Verdict(KILLED, name, len(began))
             test = name
             began.add(name)
-            limit_s = allowed_s[name] if kind == "begun" else patience.between_s
-            until_s = time.monotonic() + limit_s
+            until_s, until_busy_s = time.monotonic() + patience.between_s, inf
+            if kind == "begun":
+                until_s = time.monotonic() + patience.waiting_s(known[name])
+                until_busy_s = _busy_s(process) + patience.busy_s(known[name])
     code = _end(child, within_s=1.0)
     if code == 0 and len(began) == len(tests):
         return Verdict(SURVIVED, "", len(began))
     return Verdict(DIED, test, len(began))
+
+
+def _busy_s(process: psutil.Process) -> float:
+    times = process.cpu_times()
+    return float(times.user + times.system)
 
 
 def _end(child: int, *, within_s: float) -> int:
