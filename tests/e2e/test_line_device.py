@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from helpers_cli import call
@@ -12,15 +14,38 @@ from rigrunner.workflow.locate import run_names
 from rigrunner.workflow.new_plugin import NewPlugin
 
 
+LATE = object()
+"""In place of an answer: the usual one, after the driver's time limit."""
+LATE_S = 0.5
+SIX = """\
+rigrunner: procedure/1
+id: SIX
+revision: "A"
+title: Six readings
+measurand: {symbol: F, name: force}
+uses: {device: press}
+main:
+  - set: {device.force: 500 N}
+  - repeat:
+      times: 6
+      steps:
+        - measure: {channels: [device.force], name: forces, retries: 3}
+teardown:
+  - set: {device.force: 0 N}
+"""
+
+
 class Press(ScriptedPeer):
     """A press that answers every set-point with itself, and keeps it.
 
-    `wrong` is answered instead, once, where a line is one of it and the press is not at rest.
+    `wrong` is answered instead, once, where a line is one of it and the press is not at rest; a
+    reading is answered as usual so many times before that.
     """
 
-    def __init__(self, wrong):
+    def __init__(self, wrong, readings_before=0):
         self.force = b"0.0"
         self.wrong = wrong
+        self.readings_before = readings_before
         super().__init__(self)
 
     def get(self, line, _):
@@ -30,7 +55,14 @@ class Press(ScriptedPeer):
         usual = b"Example,press,0042,1.0" if line == b"*IDN?\n" else self.force
         if line == b"FORCE?\n" and self.force == b"0.0":  # as each start reads it
             return usual + b"\n"
-        return self.wrong.pop(line, usual + b"\n")
+        if line == b"FORCE?\n" and self.readings_before:
+            self.readings_before -= 1
+            return usual + b"\n"
+        answer = self.wrong.pop(line, usual + b"\n")
+        if answer is LATE:
+            time.sleep(LATE_S)
+            return usual + b"\n"
+        return answer
 
 
 @pytest.fixture
@@ -43,8 +75,8 @@ def lab(tmp_path):
     procedure = tmp_path / "procedure.yaml"
     procedure.write_text(texts["example/procedure.yaml"], encoding="utf-8")
 
-    def run(wrong):
-        press = Press(wrong)
+    def run(wrong, readings_before=0):
+        press = Press(wrong, readings_before)
         station = tmp_path / "station.yaml"
         text = texts["example/station.yaml"].replace(
             "{simulated: yes}", f"{{address: '{press.address}', timeout: 0.3 s}}"
@@ -86,6 +118,27 @@ def test_what_goes_wrong_at_half_way_is_told_and_the_press_let_go(lab, wrong, wo
     assert press.force == b"0.0"
     assert press.heard[-1] == b"FORCE?\n"  # the safe force was read back
     assert read(folder).info.outcome == "error"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "number"),
+    [*((LATE, number) for number in range(1, 7)), (HANG_UP, 2), (b"", 3)],
+    ids=[*(f"late-{number}" for number in range(1, 7)), "dropped-2", "none-3"],
+)
+def test_one_answer_that_fails_costs_no_measurement(lab, tmp_path, wrong, number):
+    """As it was found: one late answer lost four measurements of six, with `retries: 3`.
+
+    The first reading confirms the set-point. Each of the six is read between two looks at the
+    drive.
+    """
+    (tmp_path / "procedure.yaml").write_text(SIX, encoding="utf-8")
+    called, press, folders = lab({b"FORCE?\n": wrong}, number)
+    assert called.code == ExitCode.PASS, called.err
+    (folder,) = folders
+    rows = read(folder).measurements
+    assert [each.values["device.force"] for each in rows] == [500.0] * 6
+    assert press.heard.count(b"*IDN?\n") == 2  # identified again after it was connected anew
+    assert press.force == b"0.0"
 
 
 def test_another_instrument_is_refused_before_anything_is_set(lab):

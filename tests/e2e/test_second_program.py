@@ -1,0 +1,70 @@
+"""A second program reaches for the instrument of a run: refused, or noticed by the run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from helpers_supply import SupplyLab
+from rigrunner.api.errors import ExitCode
+from rigrunner.runfile import read
+from rigrunner.workflow.locate import run_names
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="as the tests of the supply")
+PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"
+SHARED = ("plugin: supply\n", "plugin: supply\n    shared: yes\n")
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    return SupplyLab(tmp_path / "lab")
+
+
+def start(*words):
+    command = [sys.executable, "-c", PROGRAM, *map(str, words)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def run_and_jog(lab, station, other):
+    """Run by one station; as soon as the supply is at 40 V, jog it to 0 V by the other."""
+    words = ["run", lab.procedure, "--station", station, "--unattended", "--runs", lab.runs]
+    with start(*words) as run:
+        until_s = time.monotonic() + 60
+        while lab.stands()[0] != 40.0:
+            assert time.monotonic() < until_s
+            assert run.poll() is None, run.stderr.read()
+            time.sleep(0.005)
+        log = lab.folder / "jog.log"
+        with start("jog", other, "psu", "--set", "voltage=0 V", "--log", log) as jog:
+            told_jog = jog.communicate(timeout=60)[1]
+        told_run = run.communicate(timeout=60)[1]
+    return run.returncode, told_run, jog.returncode, told_jog
+
+
+def test_by_a_second_station_file_it_is_refused_and_the_run_completes(lab):
+    code, told, jog_code, told_jog = run_and_jog(
+        lab, lab.station, lab.add_station("other.yaml", "other")
+    )
+    assert jog_code == ExitCode.DEVICE
+    assert "is in use: STEPS" in told_jog
+    assert code == ExitCode.PASS, told
+    assert lab.stands() == (0.0, 0.0)
+
+
+def test_where_the_station_lets_it_in_the_run_that_lost_its_drive_is_no_completed_one(lab):
+    """As it was found: the run ended as completed, with a row 'set 20 V, measured 0 V'."""
+    longer = lab.procedure.read_text(encoding="utf-8").replace("times: 12", "times: 400")
+    lab.procedure.write_text(longer, encoding="utf-8")  # it is over as soon as it notices
+    one = lab.add_station("one.yaml", "one", SHARED)
+    code, told, jog_code, told_jog = run_and_jog(lab, one, lab.add_station("b.yaml", "b", SHARED))
+    assert jog_code == ExitCode.PASS, told_jog
+    (name,) = run_names(lab.runs)
+    stored = read(lab.runs / name)
+    assert code == ExitCode.ABORTED, told
+    assert stored.info.outcome == "aborted"
+    assert "reads back 0" in told
+    assert lab.stands() == (0.0, 0.0)
