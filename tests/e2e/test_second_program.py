@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import time
@@ -21,7 +22,10 @@ SHARED = ("plugin: supply\n", "plugin: supply\n    shared: yes\n")
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
-    return SupplyLab(tmp_path / "lab")
+    found = SupplyLab(tmp_path / "lab")
+    longer = found.procedure.read_text(encoding="utf-8").replace("times: 12", "times: 2000")
+    found.procedure.write_text(longer, encoding="utf-8")  # no test waits for its end
+    return found
 
 
 def start(*words):
@@ -41,24 +45,25 @@ def run_and_jog(lab, station, other):
         log = lab.folder / "jog.log"
         with start("jog", other, "psu", "--set", "voltage=0 V", "--log", log) as jog:
             told_jog = jog.communicate(timeout=60)[1]
+        if jog.returncode != ExitCode.PASS:  # the run goes on
+            assert run.poll() is None
+            run.send_signal(signal.SIGINT)
         told_run = run.communicate(timeout=60)[1]
     return run.returncode, told_run, jog.returncode, told_jog
 
 
-def test_by_a_second_station_file_it_is_refused_and_the_run_completes(lab):
+def test_by_a_second_station_file_it_is_refused_and_the_run_goes_on(lab):
     code, told, jog_code, told_jog = run_and_jog(
         lab, lab.station, lab.add_station("other.yaml", "other")
     )
     assert jog_code == ExitCode.DEVICE
     assert "is in use: STEPS" in told_jog
-    assert code == ExitCode.PASS, told
+    assert code == ExitCode.INTERRUPTED, told
     assert lab.stands() == (0.0, 0.0)
 
 
 def test_where_the_station_lets_it_in_the_run_that_lost_its_drive_is_no_completed_one(lab):
     """As it was found: the run ended as completed, with a row 'set 20 V, measured 0 V'."""
-    longer = lab.procedure.read_text(encoding="utf-8").replace("times: 12", "times: 400")
-    lab.procedure.write_text(longer, encoding="utf-8")  # it is over as soon as it notices
     one = lab.add_station("one.yaml", "one", SHARED)
     code, told, jog_code, told_jog = run_and_jog(lab, one, lab.add_station("b.yaml", "b", SHARED))
     assert jog_code == ExitCode.PASS, told_jog
