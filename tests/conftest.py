@@ -31,6 +31,26 @@ settings.load_profile("busy")
 pytest_plugins = ["rigrunner.testing.pytest_plugin"]
 
 
+def pytest_addoption(parser) -> None:
+    """Add the option that CI passes."""
+    parser.addoption("--all", action="store_true", help="run the thorough tests too, as CI does")
+
+
+def pytest_xdist_auto_num_workers(config) -> int:
+    """Return how many workers run the tests: one more than processors, as some tests wait.
+
+    Files that are named are run in this process, which saves to start workers.
+    """
+    if _files_are_named(config):
+        return 0
+    all_ours = hasattr(os, "sched_getaffinity")
+    return 1 + (len(os.sched_getaffinity(0)) if all_ours else os.cpu_count() or 1)
+
+
+def _files_are_named(config) -> bool:
+    return not any(Path(each).is_dir() for each in config.args)
+
+
 def pytest_configure() -> None:
     """Give each worker of pytest-xdist folders for temporary files and for the state of rigs alone.
 
@@ -40,6 +60,8 @@ def pytest_configure() -> None:
     ignore interrupts.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    # else each of the thousand programs that tests start compiles all anew
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     rigs = tempfile.mkdtemp(prefix="rigrunner-tests-rigs-")
     atexit.register(shutil.rmtree, rigs, ignore_errors=True)
@@ -51,8 +73,15 @@ def pytest_configure() -> None:
         tempfile.tempdir = None  # it is looked up again
 
 
-def pytest_collection_modifyitems(items) -> None:
-    """Begin with the tests that wait in real time: other workers run the rest meanwhile."""
+def pytest_collection_modifyitems(config, items) -> None:
+    """Begin with the tests that wait in real time: other workers run the rest meanwhile.
+
+    The thorough ones are left out, except with `--all` and where their files are named.
+    """
+    if not (config.option.all or _files_are_named(config)):
+        left_out = [item for item in items if item.get_closest_marker("thorough")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
     items.sort(key=lambda item: item.get_closest_marker("in_real_time") is None)
 
 

@@ -149,7 +149,7 @@ def _collected(
 
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
-        options = ["-qq", "-s", "-p", "no:cacheprovider", f"--basetemp={folder}/pytest"]
+        options = ["-qq", "-s", "-n0", "-p", "no:cacheprovider", f"--basetemp={folder}/pytest"]
         sys.dont_write_bytecode = True
         if pytest.main([*options, *tests], plugins=[Collected(use)]):
             return []
@@ -227,7 +227,8 @@ def _restored(name: str, seconds: float, lines: Mapping[str, Iterable[int]]) -> 
 
 def _recorded(paths: Sequence[Path], tests: Sequence[str]) -> list[Any]:
     """Run the tests, and return of each its name, its time and its lines."""
-    found = record([str(path) for path in paths], ["-p", "no:cacheprovider", *tests])
+    sys.dont_write_bytecode = True
+    found = record([str(path) for path in paths], ["-n0", "-p", "no:cacheprovider", *tests])
     return [
         (each.name, each.seconds, {file: sorted(n) for file, n in each.lines.items()})
         for each in found

@@ -181,7 +181,15 @@ def try_anew(change: Change, tests: Sequence[Known], patience: Patience) -> Verd
         sys.dont_write_bytecode = True
         sys.meta_path.insert(0, _Finder(change))
         files = dict.fromkeys(name.split("::")[0] for name in names)
-        options = ["-x", "-q", "-s", "-p", "no:cacheprovider", f"--basetemp={folder / 'pytest'}"]
+        options = [
+            "-x",
+            "-q",
+            "-s",
+            "-n0",
+            "-p",
+            "no:cacheprovider",
+            f"--basetemp={folder / 'pytest'}",
+        ]
         return int(pytest.main([*options, *files], plugins=[_Chosen(names, tell)]))
 
     return _in_child(work, tests, patience)
