@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import (
     AnyQuantity,
@@ -16,7 +17,7 @@ from rigrunner.api.settings import (
     Settings,
     YesNo,
 )
-from rigrunner.yamlfile.names import Member, Name
+from rigrunner.yamlfile.names import Name
 
 CONDITIONS = ("above", "below", "outside", "rate", "stale")
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError
+from rigrunner.api.member import Member
 from rigrunner.signal.blocks import limits
 
 if TYPE_CHECKING:
@@ -49,7 +50,11 @@ def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
     for source, what, found in (
         (MotionSource.ANGLE, "angle", _channels(recording, "rad")),
         (MotionSource.TACHO, "velocity", _channels(recording, "rad/s")),
-        (MotionSource.INDEX, "index", [n for n in recording.channels if _member(n) == INDEX]),
+        (
+            MotionSource.INDEX,
+            "index",
+            [n for n in recording.channels if Member.parse(n).name == INDEX],
+        ),
     ):
         if len(found) > 1:
             raise DataError(
@@ -71,17 +76,17 @@ def finite(recording: Recording, name: str) -> Samples:
 
 def set_point(recording: Recording, torque: str, quantity: str) -> float:
     """Return the set value of a quantity of the device that owns the torque channel."""
-    return _value(recording, recording.setpoints, f"{role_of(torque)}.{quantity}", "set-point")
+    return _value(recording, recording.setpoints, Member(role_of(torque), quantity), "set-point")
 
 
 def is_set(recording: Recording, torque: str, quantity: str) -> bool:
     """Return whether that quantity was set, and not to zero."""
-    return recording.setpoints.get(f"{role_of(torque)}.{quantity}", 0.0) > 0
+    return recording.setpoints.get(Member(role_of(torque), quantity), 0.0) > 0
 
 
 def load_n(recording: Recording, torque: str) -> float:
     """Return the load as it was read while recording, or else as it was set, in N."""
-    name = f"{role_of(torque)}.load"
+    name = Member(role_of(torque), "load")
     source = recording.conditions if name in recording.conditions else recording.setpoints
     return _value(recording, source, name, "load")
 
@@ -90,13 +95,9 @@ def _channels(recording: Recording, unit: str) -> list[str]:
     return sorted(name for name in recording.channels if recording.units.get(name) == unit)
 
 
-def _member(channel: str) -> str:
-    return channel.rpartition(".")[2]
-
-
 def role_of(channel: str) -> str:
     """Return the role of the device that has a channel."""
-    return channel.split(".", 1)[0]
+    return Member.parse(channel).role
 
 
 def _value(recording: Recording, source: Mapping[str, float], name: str, what: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.channels import role_of
+from rigrunner.api.member import Member
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +21,7 @@ def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigD
     states it where the register has none, or does not say how accurate it is.
     """
     least = min((load for load in loads_n if load > 0), default=0.0)
-    channel = f"{role_of(torque)}.load"
+    channel = Member(role_of(torque), "load")
     cell = next((each for each in run.other_instruments if each.channel == channel), None)
     limit = None if cell is None or least == 0 else cell.limit_of_error(least)
     if limit is None:

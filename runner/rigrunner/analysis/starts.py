@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.channels import finite, motion_channel, torque_channel
+from rigrunner.analysis.channels import finite, motion_channel, role_of, torque_channel
 from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.api.analysis.requirements import LEAST_STARTS
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
+from rigrunner.api.member import Member
 from rigrunner.signal.spikes import hampel
 from rigrunner.signal.starts import find_start
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -49,10 +49,12 @@ def prepare_starts(
 
 def _place(recording: Recording, run: RunData) -> tuple[float, float]:
     """Return the set speed of the start in Hz and the load in N; 0 where there is no drive."""
-    role, _ = split_member(torque_channel(recording, run.instruments))
+    role = role_of(torque_channel(recording, run.instruments))
     setpoints = recording.setpoints
-    speed_hz = setpoints.get(f"{role}.start_frequency", setpoints.get(f"{role}.frequency", 0.0))
-    return speed_hz, setpoints.get(f"{role}.load", 0.0)
+    speed_hz = setpoints.get(
+        Member(role, "start_frequency"), setpoints.get(Member(role, "frequency"), 0.0)
+    )
+    return speed_hz, setpoints.get(Member(role, "load"), 0.0)
 
 
 def _start(

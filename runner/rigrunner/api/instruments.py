@@ -17,6 +17,7 @@ from rigrunner.api.calibration import (
     TorqueAccuracy,
     limit_of_error,
 )
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import UNITS, QuantityError
 from rigrunner.api.settings import (
     Frequency,
@@ -67,7 +68,7 @@ class LowPass(Settings):
 class Instrument(Settings):
     """What the register has of any instrument."""
 
-    channel: Annotated[str, Field(description="role.channel, such as tester.torque")]
+    channel: Annotated[Member, Field(description="role.channel, such as tester.torque")]
     id: PlainText = ""
     """The laboratory's own number of it."""
     maker: PlainText = ""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import Condition, InstrumentEntry
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+from rigrunner.api.member import Member
 from rigrunner.certificate.numerals import printed
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def conditions_of(run: RunData) -> Iterator[Condition]:
         for channel, value in measurement.values.items():
             seen.setdefault(channel, []).append(value)
     for channel, values in seen.items():
-        quantity = channel.rpartition(".")[2]
+        quantity = Member.parse(channel).name
         if quantity in _SHOWN:
             yield _condition(channel, quantity, min(values), max(values))
 

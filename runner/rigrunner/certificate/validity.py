@@ -8,6 +8,7 @@ from rigrunner.analysis.channels import role_of
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.certificate import Traceability, ValidityCondition
 from rigrunner.api.measurand import Validity
+from rigrunner.api.member import Member
 from rigrunner.certificate.numerals import printed
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def load_problem(result: Result) -> str:
 
 def load_channel(result: Result) -> str:
     """Return the channel of the load, 'role.load'."""
-    return f"{role_of(_torque_channel(result))}.load"
+    return Member(role_of(_torque_channel(result)), "load")
 
 
 def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.yamlfile.names import split_member
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from rigrunner.api.member import Member
 
 NONE: Mapping[str, Any] = {}
 
@@ -31,10 +31,9 @@ NOTHING = Measured(NONE, NONE, NONE)
 
 
 @lru_cache
-def by_role(members: tuple[str, ...]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def by_role(members: tuple[Member, ...]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return the channels of each role: a sweep measures the same ones at every point."""
     found: dict[str, list[str]] = {}
     for member in members:
-        role, channel = split_member(member)
-        found.setdefault(role, []).append(channel)
+        found.setdefault(member.role, []).append(member.name)
     return tuple((role, tuple(channels)) for role, channels in found.items())

@@ -8,9 +8,9 @@ import numpy as np
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import InterlockCleared, InterlockTripped
+from rigrunner.api.member import Member
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.watching import Watch
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -63,14 +63,17 @@ class Guard:
 
     def feed(self, role: str, block: Block) -> None:
         """Look at the samples of a stream, whose channels are named without the role."""
-        members = {f"{role}.{name}": values for name, values in block.channels.items()}
-        watched = [each for each in self._watches if each.interlock.member in members]
+        watched = [
+            each
+            for each in self._watches
+            if (member := each.interlock.member).role == role and member.name in block.channels
+        ]
         if not watched or not block.samples:
             return
         end_s = self._rig.clock.monotonic_s()
         times_s = end_s - np.arange(block.samples - 1, -1, -1) / block.rate_hz
         for each in watched:
-            each.take(times_s, np.asarray(members[each.interlock.member]), end_s)
+            each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), end_s)
 
     def look(self, *, anew: bool = False) -> None:
         """Read what is due, or all of it `anew`; put on record what has tripped or cleared."""
@@ -92,7 +95,7 @@ class Guard:
 
     def allow(self, role: str, drive: str, value: float) -> None:
         """Raise InterlockError if a set-point leads away from safe and is forbidden now."""
-        member = f"{role}.{drive}"
+        member = Member(role, drive)
         against = [each for each in self.tripped if member in each.interlock.forbids]
         for each in against:
             if self._rig.leads_away(role, drive, value):
@@ -100,9 +103,9 @@ class Guard:
                 raise _error(each.interlock, text)
 
     def _read(self, watch: Watch) -> None:
-        role, channel = split_member(watch.interlock.member)
+        member = watch.interlock.member
         try:
-            value = self._rig.read(role, (channel,))[watch.interlock.member]
+            value = self._rig.read(member.role, (member.name,))[member]
         except Exception as error:  # noqa: BLE001  (what cannot be read is not known to be good)
             watch.miss(self._rig.clock.monotonic_s(), str(error))
             return

@@ -16,6 +16,7 @@ from rigrunner.api.events import (
     RunEnded,
     RunStarted,
 )
+from rigrunner.api.member import Member
 from rigrunner.bus import Emitter
 from rigrunner.engine.breaks import take_break
 from rigrunner.engine.drive_watch import DriveWatch
@@ -288,4 +289,4 @@ class Run:
 
 
 def _read_back(report: SafetyReport) -> dict[str, float]:
-    return {f"{report.role}.{drive}": value for drive, value in report.read_back.items()}
+    return {Member(report.role, drive): value for drive, value in report.read_back.items()}

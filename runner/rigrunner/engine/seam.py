@@ -12,7 +12,6 @@ from rigrunner.engine.notes import GOES_ON
 from rigrunner.engine.pausing import Choice
 from rigrunner.engine.points import LEADING, point_at
 from rigrunner.plan.actions import Ask, Measure, Phase, Ramp, Record, Scan, SetDrive, Zero
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -118,7 +117,7 @@ def _streaming(action: Action) -> str:
         case Record(role=role) | Zero(role=role):
             return role
         case Measure(channels=channels, sample_rate_hz=rate) if rate:
-            return split_member(channels[0])[0]
+            return channels[0].role
         case _:
             return ""
 

@@ -98,7 +98,7 @@ def _ask(path: str, action: Ask, session: Session) -> None:
 
 
 def _zero(action: Zero, session: Session) -> Measured:
-    name = f"{action.role}.{action.channel}"
+    name = action.member
     mean = _stream_means(action.role, (action.channel,), action.duration_s, session)[name]
     if abs(mean) > action.within:
         raise DataError(

@@ -11,6 +11,7 @@ import numpy as np
 from rigrunner.api.cleanup import closed_after
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
+from rigrunner.api.member import Member
 from rigrunner.api.samples import as_samples
 
 if TYPE_CHECKING:
@@ -149,5 +150,7 @@ class _Times:
 
 
 def _with_role(role: str, block: Block) -> Block:
-    named = {f"{role}.{name}": values for name, values in block.channels.items()}
+    named: dict[str, Array] = {
+        Member(role, name): values for name, values in block.channels.items()
+    }
     return Block(block.rate_hz, block.first_sample, block.monotonic_s, named)

@@ -7,6 +7,7 @@ from enum import StrEnum
 from math import inf
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.procedure.answers import Expected
 
 if TYPE_CHECKING:
@@ -65,6 +66,11 @@ class Zero:
     within: float
     duration_s: float
 
+    @property
+    def member(self) -> Member:
+        """The channel."""
+        return Member(self.role, self.channel)
+
 
 @dataclass(frozen=True)
 class SetDrive:
@@ -76,9 +82,9 @@ class SetDrive:
     unit: str
 
     @property
-    def member(self) -> str:
+    def member(self) -> Member:
         """The drive, 'role.drive'."""
-        return f"{self.role}.{self.drive}"
+        return Member(self.role, self.drive)
 
     @property
     def ends(self) -> tuple[float, ...]:
@@ -98,9 +104,9 @@ class Ramp:
     duration_s: float
 
     @property
-    def member(self) -> str:
+    def member(self) -> Member:
         """The drive, 'role.drive'."""
-        return f"{self.role}.{self.drive}"
+        return Member(self.role, self.drive)
 
     @property
     def ends(self) -> tuple[float, ...]:
@@ -148,8 +154,8 @@ class Measure:
 
     name: str
     """Of the table of which the values are a row."""
-    channels: tuple[str, ...]
-    """As 'role.name'; of one role where they are averaged."""
+    channels: tuple[Member, ...]
+    """Of one role where they are averaged."""
     duration_s: float
     """How long to average; 0: read once."""
     setpoints: Mapping[str, float]
@@ -170,8 +176,7 @@ class Scan:
     drive: str
     values: tuple[float, ...]
     """The set-points in order, in the SI unit of the drive."""
-    channels: tuple[str, ...]
-    """As 'role.name'."""
+    channels: tuple[Member, ...]
     settle_s: float
     """How long to wait at each set-point; 0: not at all."""
     setpoints: Mapping[str, float]
@@ -184,9 +189,9 @@ class Scan:
     """Whether the first value out of limits ends the scan and the run."""
 
     @property
-    def member(self) -> str:
+    def member(self) -> Member:
         """The drive, 'role.drive'."""
-        return f"{self.role}.{self.drive}"
+        return Member(self.role, self.drive)
 
     @property
     def ends(self) -> tuple[float, ...]:
@@ -253,8 +258,7 @@ class Interlock:
     """
 
     name: str
-    member: str
-    """The channel, 'role.channel'."""
+    member: Member
     condition: str
     """What trips it, in words."""
     shown: Unit
@@ -269,8 +273,8 @@ class Interlock:
     every_s: float = 0.1
     does: str = "abort"
     """forbid, pause, abort or make_safe."""
-    forbids: tuple[str, ...] = ()
-    """Drives, 'role.drive', that may not be led away from their safe value."""
+    forbids: tuple[Member, ...] = ()
+    """Drives that may not be led away from their safe value."""
     overridable: bool = False
 
 

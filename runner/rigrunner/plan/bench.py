@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Readable, Streaming
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import QuantityError, unit
 from rigrunner.station.drive_rules import DriveRules
-from rigrunner.yamlfile.names import split_member
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
@@ -43,14 +43,14 @@ class Bench:
         """Return the same bench as another procedure sees it."""
         return Bench(procedure, self._devices, self._problems, self.rules)
 
-    def channel(self, member: str, path: Path, *, key: bool = False) -> ChannelInfo | None:
+    def channel(self, member: Member, path: Path, *, key: bool = False) -> ChannelInfo | None:
         """Return the channel, or None after adding the problem; `key`: it is named by a key."""
         device = self._device(member, path, key=key)
         if device is None:
             return None
         return self._find(device.channels, "channel", member, path, key=key)
 
-    def drive(self, member: str, path: Path, *, key: bool) -> DriveInfo | None:
+    def drive(self, member: Member, path: Path, *, key: bool) -> DriveInfo | None:
         """Return the drive, or None after adding the problem; `key`: it is named by a key."""
         device = self._device(member, path, key=key)
         if device is None:
@@ -58,15 +58,15 @@ class Bench:
         found = self._find(device.drives, "drive", member, path, key=key)
         return found and self.rules.narrowed(member, found)
 
-    def safe_value(self, member: str) -> float:
+    def safe_value(self, member: Member) -> float:
         """Return the safe value of a drive of the station."""
-        role, name = split_member(member)
-        return next(info.safe_value for info in self._devices[role].drives if info.name == name)
+        drives = self._devices[member.role].drives
+        return next(info.safe_value for info in drives if info.name == member.name)
 
-    def cycle_drives(self) -> list[str]:
+    def cycle_drives(self) -> list[Member]:
         """Return all drives, 'role.name', that set the frequency of a cyclic motion."""
         return [
-            f"{role}.{drive.name}"
+            Member(role, drive.name)
             for role in self._uses
             if role in self._devices
             for drive in self._devices[role].drives
@@ -83,7 +83,7 @@ class Bench:
             self._problems.add(self._document, path, message, "record channels of another device")
         return None
 
-    def can_record(self, member: str, path: Path) -> bool:
+    def can_record(self, member: Member, path: Path) -> bool:
         """Say whether a channel that is there is streamed; add the problem if it is only read.
 
         That a device streams nothing at all is told by `sample_rate_hz`.
@@ -103,26 +103,26 @@ class Bench:
             hint = "give a duration to average" if isinstance(device, Streaming) else ""
             self._problems.add(self._document, path, message, hint)
 
-    def conditions(self, role: str, streamed: Sequence[str]) -> list[str]:
+    def conditions(self, role: str, streamed: Sequence[str]) -> list[Member]:
         """Return all channels, 'role.name', that are read beside what a role's device streams."""
         return [
-            f"{name}.{channel.name}"
+            Member(name, channel.name)
             for name, device in self._devices.items()
             if isinstance(device, Readable)
             for channel in device.channels
             if name != role or channel.name not in streamed
         ]
 
-    def streams(self, member: str) -> bool:
+    def streams(self, member: Member) -> bool:
         """Say whether a channel is one that its device streams."""
-        device, name = self._device_of(member), split_member(member)[1]
+        device, name = self._device_of(member), member.name
         found = [info.streams for info in device.channels if info.name == name] if device else []
         return isinstance(device, Streaming) and all(found)
 
-    def _device_of(self, member: str) -> Device | None:
-        return self._devices.get(split_member(member)[0])
+    def _device_of(self, member: Member) -> Device | None:
+        return self._devices.get(member.role)
 
-    def fits(self, quantity: Quantity, symbol: str, member: str, path: Path) -> bool:
+    def fits(self, quantity: Quantity, symbol: str, member: Member, path: Path) -> bool:
         """Say whether a quantity has the dimension of a unit; add the problem if not."""
         wanted = unit(symbol).dimension
         if quantity.dimension == wanted:
@@ -131,8 +131,8 @@ class Bench:
         self._problems.add(self._document, path, message, f"write it in {symbol}")
         return False
 
-    def _device(self, member: str, path: Path, *, key: bool) -> Device | None:
-        role, _ = split_member(member)
+    def _device(self, member: Member, path: Path, *, key: bool) -> Device | None:
+        role = member.role
         if role in self._uses:
             return self._devices.get(role)
         hint = suggestion(role, self._uses, "roles under 'uses'")
@@ -141,9 +141,9 @@ class Bench:
         return None
 
     def _find(
-        self, infos: Sequence[Info], what: str, member: str, path: Path, *, key: bool
+        self, infos: Sequence[Info], what: str, member: Member, path: Path, *, key: bool
     ) -> Info | None:
-        role, name = split_member(member)
+        role, name = member.role, member.name
         by_name = {info.name: info for info in infos}
         info = by_name.get(name)
         message = hint = ""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from rigrunner.yamlfile.names import split_member
-
 if TYPE_CHECKING:
     from rigrunner.api.devices import DriveInfo
+    from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.bench import Bench
     from rigrunner.yamlfile import Document
@@ -52,12 +51,12 @@ class DriveStates:
         """Return the unit of each drive that was set."""
         return dict(self._standing.units)
 
-    def standing(self, member: str, drive: DriveInfo) -> float:
+    def standing(self, member: Member, drive: DriveInfo) -> float:
         """Return where a drive stands: where it was set, or else at its safe value."""
         return self._standing.values.get(member, drive.safe_value)
 
     def resolve(
-        self, member: str, quantity: Quantity, named_at: Path, valued_at: Path, *, key: bool
+        self, member: Member, quantity: Quantity, named_at: Path, valued_at: Path, *, key: bool
     ) -> DriveInfo | None:
         """Return the drive if it can be set to that; else add the problem and return None."""
         drive = self._bench.drive(member, named_at, key=key)
@@ -75,23 +74,23 @@ class DriveStates:
             self._check_together(member, quantity, valued_at)
         return drive
 
-    def _check_together(self, member: str, quantity: Quantity, valued_at: Path) -> None:
+    def _check_together(self, member: Member, quantity: Quantity, valued_at: Path) -> None:
         """Add a problem for a set-point that is not allowed with where other drives stand."""
         for combination in self._bench.rules.combinations:
             others = [each for each in combination.drives if each != member]
             if len(others) == len(combination.drives):
                 continue
-            stands = {name: self._stands(name) for name in others}
+            stands: dict[Member, float] = {name: self._stands(name) for name in others}
             if not combination.allows({**stands, member: quantity.si}):
                 message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
                 hint = f"allowed is {combination.words()}"
                 self._problems.add(self._document, valued_at, message, hint)
 
-    def _stands(self, member: str) -> float:
+    def _stands(self, member: Member) -> float:
         value = self._standing.values.get(member)
         return self._bench.safe_value(member) if value is None else value
 
-    def move(self, member: str, drive: DriveInfo, value: float) -> float:
+    def move(self, member: Member, drive: DriveInfo, value: float) -> float:
         """Set the drive and return how many seconds it takes; it starts from its safe value."""
         distance = abs(value - self.standing(member, drive))
         self._standing.values[member], self._standing.units[member] = value, drive.unit
@@ -125,10 +124,10 @@ class DriveStates:
             message = f"zero is read at rest, but {drive} stands at {frequency_hz:g} Hz here"
             self._problems.add(self._document, path, message, f"set {drive} to 0 Hz before")
 
-    def _cycle_drive(self, role: str | None) -> str | None:
+    def _cycle_drive(self, role: str | None) -> Member | None:
         """Return the cyclic drive of that role, or else the only one there is."""
         drives = self._bench.cycle_drives()
-        own = [drive for drive in drives if split_member(drive)[0] == role]
+        own = [drive for drive in drives if drive.role == role]
         return (own or drives)[0] if len(own or drives) == 1 else None
 
     def _no_drive(self) -> tuple[str, str]:

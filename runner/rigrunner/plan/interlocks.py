@@ -10,13 +10,13 @@ from rigrunner.api.devices import Readable, Streaming
 from rigrunner.api.quantity import unit, units_of
 from rigrunner.plan.actions import Interlock
 from rigrunner.plan.motions import RATES
-from rigrunner.yamlfile.names import split_member
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.interlock import Interlock as Written
     from rigrunner.procedure import LoadedProcedure
@@ -109,7 +109,7 @@ class _Place:
         device = self._device(self.written.channel, "channel")
         if device is None:
             return None
-        role, name = split_member(self.written.channel)
+        role, name = self.written.channel.role, self.written.channel.name
         if not isinstance(device, (Readable, Streaming)):
             self.complain("channel", f"the device in the role '{role}' has nothing to be read")
         channels = {info.name: info for info in device.channels}
@@ -118,19 +118,19 @@ class _Place:
             self.complain("channel", message, suggestion(name, channels, "channels"))
         return channels.get(name)
 
-    def _drive(self, member: str, index: int) -> DriveInfo | None:
+    def _drive(self, member: Member, index: int) -> DriveInfo | None:
         device = self._device(member, "forbids", index)
         if device is None:
             return None
-        role, name = split_member(member)
+        role, name = member.role, member.name
         drives = {info.name: info for info in device.drives}
         if name not in drives:
             message = f"the device in the role '{role}' has no drive '{name}'"
             self.complain("forbids", message, suggestion(name, drives, "drives"), index)
         return drives.get(name)
 
-    def _device(self, member: str, key: str, *more: int) -> Device | None:
-        role, _ = split_member(member)
+    def _device(self, member: Member, key: str, *more: int) -> Device | None:
+        role = member.role
         if role not in self.devices:
             message = f"the station has no device in the role '{role}'"
             self.complain(key, message, suggestion(role, self.devices, "roles"), *more)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit
 from rigrunner.plan.actions import Measure, Record, Scan
 from rigrunner.procedure.limits import add_other_measurands, limits_of
@@ -52,7 +53,7 @@ def _loads(procedure: LoadedProcedure, plan: Plan | None) -> list[float]:
     if plan is None:
         return []
     no_load = procedure.model.analysis.no_load
-    loads = [record.setpoints.get(f"{record.role}.load") for record in _records(plan)]
+    loads = [record.setpoints.get(Member(record.role, "load")) for record in _records(plan)]
     known = [load for load in loads if load is not None]
     return [load for load in known if load > 0] if no_load and no_load.is_this_run else known
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from rigrunner.api.quantity import unit, units_of
 from rigrunner.plan.actions import Ramp, SetDrive, Settle, Wait
 from rigrunner.plan.terms import tried_terms
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import DriveInfo
+    from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.procedure import doings
@@ -39,7 +39,9 @@ def plan_set(targets: doings.Set, place: Place, scene: Scene) -> None:
             scene.emit(at, *_set(member, quantity, drive), seconds, terms)
 
 
-def plan_set_point(member: str, quantity: Quantity, index: int, place: Place, scene: Scene) -> None:
+def plan_set_point(
+    member: Member, quantity: Quantity, index: int, place: Place, scene: Scene
+) -> None:
     """Write down that the drive of a sweep gets its next set-point."""
     named_at, valued_at = (*place.path, "set"), (*place.path, "over", index)
     drive = scene.drives.resolve(member, quantity, named_at, valued_at, key=False)
@@ -58,8 +60,7 @@ def plan_ramp(ramp: doings.Ramp, place: Place, scene: Scene) -> None:
     before_s = scene.drives.move(ramp.drive, drive, start)
     duration_s = _ramp_s(ramp, abs(ramp.to.si - start), drive, place, scene)
     scene.drives.move(ramp.drive, drive, ramp.to.si)
-    role, name = split_member(ramp.drive)
-    action = Ramp(role, name, start, ramp.to.si, drive.unit, duration_s)
+    action = Ramp(ramp.drive.role, ramp.drive.name, start, ramp.to.si, drive.unit, duration_s)
     terms = tried_terms(ramp, place, before_s + duration_s, scene)
     text = f"Ramp {ramp.drive} to {ramp.to} in {duration_s:.3g} s"
     scene.emit(place, action, text, before_s + duration_s, terms)
@@ -92,9 +93,9 @@ def plan_wait(wait: doings.Wait, place: Place, scene: Scene) -> None:
     scene.emit(place, Wait(wait.time), whole, wait.time)
 
 
-def _set(member: str, quantity: Quantity, drive: DriveInfo) -> tuple[SetDrive, str]:
-    role, name = split_member(member)
-    return SetDrive(role, name, quantity.si, drive.unit), f"Set {member} to {quantity}"
+def _set(member: Member, quantity: Quantity, drive: DriveInfo) -> tuple[SetDrive, str]:
+    action = SetDrive(member.role, member.name, quantity.si, drive.unit)
+    return action, f"Set {member} to {quantity}"
 
 
 def _ramp_s(
@@ -114,7 +115,7 @@ def _ramp_s(
     return seconds
 
 
-def _rate(member: str, rate: Quantity, drive: DriveInfo, at: Path, scene: Scene) -> float:
+def _rate(member: Member, rate: Quantity, drive: DriveInfo, at: Path, scene: Scene) -> float:
     """Return a rate in SI units per second; endless where there is a problem with it."""
     dimension = unit(drive.unit).dimension
     wanted = RATES.get(dimension)

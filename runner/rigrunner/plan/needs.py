@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit
 from rigrunner.plan.actions import Measure, Scan
 from rigrunner.yamlfile.problems import suggestion
@@ -44,7 +45,7 @@ def check_motion(procedure: LoadedProcedure, draft: Draft, problems: Problems) -
             message = "the analysis needs a cycle frequency, and none is set here"
             hint = "set the drive before"
             problems.add(recorded.document, recorded.path, message, hint, key=True)
-        elif f"{recorded.record.role}.frequency" not in recorded.record.setpoints:
+        elif Member(recorded.record.role, "frequency") not in recorded.record.setpoints:
             message = f"the analysis needs the set frequency of '{recorded.record.role}' itself"
             hint = f"set {recorded.record.role}.frequency, also where another device drives it"
             problems.add(recorded.document, recorded.path, message, hint, key=True)
@@ -54,7 +55,7 @@ def check_register(station: LoadedStation, draft: Draft, problems: Problems) -> 
     """Add a problem for every recorded torque that the instrument register does not know."""
     for recorded in draft.recordings:
         for name in channels_of(recorded.record, "torque"):
-            _check_instrument(station, f"{recorded.record.role}.{name}", recorded, problems)
+            _check_instrument(station, Member(recorded.record.role, name), recorded, problems)
 
 
 def channels_of(record: Record, dimension: str) -> list[str]:
@@ -62,7 +63,7 @@ def channels_of(record: Record, dimension: str) -> list[str]:
     return [
         name
         for name in record.channels
-        if unit(record.units[f"{record.role}.{name}"]).dimension == dimension
+        if unit(record.units[Member(record.role, name)]).dimension == dimension
     ]
 
 
@@ -95,7 +96,7 @@ def _check_channels(recorded: Recorded, problems: Problems) -> None:
             message = f"the analysis needs {wanted} of {dimension} in each recording, got {got}"
             problems.add(recorded.document, path, message)
         for name in found:
-            given = record.units[f"{record.role}.{name}"]
+            given = record.units[Member(record.role, name)]
             if given != ANALYSED_IN[dimension]:
                 message = f"the device gives {name} in {given}"
                 hint = f"the analysis takes a device whose {dimension} is in "

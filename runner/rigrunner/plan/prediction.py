@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.plan.actions import Record
 from rigrunner.plan.needs import channels_of
 from rigrunner.signal.kinematics import max_acceleration, max_speed
@@ -59,7 +60,7 @@ def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> P
             record.name,
             record.cycle_frequency_hz,
             rig_torque_nm(station.model.rig, record.cycle_frequency_hz) + bearing_nm,
-            station.instruments[f"{record.role}.{channel}"].full_scale,
+            station.instruments[Member(record.role, channel)].full_scale,
         )
         for record in records
         for channel in channels_of(record, "torque")

@@ -11,11 +11,11 @@ from rigrunner.plan.terms import (
     recorded_limits,
     tried_terms,
 )
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.procedure import doings
@@ -26,7 +26,7 @@ _LEAST_DIGITS = 3
 def plan_zero(zero: doings.Zero, place: Place, scene: Scene) -> None:
     """Write down that a channel is read at rest."""
     at, within = (*place.path, "channel"), (*place.path, "within")
-    role, name = split_member(zero.channel)
+    role, name = zero.channel.role, zero.channel.name
     channel = scene.bench.channel(zero.channel, at)
     if channel is None or scene.bench.sample_rate_hz(role, at) is None:
         return
@@ -52,7 +52,7 @@ def plan_measure(measure: doings.Measure, place: Place, scene: Scene) -> None:
     seconds = measure.duration or 0.0
     rate_hz = _averaging_rate_hz(measure, place, scene) if seconds else None
     if rate_hz is None:
-        for role in {split_member(member)[0] for member in units}:
+        for role in {member.role for member in units}:
             scene.bench.must_be_readable(role, place.path)
     action = Measure(
         name=measure.name,
@@ -73,17 +73,16 @@ def plan_scan(scan: doings.Scan, place: Place, scene: Scene) -> None:
     """Write down that a drive goes through set-points, and what is read at each."""
     known = scene.drives.values()
     units, moved_s = _units(scan.channels, place, scene), _through(scan, place, scene)
-    for role in {split_member(member)[0] for member in units}:
+    for role in {member.role for member in units}:
         scene.bench.must_be_readable(role, place.path)
     limits = tuple(planned_limits(scan.limits, place, scan.channels, scene)) if units else ()
     if not units or moved_s is None:
         return
     seconds = moved_s + len(scan.over) * (scan.settle or 0.0)
-    role, name = split_member(scan.set)
     action = Scan(
         name=scan.name,
-        role=role,
-        drive=name,
+        role=scan.set.role,
+        drive=scan.set.name,
         values=tuple(each.si for each in scan.over),
         channels=scan.channels,
         settle_s=scan.settle or 0.0,
@@ -120,7 +119,7 @@ def plan_record(record: doings.Record, place: Place, scene: Scene) -> None:
         return
     duration_s, span = _span(record, role, place, scene)
     frequency_hz = scene.drives.known_cycle_frequency_hz(role)
-    names = tuple(split_member(member)[1] for member in record.channels)
+    names = tuple(member.name for member in record.channels)
     conditions = scene.bench.conditions(role, names)
     limits = tuple(recorded_limits(record, place, conditions, scene))
     draft = scene.draft
@@ -145,7 +144,7 @@ def plan_record(record: doings.Record, place: Place, scene: Scene) -> None:
 
 def _averaging_rate_hz(measure: doings.Measure, place: Place, scene: Scene) -> float | None:
     """Return the rate of the stream that is averaged; None where there is none."""
-    first, *others = sorted({split_member(member)[0] for member in measure.channels})
+    first, *others = sorted({member.role for member in measure.channels})
     if others:
         message = f"channels of two devices in one average: {first}, {', '.join(others)}"
         hint = "a measure step for each device, or no duration"
@@ -155,10 +154,10 @@ def _averaging_rate_hz(measure: doings.Measure, place: Place, scene: Scene) -> f
     return scene.bench.sample_rate_hz(first, place.path)
 
 
-def _one_role(record: doings.Record, place: Place, scene: Scene) -> tuple[str, dict[str, str]]:
+def _one_role(record: doings.Record, place: Place, scene: Scene) -> tuple[str, dict[Member, str]]:
     """Return the role and each channel's unit; no units where there is a problem with them."""
     units = _units(record.channels, place, scene)
-    roles = sorted({split_member(member)[0] for member in record.channels})
+    roles = sorted({member.role for member in record.channels})
     if len(roles) > 1:
         message = f"channels of two devices in one recording: {', '.join(roles)}"
         hint = "one clock, one device, one record"
@@ -173,7 +172,7 @@ def _one_role(record: doings.Record, place: Place, scene: Scene) -> tuple[str, d
     return roles[0], units if all(able) else {}
 
 
-def _units(channels: Sequence[str], place: Place, scene: Scene) -> dict[str, str]:
+def _units(channels: Sequence[Member], place: Place, scene: Scene) -> dict[Member, str]:
     """Return each channel's unit; none at all where there is a problem with one."""
     path = (*place.path, "channels")
     found = {

@@ -21,9 +21,9 @@ from rigrunner.api.analysis.requirements import (
     Requirements,
 )
 from rigrunner.api.errors import PluginError
+from rigrunner.api.member import Member
 from rigrunner.plan.actions import Measure, Scan
 from rigrunner.plan.needs import TORQUE, channels_of, motion_channels
-from rigrunner.yamlfile.names import split_member
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ def _check_phase(recorded: Recorded, needed: Iterable[Requirer], problems: Probl
 
 def _check_load(recorded: Recorded, problems: Problems) -> None:
     """Ask for a known load: each point of a result is one under a load."""
-    member = f"{recorded.record.role}.load"
+    member = Member(recorded.record.role, "load")
     if member not in recorded.record.setpoints and member not in recorded.conditions:
         message = f"the analysis needs the load, and {member} is neither set nor read"
         hint = f"set it before, such as 'set: {{{member}: 0 N}}'"
@@ -252,8 +252,10 @@ def _check_starts(
 
 def _place_of_start(recorded: Recorded) -> tuple[float, float]:
     role, setpoints = recorded.record.role, recorded.record.setpoints
-    speed_hz = setpoints.get(f"{role}.start_frequency", setpoints.get(f"{role}.frequency", 0.0))
-    return speed_hz, setpoints.get(f"{role}.load", 0.0)
+    speed_hz = setpoints.get(
+        Member(role, "start_frequency"), setpoints.get(Member(role, "frequency"), 0.0)
+    )
+    return speed_hz, setpoints.get(Member(role, "load"), 0.0)
 
 
 def _check_travel(
@@ -348,7 +350,7 @@ def _point(recorded: Recorded) -> Point:
     record = recorded.record
     return Point(
         frequency_hz=record.cycle_frequency_hz or 0.0,
-        loaded=record.setpoints.get(f"{record.role}.load", 0.0) > 0,
+        loaded=record.setpoints.get(Member(record.role, "load"), 0.0) > 0,
         shows_phase=bool(motion_channels(record)),
     )
 
@@ -359,16 +361,12 @@ def _rows(plan: Plan) -> Iterator[Point]:
         action = step.action
         if not isinstance(action, (Measure, Scan)):
             continue
-        roles = {
-            split_member(member)[0]
-            for member in action.channels
-            if action.units.get(member) == TORQUE
-        }
+        roles = {each.role for each in action.channels if action.units.get(each) == TORQUE}
         for setpoints in _setpoints(action):
             for role in roles:
-                frequency_hz = setpoints.get(f"{role}.frequency", 0.0)
+                frequency_hz = setpoints.get(Member(role, "frequency"), 0.0)
                 if frequency_hz > 0:
-                    loaded = setpoints.get(f"{role}.load", 0.0) > 0
+                    loaded = setpoints.get(Member(role, "load"), 0.0) > 0
                     yield Point(frequency_hz, loaded, shows_phase=False)
 
 

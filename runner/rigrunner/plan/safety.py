@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit, units_of
 from rigrunner.plan.motions import RATES
 from rigrunner.station.drive_rules import DriveRules
-from rigrunner.yamlfile.names import split_member
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def check_order(station: LoadedStation, devices: Mapping[str, Device], problems:
     lookup = _Drives(station, devices, problems)
     for index, member in enumerate(station.model.safety.order):
         path = ("safety", "order", index)
-        if split_member(member)[1]:
+        if isinstance(member, Member):
             lookup.drive(member, path)
         else:
             lookup.device(member, path)
@@ -63,9 +63,9 @@ class _Drives:
             self.complain(path, message, suggestion(role, self.devices, "roles"), key=key)
         return self.devices.get(role)
 
-    def drive(self, member: str, path: Path, *, key: bool = False) -> DriveInfo | None:
+    def drive(self, member: Member, path: Path, *, key: bool = False) -> DriveInfo | None:
         """Return the drive, or None after adding the problem."""
-        role, name = split_member(member)
+        role, name = member.role, member.name
         device = self.device(role, path, key=key)
         if device is None:
             return None
@@ -75,7 +75,7 @@ class _Drives:
             self.complain(path, message, suggestion(name, drives, "drives"), key=key)
         return drives.get(name)
 
-    def limits_fit(self, member: str, limits: DriveLimits) -> bool:
+    def limits_fit(self, member: Member, limits: DriveLimits) -> bool:
         path = ("safety", "drives", member)
         drive = self.drive(member, path, key=True)
         if drive is None:
@@ -103,7 +103,7 @@ class _Drives:
                 )
         return fits
 
-    def _has(self, dimension: str, quantity: Quantity, member: str, path: Path) -> bool:
+    def _has(self, dimension: str, quantity: Quantity, member: Member, path: Path) -> bool:
         if quantity.dimension == dimension:
             return True
         needed = f"takes a {dimension}" if dimension else "has no unit for its rate"

@@ -11,6 +11,7 @@ from rigrunner.plan.actions import Terms
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.draft import Place, Scene
     from rigrunner.procedure import doings
@@ -39,7 +40,7 @@ def judged_terms(
 
 
 def planned_limits(
-    bands: Mapping[str, Band], place: Place, found: Sequence[str], scene: Scene
+    bands: Mapping[Member, Band], place: Place, found: Sequence[str], scene: Scene
 ) -> Iterator[ValueLimit]:
     """Yield the limits of the channels `found`; what does not fit them is a problem."""
     for member, band in bands.items():
@@ -92,12 +93,12 @@ def _limit(of: str, low: Quantity | None, high: Quantity | None, band: Bounds) -
     return ValueLimit.between(of, low, high, band.marginal.si if band.marginal else 0.0)
 
 
-def _refuse_unfound(member: str, found: Sequence[str], path: Path, scene: Scene) -> None:
+def _refuse_unfound(member: Member, found: Sequence[str], path: Path, scene: Scene) -> None:
     hint = f"it finds: {', '.join(found) or 'none'}"
     scene.complain(path, f"the step finds no value of {member}", hint, key=True)
 
 
-def _fits(band: Bounds, symbol: str, member: str, path: Path, scene: Scene) -> bool:
+def _fits(band: Bounds, symbol: str, member: Member, path: Path, scene: Scene) -> bool:
     """Say whether bounds have the dimension of a channel; each that has not is a problem."""
     given = {"min": band.min, "max": band.max, "marginal": band.marginal}
     return all(

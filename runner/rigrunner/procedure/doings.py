@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.member import Member
 from rigrunner.api.settings import AnyQuantity, ListOf, PositiveDuration, Settings
 from rigrunner.procedure.options import (
     Limits,
@@ -16,7 +17,7 @@ from rigrunner.procedure.options import (
     Timeout,
 )
 from rigrunner.procedure.refusals import require_one
-from rigrunner.yamlfile.names import Member, Name, Text
+from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.limits import STATISTICS
+from rigrunner.api.member import Member
 from rigrunner.api.settings import AnyQuantity, Difference, PositiveDuration, Settings, YesNo
-from rigrunner.yamlfile.names import Member
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

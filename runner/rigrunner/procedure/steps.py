@@ -7,11 +7,12 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
+from rigrunner.api.member import Member
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
 from rigrunner.procedure.doings import Measure, Ramp, Record, Scan, Set, Settle, Wait, Zero
 from rigrunner.procedure.questions import Ask, Confirm, Note
 from rigrunner.procedure.refusals import refused
-from rigrunner.yamlfile.names import Member, Name, Text
+from rigrunner.yamlfile.names import Name, Text
 
 Scalar = str | bool | int | float
 Parameter = Scalar | list[Scalar]

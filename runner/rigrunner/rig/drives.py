@@ -6,6 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, TypeVar
 
 from rigrunner.api.errors import DeviceRejectedError, DeviceTimeoutError
+from rigrunner.api.member import Member
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -44,13 +45,13 @@ def agrees(info: DriveInfo, actual: float, value: float) -> bool:
 
 
 def staying_away(
-    role: str, drives: Iterable[DriveInfo], set_points: Mapping[str, float]
+    role: str, drives: Iterable[DriveInfo], set_points: Mapping[Member, float]
 ) -> list[str]:
     """Return in words which drives stay away from their safe value; set-points by 'role.drive'."""
     return [
         f"{info.name} stays at {value:g} {info.unit}"
         for info in drives
-        if (value := set_points.get(f"{role}.{info.name}")) not in {None, info.safe_value}
+        if (value := set_points.get(Member(role, info.name))) not in {None, info.safe_value}
     ]
 
 

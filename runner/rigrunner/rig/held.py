@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import Approaching, Settable
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.member import Member
 from rigrunner.rig.drives import approach, as_number
 
 if TYPE_CHECKING:
@@ -28,9 +29,9 @@ class Shared:
     rules: DriveRules
     patience: Patience
     clock: Clock
-    set_points: dict[str, float]
+    set_points: dict[Member, float]
     """Where drives stand, 'role.drive', as far as that is known without reading them back."""
-    standing: Callable[[str], float]
+    standing: Callable[[Member], float]
     """Tells where a drive stands; reads it back where that is not known."""
     marks: RigMarks | None = None
     """Where it is kept, for whoever comes after this process, that a drive is energised."""
@@ -42,7 +43,7 @@ class HeldDrive:
     def __init__(self, role: Role, name: str, shared: Shared) -> None:
         """Look up; raise DeviceRejectedError if there is no such drive, or it cannot be set."""
         rules, patience = shared.rules, shared.patience
-        self.member = f"{role.name}.{name}"
+        self.member = Member(role.name, name)
         self.name = name
         self.info = role.drive(name)
         self._allowed = rules.narrowed(self.member, self.info)

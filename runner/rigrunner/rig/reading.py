@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Identity, KnowsStream, Readable, Streaming
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.member import Member
 from rigrunner.rig.drives import as_number
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class HeldChannels:
         """Look up; raise DeviceRejectedError if single values of the device cannot be read."""
         self._role = role
         self._channels = channels
-        self._members = tuple((name, f"{role.name}.{name}") for name in channels)
+        self._members = tuple((name, Member(role.name, name)) for name in channels)
         self._count = len(set(channels))
         self._read = role.need(Readable).read  # type: ignore[type-abstract]  # a Protocol
         self._is_inline = role.device.non_blocking
@@ -59,7 +60,7 @@ class HeldChannels:
                 raise
         else:
             values = self._role.call("read", self._read, self._answer_s, self._channels)
-        found = {}
+        found: dict[str, float] = {}
         try:
             for name, member in self._members:
                 value = values.get(name, math.nan)
@@ -91,7 +92,7 @@ def read_beside(
             channels = role.device.channels
             wanted = {info.name: info.unit for info in channels if info.name not in busy}
             values |= HeldChannels(role, tuple(wanted), answer_s).read()
-            units |= {f"{role.name}.{channel}": unit for channel, unit in wanted.items()}
+            units |= {Member(role.name, channel): unit for channel, unit in wanted.items()}
     return values, units
 
 
@@ -101,5 +102,7 @@ def found_of_stream(role: Role, answer_s: float) -> Found:
     if device is None:
         return {}, {}
     found = role.call("tell of the stream", device.stream_conditions, answer_s)
-    values = {f"{role.name}.{name}": as_number(value) for name, (value, _) in found.items()}
-    return values, {f"{role.name}.{name}": unit for name, (_, unit) in found.items()}
+    values: dict[str, float] = {
+        Member(role.name, name): as_number(value) for name, (value, _) in found.items()
+    }
+    return values, {Member(role.name, name): unit for name, (_, unit) in found.items()}

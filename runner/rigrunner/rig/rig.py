@@ -19,6 +19,7 @@ from rigrunner.api.devices import (
     Streaming,
 )
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.member import Member
 from rigrunner.rig.drives import staying_away
 from rigrunner.rig.held import HeldDrive, Shared
 from rigrunner.rig.messages import DeviceMessages
@@ -33,7 +34,6 @@ from rigrunner.rig.reading import (
 from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import after_late_call, make_safe, note_unsafe, safe_places
 from rigrunner.station.drive_rules import DriveRules
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
@@ -65,7 +65,7 @@ class Rig:
         devices: Mapping[str, Device],
         clock: Clock,
         patience: Patience | None = None,
-        safe_order: Sequence[str] = (),
+        safe_order: Sequence[Member | str] = (),
         rules: DriveRules | None = None,
         *,
         marks: RigMarks | None = None,
@@ -79,7 +79,7 @@ class Rig:
         self._safe_order = tuple(safe_order)
         self._rules = rules or DriveRules()
         self._connected: set[str] = set()
-        self._set_points: dict[str, float] = {}
+        self._set_points: dict[Member, float] = {}
         self._paused: list[str] = []
         self._patience = patience or Patience()
         self._roles = {name: Role(name, device, pulse) for name, device in self.devices.items()}
@@ -170,17 +170,17 @@ class Rig:
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits that the station sets it."""
-        return self._rules.narrowed(f"{role}.{drive}", self._drive(role, drive))
+        return self._rules.narrowed(Member(role, drive), self._drive(role, drive))
 
     def standing(self, role: str, drive: str) -> float:
         """Return where a drive stands: its last set-point, or else what is read back."""
-        return self._standing(f"{role}.{drive}")
+        return self._standing(Member(role, drive))
 
     def read_back(self, role: str, drive: str) -> float:
         """Return where a drive is read back to stand."""
         return self._held(role, drive).read_back()
 
-    def drives_astray(self, but: Container[str] = ()) -> Iterator[tuple[str, str]]:
+    def drives_astray(self, but: Container[str] = ()) -> Iterator[tuple[Member, str]]:
         """Read back each drive that was set; yield each that is elsewhere, and where, in words.
 
         A read-back that does not agree is confirmed by another one. Left out are the devices that
@@ -189,10 +189,9 @@ class Rig:
         if self._paused:
             return
         for member, value in tuple(self._set_points.items()):
-            role, drive = split_member(member)
-            if role in but:
+            if member.role in but:
                 continue
-            held = self._held(role, drive)
+            held = self._held(member.role, member.name)
             if held.stands_at(held.read_back(), value):
                 continue
             actual = held.read_back()
@@ -340,14 +339,13 @@ class Rig:
         self._channels.clear()
         return identity
 
-    def _standing(self, member: str) -> float:
+    def _standing(self, member: Member) -> float:
         if member in self._set_points:
             return self._set_points[member]
-        role, drive = split_member(member)
-        found = self.read_back(role, drive)
+        found = self.read_back(member.role, member.name)
         if not math.isfinite(found):  # compared with any limit it would seem to be within
             raise DeviceRejectedError(
-                f"{role}: {drive} reads back {found:g}: it may stand anywhere"
+                f"{member.role}: {member.name} reads back {found:g}: it may stand anywhere"
             )
         return found
 

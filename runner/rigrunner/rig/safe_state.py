@@ -12,8 +12,8 @@ from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.cleanup import error_text
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.member import Member
 from rigrunner.rig.drives import agrees, as_number
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -53,7 +53,7 @@ class SafetyReport:
     @property
     def what(self) -> str:
         """The device's role, or 'role.drive'."""
-        return f"{self.role}.{self.drive}" if self.drive else self.role
+        return Member(self.role, self.drive) if self.drive else self.role
 
 
 def unsafe_text(reports: Iterable[SafetyReport]) -> str:
@@ -75,13 +75,15 @@ def note_unsafe(error: BaseException, reports: Iterable[SafetyReport]) -> None:
         error.add_note(text)
 
 
-def safe_places(order: Sequence[str], devices: Mapping[str, Device]) -> list[tuple[str, str]]:
+def safe_places(
+    order: Sequence[Member | str], devices: Mapping[str, Device]
+) -> list[tuple[str, str]]:
     """Return each drive (role, drive) and device (role, '') in the order of making them safe.
 
     First what the order names, then the devices that it does not name as a whole: the ones that
     move in cycles before the others.
     """
-    named = [split_member(each) for each in order]
+    named = [(each.role, each.name) if isinstance(each, Member) else (each, "") for each in order]
     last = sorted(devices, key=lambda role: not _moves_in_cycles(devices[role]))
     return list(dict.fromkeys([*named, *((role, "") for role in last)]))
 

@@ -19,6 +19,7 @@ from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.member import Member
 from rigrunner.clock import utc_text
 from rigrunner.rig_state.folder import existing_folder, open_plain, read_plain, shared_folder
 from rigrunner.rig_state.locks import holder_of, is_held
@@ -63,8 +64,7 @@ class Owner:
 class DriveMark:
     """A drive that was set to something else than its safe value."""
 
-    member: str
-    """'role.drive'."""
+    member: Member
     unit: str
     safe_value: float
     set_point: float
@@ -206,7 +206,7 @@ def decode(station: str, content: bytes) -> Marker:
         known = json.loads(content[:HEADER])
         owner = Owner(**known["owner"])
         drives = tuple(
-            DriveMark(member, unit, safe, _value(content, index))
+            DriveMark(Member.parse(member), unit, safe, _value(content, index))
             for index, (member, unit, safe) in enumerate(known["drives"])
         )
         return Marker(station, owner, drives, str(known["safe_by"]))

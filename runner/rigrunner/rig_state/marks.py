@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DeviceError
+from rigrunner.api.member import Member
 from rigrunner.rig_state.folder import open_plain, shared_folder, sync_names
 from rigrunner.rig_state.marker import (
     HEADER,
@@ -80,7 +81,7 @@ class RigMarks:
         """
         if role not in self.roles:
             return None
-        member, safe_value = f"{role}.{info.name}", info.safe_value
+        member, safe_value = Member(role, info.name), info.safe_value
         places, values, pack = self._places, self._values, VALUE.pack
 
         def note(value: float) -> None:
@@ -102,7 +103,7 @@ class RigMarks:
     def energise(self, role: str, drives: Sequence[DriveInfo]) -> None:
         """Mark drives of which it is not known where they will be set; raise DeviceError."""
         for info in drives:
-            if (member := f"{role}.{info.name}") not in self._places:
+            if (member := Member(role, info.name)) not in self._places:
                 self._add(DriveMark(member, info.unit, info.safe_value, math.nan))
 
     def confirm(self, roles: Collection[str]) -> None:
@@ -114,7 +115,7 @@ class RigMarks:
             self.unconfirmed -= frozenset(roles)
             if not self.unconfirmed:
                 self.settle(f"'{self.owner.procedure}' made it safe")
-        left = [each for each in self._now() if each.member.partition(".")[0] not in roles]
+        left = [each for each in self._now() if each.member.role not in roles]
         if len(left) == len(self._drives):
             return
         self._keep(left)
@@ -143,7 +144,7 @@ class RigMarks:
     def _left_roles(self) -> frozenset[str]:
         if self.left is None or self.left.safe_by:
             return frozenset()
-        named = frozenset(each.member.partition(".")[0] for each in self.left.drives)
+        named = frozenset(each.member.role for each in self.left.drives)
         return named or self.roles  # of a marker that cannot be read
 
     def _add(self, drive: DriveMark) -> None:

@@ -220,7 +220,7 @@ def write_text(group: h5py.Group, name: str, text: str) -> None:
     if len(text.encode(errors="surrogateescape")) > _LONGEST_ATTRIBUTE or "\0" in text:
         write_verbatim(group, name, text)
     else:
-        group.attrs[name] = text
+        group.attrs[name] = str(text)
 
 
 def write_verbatim(group: h5py.Group, name: str, text: str) -> None:
@@ -257,7 +257,7 @@ def write_values(
     group = new_group(parent, name, "NXcollection")
     for key, value in values.items():
         dataset = group.create_dataset(free_name(group, key), data=np.float64(value))
-        dataset.attrs["name"] = key
+        dataset.attrs["name"] = str(key)  # h5py takes no other kind of text, as a Member is
         if key in units:
             dataset.attrs["units"] = units[key]
 

@@ -71,7 +71,7 @@ def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     for name in dict.fromkeys(name for each in judged for name in each):
         column = [each.get(name) for each in judged]
         one = new_group(group, free_name(group, name), "NXcollection")
-        one.attrs.update({"name": name, "units": units.get(name, "")})
+        one.attrs.update({"name": str(name), "units": units.get(name, "")})
         limits = [None if each is None else each.limit for each in column]
         one["minimum"] = _bounds(None if each is None else each.minimum for each in limits)
         one["maximum"] = _bounds(None if each is None else each.maximum for each in limits)
@@ -93,7 +93,7 @@ def _write_columns(
     for member in dict.fromkeys(_names(cells)):
         column = np.array([cell.get(member, np.nan) for cell in cells])
         dataset = group.create_dataset(free_name(group, member), data=column)
-        dataset.attrs.update({"name": member, "units": units.get(member, "")})
+        dataset.attrs.update({"name": str(member), "units": units.get(member, "")})
 
 
 def _names(cells: Iterable[Mapping[str, float]]) -> Iterator[str]:

@@ -212,7 +212,7 @@ def _write_facts(group: h5py.Group, facts: RecordingFacts) -> None:
 def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.Dataset:
     name, unit = free_name(group, channel), facts.units.get(channel)
     column = group.create_dataset(name, (facts.samples,), "<f8", **_storage(facts))
-    column.attrs.update({"name": channel, "column": facts.channels.index(channel)})
+    column.attrs.update({"name": str(channel), "column": facts.channels.index(channel)})
     column.attrs["long_name"] = f"{channel} / {unit}" if unit else channel
     if unit is not None:
         column.attrs["units"] = unit

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner.api.devices import DriveInfo
+    from rigrunner.api.member import Member
     from rigrunner.station.limits import Combination, DriveLimits
 
 
@@ -18,20 +19,20 @@ if TYPE_CHECKING:
 class DriveRules:
     """What a station allows of its drives, by 'role.drive'."""
 
-    drives: Mapping[str, DriveLimits] = field(default_factory=dict)
+    drives: Mapping[Member, DriveLimits] = field(default_factory=dict)
     combinations: Sequence[Combination] = ()
 
-    def narrowed(self, member: str, info: DriveInfo) -> DriveInfo:
+    def narrowed(self, member: Member, info: DriveInfo) -> DriveInfo:
         """Return the drive with the station's limits."""
         limits = self.drives.get(member)
         return info if limits is None else limits.narrowed(info)
 
-    def is_led(self, member: str, info: DriveInfo) -> bool:
+    def is_led(self, member: Member, info: DriveInfo) -> bool:
         """Say whether the station wants the drive to be slower than it is by itself."""
         return self.narrowed(member, info).rate_per_s != info.rate_per_s
 
     def check(
-        self, member: str, allowed: DriveInfo, value: float, standing: Callable[[str], float]
+        self, member: Member, allowed: DriveInfo, value: float, standing: Callable[[Member], float]
     ) -> None:
         """Raise DeviceRejectedError for a set-point beyond the limits.
 
@@ -55,6 +56,5 @@ class DriveRules:
                 )
 
 
-def _in_words(member: str) -> str:
-    role, drive = member.split(".")
-    return f"{role}: {drive}"
+def _in_words(member: Member) -> str:
+    return f"{member.role}: {member.name}"

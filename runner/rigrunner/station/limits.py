@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import si_symbol
 from rigrunner.api.settings import AnyQuantity, ListOf, PlainText, Settings
-from rigrunner.yamlfile.names import Member
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -62,11 +62,11 @@ class Combination(Settings):
         return self
 
     @property
-    def drives(self) -> tuple[str, ...]:
+    def drives(self) -> tuple[Member, ...]:
         """The drives that it is about, 'role.drive'."""
         return tuple(self.allowed[0])
 
-    def allows(self, values: Mapping[str, float]) -> bool:
+    def allows(self, values: Mapping[Member, float]) -> bool:
         """Say whether the drives may stand there, in SI units, at the same time.
 
         What is allowed is a union of boxes around zero: moving one drive at a time between two
@@ -77,7 +77,7 @@ class Combination(Settings):
             for corner in self.allowed
         )
 
-    def others(self, member: str, values: Mapping[str, float]) -> str:
+    def others(self, member: Member, values: Mapping[Member, float]) -> str:
         """Return where all drives but one stand, in words; `values` are in SI units."""
         units = {name: si_symbol(high.dimension) for name, high in self.allowed[0].items()}
         return ", ".join(f"{n} at {values[n]:g} {units[n]}" for n in self.drives if n != member)
@@ -87,7 +87,7 @@ class Combination(Settings):
         return " or ".join(_corner(corner) for corner in self.allowed)
 
 
-def _corner(corner: Mapping[str, object]) -> str:
+def _corner(corner: Mapping[Member, object]) -> str:
     def parts() -> Iterator[str]:
         for name, high in corner.items():
             yield f"{name} up to {high}"

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.member import Member
 from rigrunner.station.mending import as_if_mended
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
-from rigrunner.yamlfile.names import is_name_or_member
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
@@ -95,10 +95,11 @@ def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[P
     for index in range(len(document.part(("instruments",)) or ())):
         path = ("instruments", index, "channel")
         channel = document.part(path)
-        if not isinstance(channel, str) or not is_name_or_member(channel):
+        try:
+            role = Member.parse(str(channel)).role
+        except ValueError:  # told by the model
             continue
         where, field = document.where(path), dotted(path)
-        role = channel.partition(".")[0]
         if sure_of_roles and role not in roles:
             near = difflib.get_close_matches(role, roles, n=1)
             hint = f"did you mean '{near[0]}'?" if near else f"roles: {', '.join(roles)}"

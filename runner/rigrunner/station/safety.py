@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
+from rigrunner.api.member import NAME, Member
 from rigrunner.api.settings import ListOf, PositiveDuration, Settings, YesNo
 from rigrunner.interlock import Interlock
 from rigrunner.station.limits import Combination, DriveLimits
-from rigrunner.yamlfile.names import Member, is_name_or_member
 
 
-def _place_in_order(text: str) -> str:
-    if not is_name_or_member(text):
-        raise ValueError(f"'{text[:40]}' is neither a role nor role.drive, such as tester.load")
-    return text
+def _place_in_order(text: str) -> Member | str:
+    try:
+        return text if re.fullmatch(NAME, text) else Member.parse(text)
+    except ValueError:
+        message = f"'{text[:40]}' is neither a role nor role.drive, such as tester.load"
+        raise ValueError(message) from None
 
 
 class Waiting(Settings):

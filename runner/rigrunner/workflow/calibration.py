@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import InvalidFileError, Problem
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import readable, unit
 from rigrunner.plan.actions import Measure, Ramp, Record, Scan, SetDrive
 from rigrunner.yamlfile.document import dotted
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping
@@ -138,8 +138,8 @@ class _Register:
         else:
             yield from self._set_points(each.channel)
 
-    def _torques(self, channel: str) -> Iterator[_Use]:
-        role, name = split_member(channel)
+    def _torques(self, channel: Member) -> Iterator[_Use]:
+        role, name = channel.role, channel.name
         recorded = {
             action.name
             for action in self._recordings()
@@ -150,14 +150,14 @@ class _Register:
                 for value in (-each.peak_nm, each.peak_nm):
                     yield _Use(f"recording {each.recording} is expected to reach", value)
 
-    def _swings(self, channel: str) -> bool:
-        role, name = split_member(channel)
+    def _swings(self, channel: Member) -> bool:
+        role, name = channel.role, channel.name
         return any(
             action.role == role and name in action.channels and action.cycle_frequency_hz
             for action in self._recordings()
         )
 
-    def _set_points(self, channel: str) -> Iterator[_Use]:
+    def _set_points(self, channel: Member) -> Iterator[_Use]:
         """Yield what the drive of the same name is set to; zero needs no calibration point."""
         for step in self.planned.plan.steps:
             action = step.action
@@ -167,12 +167,12 @@ class _Register:
     def _recordings(self) -> Iterator[Record]:
         return (s.action for s in self.planned.plan.steps if isinstance(s.action, Record))
 
-    def _is_simulated(self, channel: str) -> bool:
+    def _is_simulated(self, channel: Member) -> bool:
         return self.planned.registry.is_simulated(*self._source(channel))
 
-    def _source(self, channel: str) -> tuple[str, Mapping[str, Any]]:
+    def _source(self, channel: Member) -> tuple[str, Mapping[str, Any]]:
         """Return plugin and settings of the device that the channel comes from."""
-        role, name = split_member(channel)
+        role, name = channel.role, channel.name
         device = self.planned.station.model.devices[role]
         return self.planned.registry.source(device.plugin, device.settings, name)
 
@@ -185,7 +185,7 @@ class _Register:
         problem = self._problem(path, message, f"{hint}; {_way(each.name)}")
         return Finding(lack, each.channel, names, problem)
 
-    def _unknown(self, channel: str) -> Finding:
+    def _unknown(self, channel: Member) -> Finding:
         message = f"there is no instrument for {channel}, whose value enters the result"
         problem = self._problem(("instruments",), message, f"enter it; {_way(channel)}")
         return Finding(Lack.MISSING, channel, (channel,), problem)
@@ -201,19 +201,19 @@ class _Use:
     """In the SI unit of the channel."""
 
 
-def entering_channels(planned: Planned) -> tuple[str, ...]:
-    """Return the channels, 'role.name', whose values enter the result, each once.
+def entering_channels(planned: Planned) -> tuple[Member, ...]:
+    """Return the channels whose values enter the result, each once.
 
     Of a procedure without an analysis these are all that it records and measures. Of one with an
     analysis: what is recorded but for index pulses, of which only the time counts; of what is
     measured the torque; and the load that is read beside.
     """
     analysed = not planned.procedure.model.analysis.asks_nothing
-    found: dict[str, None] = {}
+    found: dict[Member, None] = {}
     for step in planned.plan.steps:
         action = step.action
         if isinstance(action, Record):
-            names = [f"{action.role}.{each}" for each in action.channels if each != INDEX]
+            names = [Member(action.role, each) for each in action.channels if each != INDEX]
             found.update(dict.fromkeys(names))
             if analysed:
                 found.update(dict.fromkeys(_read_loads(planned, action.role)))
@@ -223,14 +223,14 @@ def entering_channels(planned: Planned) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _dimension(action: Measure | Scan, channel: str) -> str:
+def _dimension(action: Measure | Scan, channel: Member) -> str:
     return unit(action.units[channel]).dimension
 
 
-def _read_loads(planned: Planned, role: str) -> list[str]:
+def _read_loads(planned: Planned, role: str) -> list[Member]:
     """Return the role's channel of the load, where its device has one: torque scales with it."""
     names = [channel.name for channel in planned.devices[role].channels]
-    return [f"{role}.load"] if "load" in names else []
+    return [Member(role, "load")] if "load" in names else []
 
 
 def _way(name: str) -> str:

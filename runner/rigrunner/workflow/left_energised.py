@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.devices import Settable
 from rigrunner.api.errors import AbortedError, DeviceError
+from rigrunner.api.member import Member
 from rigrunner.engine import Interference
 from rigrunner.rig import agrees, unsafe_text
 
@@ -125,7 +126,7 @@ def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
             except Exception as error:  # noqa: BLE001  (the next drive has its turn)
                 found, problem = math.nan, str(error)
             is_safe = agrees(info, found, info.safe_value)
-            known = (f"{role}.{info.name}", info.unit, found, info.safe_value)
+            known = (Member(role, info.name), info.unit, found, info.safe_value)
             yield Standing(*known, is_safe=is_safe, problem=problem)
 
 

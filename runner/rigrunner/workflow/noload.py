@@ -13,6 +13,7 @@ from rigrunner.api.analysis import MotionSource
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.member import Member
 from rigrunner.api.results import REPLAYED
 from rigrunner.plan.requirements import Point, no_load_problems, points_of_plan, requirers
 from rigrunner.procedure.analysis_spec import LATEST
@@ -201,7 +202,7 @@ def _days(age: timedelta) -> str:
 def _cycle_drive(devices: Mapping[str, Device]) -> str:
     """Return the drive that sets the cycle frequency; '' where there is none."""
     names = (
-        f"{role}.{drive.name}"
+        Member(role, drive.name)
         for role, device in devices.items()
         for drive in device.drives
         if drive.sets_cycle_frequency

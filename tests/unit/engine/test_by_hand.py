@@ -11,6 +11,7 @@ from helpers_devices import FakeTester, Listener, record
 from helpers_pausing import Person
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.events import Intervention, MadeSafe, Outcome, RunEnded, StepEnded, StepStarted
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
@@ -92,8 +93,8 @@ def test_a_stop_ends_it_between_steps_and_inside_of_one():
 @pytest.mark.parametrize("does", ["pause", "abort", "make_safe"])
 def test_an_interlock_ends_it_whatever_it_would_do_to_a_run(does):
     lock = Interlock(
-        name="load", member="tester.load", condition="above 5 N", shown=unit("N"), maximum=5.0,
-        does=does,
+        name="load", member=Member("tester", "load"), condition="above 5 N", shown=unit("N"),
+        maximum=5.0, does=does,
     )  # fmt: skip
 
     def steps(session):

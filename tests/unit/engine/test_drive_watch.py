@@ -8,6 +8,7 @@ import pytest
 
 from helpers_devices import FakeTester, Listener, plan_of, record, run
 from rigrunner.api.events import InterlockTripped, Outcome, Samples, StepEnded
+from rigrunner.api.member import Member
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
@@ -29,7 +30,7 @@ class Bench(FakeTester):
 
 
 UNITS = {"tester.torque": "N·m"}
-MEASURE = Measure("torque", ("tester.torque",), 0.0, {"tester.load": 1000.0}, UNITS)
+MEASURE = Measure("torque", (Member("tester", "torque"),), 0.0, {"tester.load": 1000.0}, UNITS)
 LOADED = SetDrive("tester", "load", 1000.0, "N")
 
 
@@ -111,7 +112,7 @@ def test_a_drive_that_falls_away_in_a_scan_of_another_one_ends_it(at):
         role="tester",
         drive="frequency",
         values=values,
-        channels=("tester.torque",),
+        channels=(Member("tester", "torque"),),
         settle_s=0.0,
         setpoints={"tester.load": 1000.0},
         units=units,

@@ -22,6 +22,7 @@ from rigrunner.api.events import (
     Outcome,
     StepEnded,
 )
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
@@ -34,7 +35,11 @@ from rigrunner.station.drive_rules import DriveRules
 from rigrunner.station.limits import DriveLimits
 
 HOT = Interlock(
-    name="hot", member="tester.load", condition="above 2000 N", shown=unit("N"), maximum=2000.0
+    name="hot",
+    member=Member("tester", "load"),
+    condition="above 2000 N",
+    shown=unit("N"),
+    maximum=2000.0,
 )
 
 
@@ -166,7 +171,7 @@ def test_an_interlock_that_is_tripped_at_the_start_lets_nothing_begin():
 
 
 def test_samples_of_a_recording_are_watched():
-    torque = replace(HOT, member="tester.torque", shown=unit("N·m"), maximum=0.5)
+    torque = replace(HOT, member=Member("tester", "torque"), shown=unit("N·m"), maximum=0.5)
 
     def spoil(blocks):
         values = blocks[1].channels["torque"].copy()
@@ -192,7 +197,7 @@ LOADED = (
 
 
 def test_it_may_forbid_load_and_allow_unload():
-    forbids = replace(HOT, does="forbid", forbids=("tester.load",))
+    forbids = replace(HOT, does="forbid", forbids=(Member("tester", "load"),))
     summary, listener, device = run_with(forbids, steps_over_at(1.0), plan_of((), LOADED, ()))
     assert summary.outcome is Outcome.ABORTED
     sets = [call for call in device.calls if call.startswith("set")]
@@ -202,7 +207,7 @@ def test_it_may_forbid_load_and_allow_unload():
 
 
 def test_what_has_cleared_forbids_nothing():
-    forbids = replace(HOT, does="forbid", forbids=("tester.load",))
+    forbids = replace(HOT, does="forbid", forbids=(Member("tester", "load"),))
     load_at = {0: 0.0, 1: 9e3, 2: 0.0}
     summary, listener, _ = run_with(
         forbids, lambda now_s: load_at[min(int(now_s), 2)], plan_of((), LOADED, ())
@@ -247,7 +252,7 @@ def test_what_comes_up_in_the_last_step_does_not_pass_unseen():
 def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
     clock, listener = SimulatedClock(), Listener()
     device = Rising(clock, steps_over_at(6.0))
-    rules = DriveRules({"tester.load": DriveLimits(rate="100 N/s")})
+    rules = DriveRules({Member("tester", "load"): DriveLimits(rate="100 N/s")})
     rig = Rig({"tester": device}, clock, rules=rules)
     rig.connect()
     device.drives_at["load"] = 0.0
@@ -297,7 +302,7 @@ def test_a_value_that_is_read_is_judged_as_an_array_of_one(rule, seen):
 def test_a_condition_lasts_as_long_as_its_samples_at_their_rate(samples, trips):
     clock = SimulatedClock()
     rig = Rig({"tester": FakeTester()}, clock)
-    lasting = replace(HOT, member="tester.torque", maximum=5.0, debounce_s=0.1)
+    lasting = replace(HOT, member=Member("tester", "torque"), maximum=5.0, debounce_s=0.1)
     guard = Guard([lasting], rig, lambda *_, **__: None)
     clock.sleep(1.0)
     values = np.zeros(500)

@@ -18,6 +18,7 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
@@ -40,7 +41,7 @@ SECOND = "main[0].sweep[1]"
 ZERO = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)
 SCAN = Scan(
     name="loads", role="tester", drive="load", values=(10.0, 20.0, 30.0),
-    channels=("tester.torque",), settle_s=0.1, setpoints={}, units={"tester.load": "N"},
+    channels=(Member("tester", "torque"),), settle_s=0.1, setpoints={}, units={"tester.load": "N"},
 )  # fmt: skip
 
 
@@ -260,8 +261,8 @@ def test_setup_cannot_be_skipped():
 
 
 COLD = Interlock(
-    name="cold", member="tester.load", condition="below 5 N", shown=unit("N"), minimum=5.0,
-    does="pause",
+    name="cold", member=Member("tester", "load"), condition="below 5 N", shown=unit("N"),
+    minimum=5.0, does="pause",
 )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.api.limits import ValueLimit
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import parse_quantity, unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
@@ -45,7 +46,7 @@ SCAN = Scan(
     role="tester",
     drive="load",
     values=LOADS,
-    channels=("tester.torque",),
+    channels=(Member("tester", "torque"),),
     settle_s=0.0,
     setpoints={"tester.frequency": 2.0},
     units=UNITS,
@@ -249,8 +250,8 @@ def test_a_pause_is_taken_between_two_points():
 
 def test_interlocks_are_read_before_each_point():
     overload = Interlock(
-        name="overload", member="tester.torque", condition="above 0.015 N·m", maximum=0.015,
-        shown=unit("N·m"), every_s=1e6,
+        name="overload", member=Member("tester", "torque"), condition="above 0.015 N·m",
+        maximum=0.015, shown=unit("N·m"), every_s=1e6,
     )  # fmt: skip
     device = Press()
     summary, listener = done(device, SCAN, interlocks=[overload])
@@ -260,7 +261,7 @@ def test_interlocks_are_read_before_each_point():
 
 
 def test_channels_are_in_the_order_that_was_asked_for():
-    scan = replace(SCAN, channels=("tester.torque", "tester.angle"))
+    scan = replace(SCAN, channels=(Member("tester", "torque"), Member("tester", "angle")))
     _, listener = done(Press(), scan)
     assert {tuple(one.values) for one in listener.of(Scanned)} == {scan.channels}
 
@@ -392,7 +393,10 @@ def test_channels_of_two_devices_are_a_row():
         def read(self, channels):
             return dict.fromkeys(channels, 296.0)
 
-    scan = replace(SCAN, channels=("room.room", "tester.torque", "tester.load"))
+    scan = replace(
+        SCAN,
+        channels=(Member("room", "room"), Member("tester", "torque"), Member("tester", "load")),
+    )
     listener, clock = Listener(), SimulatedClock()
     rig = Rig({"tester": Press(), "room": Room()}, clock)
     rig.connect()

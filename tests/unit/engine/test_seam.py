@@ -18,6 +18,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.api.limits import ValueLimit
+from rigrunner.api.member import Member
 from rigrunner.engine import Choice, find_seam, streams_before
 from rigrunner.plan.actions import Measure, SetDrive, Terms, Zero
 
@@ -207,7 +208,9 @@ def test_a_run_goes_on_behind_a_step_that_failed_and_was_left():
 
 
 def test_a_mean_over_a_stream_is_a_stream_behind_the_seam():
-    mean = Measure("table", ("tester.torque",), 0.2, {}, {"tester.torque": "N·m"}, 1000.0)
+    mean = Measure(
+        "table", (Member("tester", "torque"),), 0.2, {}, {"tester.torque": "N·m"}, 1000.0
+    )
     read = replace(mean, sample_rate_hz=None)
     plan = plan_of((), (MAIN[0], mean, read, record("a")), ())
     assert streams_before(plan.steps, seam_at(plan, "main[3]")) == {"tester": [{"load": 1000.0}]}

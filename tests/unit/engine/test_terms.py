@@ -25,6 +25,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.api.limits import ValueLimit
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
@@ -43,9 +44,11 @@ from rigrunner.plan.actions import (
 from rigrunner.rig import Rig
 from rigrunner.runfile.attempts import measured
 
-LOAD = Measure("table", ("tester.load",), 0.0, {"tester.load": 5.0}, {"tester.load": "N"})
-MEAN = Measure("table", ("tester.torque",), 0.2, {}, {"tester.torque": "N·m"}, 1000.0)
-READ_MEAN = Measure("table", ("tester.load",), 0.5, {}, {"tester.load": "N"})
+LOAD = Measure(
+    "table", (Member("tester", "load"),), 0.0, {"tester.load": 5.0}, {"tester.load": "N"}
+)
+MEAN = Measure("table", (Member("tester", "torque"),), 0.2, {}, {"tester.torque": "N·m"}, 1000.0)
+READ_MEAN = Measure("table", (Member("tester", "load"),), 0.5, {}, {"tester.load": "N"})
 
 
 def steps(*actions):
@@ -357,7 +360,7 @@ def test_all_values_beyond_limits_are_told():
     limits = tuple(
         ValueLimit(f"tester.{name}", maximum=0.0, unit="N") for name in ("load", "torque")
     )
-    channels = ("tester.load", "tester.torque")
+    channels = (Member("tester", "load"), Member("tester", "torque"))
     action = Measure("table", channels, 0.0, {}, dict.fromkeys(channels, "N"))
     summary, _ = done(FakeTester(), (action, Terms(limits=limits)))
 
@@ -491,7 +494,7 @@ class Room:
 
 
 def test_channels_of_two_devices_are_measured_together_in_their_order():
-    channels = ("room.room", "tester.load")
+    channels = (Member("room", "room"), Member("tester", "load"))
     action = Measure("table", channels, 0.0, {}, {"room.room": "K", "tester.load": "N"})
     listener, clock = Listener(), SimulatedClock()
     rig = Rig({"tester": FakeTester(), "room": Room()}, clock)

@@ -9,6 +9,7 @@ import pytest
 
 from helpers_devices import FakeTester
 from rigrunner.api.errors import DeviceTimeoutError
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import unit
 from rigrunner.panel.jobs import preflight
 from rigrunner.panel.jobs.preflight_paper import calibrations
@@ -33,8 +34,8 @@ def looked_at(shipped, device, *interlocks):
 
 def load_lock(maximum, **more):
     return Interlock(
-        name="load", member="tester.load", condition="above it", shown=unit("N"), maximum=maximum,
-        **more,
+        name="load", member=Member("tester", "load"), condition="above it", shown=unit("N"),
+        maximum=maximum, **more,
     )  # fmt: skip
 
 

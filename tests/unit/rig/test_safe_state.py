@@ -11,6 +11,7 @@ import pytest
 from helpers_devices import DRIVES, FakeTester
 from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
+from rigrunner.api.member import Member
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Patience, Rig
 from rigrunner.rig.safe_state import NoRigError
@@ -67,7 +68,7 @@ def test_unless_told_what_moves_in_cycles_is_made_safe_first():
 
 
 def test_the_stations_order_goes_through_drives_and_devices():
-    told, reports = made_safe(("tester.frequency", "oven", "tester.load"))
+    told, reports = made_safe((Member("tester", "frequency"), "oven", Member("tester", "load")))
     assert told == [
         "tester set frequency 0",
         "oven make_safe",
@@ -84,7 +85,9 @@ def test_a_drive_that_fails_does_not_stop_the_next(error):
         if call == "set frequency 0":
             raise error
 
-    told, reports = made_safe(("tester.frequency", "tester.load"), before=refuse)
+    told, reports = made_safe(
+        (Member("tester", "frequency"), Member("tester", "load")), before=refuse
+    )
     assert told == [
         "tester set frequency 0",
         "tester set load 0",
@@ -108,7 +111,7 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
         {"oven": Oven(told), "tester": tester},
         SimulatedClock(),
         Patience(answer_s=0.05),
-        ("tester.frequency", "tester.load"),
+        (Member("tester", "frequency"), Member("tester", "load")),
     )
     rig.connect()
     rig._roles["tester"].caller.grace_s = 0.02
@@ -125,13 +128,13 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
 
 
 def test_a_drive_that_reads_back_something_else_is_not_safe():
-    _, reports = made_safe(("tester.frequency",), read_back_offset=0.5)
+    _, reports = made_safe((Member("tester", "frequency"),), read_back_offset=0.5)
     assert reports[0].problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
 
 
 def test_drives_of_a_device_that_never_answered_are_left_to_its_own_make_safe():
     told: list[str] = []
-    rig = Rig({"tester": Bench(told)}, SimulatedClock(), None, ("tester.frequency",))
+    rig = Rig({"tester": Bench(told)}, SimulatedClock(), None, (Member("tester", "frequency"),))
     assert [one.what for one in rig.make_safe()] == ["tester"]
     assert told == ["tester make_safe"]
 
@@ -265,7 +268,7 @@ def test_a_drive_that_cannot_be_read_back_is_not_set_but_left_to_its_device():
         read_back = None
 
     tester = Blind()
-    rig = Rig({"tester": tester}, SimulatedClock(), None, ("tester.load",))
+    rig = Rig({"tester": tester}, SimulatedClock(), None, (Member("tester", "load"),))
     rig.connect()
     tester.calls.clear()
     of_drive, of_device = rig.make_safe()
@@ -337,7 +340,7 @@ def test_every_device_is_closed_whatever_one_of_them_raises():
 
 
 def test_a_drive_of_the_order_that_is_not_there_is_told_and_the_others_are_made_safe():
-    told, reports = made_safe(("tester.laod", "tester.load"))
+    told, reports = made_safe((Member("tester", "laod"), Member("tester", "load")))
     assert reports[0].problems == ("make safe failed: there is no drive 'laod' that can be set",)
     assert told[0] == "tester set load 0"
     assert [one.safe for one in reports] == [False, True, True, True]

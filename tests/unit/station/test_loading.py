@@ -44,7 +44,7 @@ CASES = [
     ("channel: tester.torque", "channel: testre.torque", "testre.torque", "instruments[0].channel",
      "there is no device in the role 'testre'", "did you mean 'tester'?"),
     ("channel: tester.torque", "channel: torque", "torque\n", "instruments[0].channel",
-     "there is no device in the role 'torque'", "roles: tester"),
+     "'torque' is not of the form role.name, such as tester.torque", ""),
     ("serial: T-1", "serial: 17", "17", "instruments[0].serial", "got 17, allowed is a text",
      "put it in quotes: '17'"),
     ("full_scale: 10 N·m", "full_scale: 10 Nm/s", "10 Nm/s", "instruments[0].full_scale",

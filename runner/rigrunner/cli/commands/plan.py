@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.member import Member
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
@@ -90,14 +91,16 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
     from rigrunner.plan.actions import Ramp, Scan, SetDrive
 
-    reached: dict[str, list[float]] = {}
+    reached: dict[Member, list[float]] = {}
     for step in planned.plan.steps:
         action = step.action
         if isinstance(action, (SetDrive, Ramp, Scan)):
             values = [action.start, action.end] if isinstance(action, Ramp) else action.ends
             reached.setdefault(action.member, []).extend(values)
     narrower = planned.station.model.safety.drives
-    drives = {f"{role}.{d.name}": d for role, each in planned.devices.items() for d in each.drives}
+    drives = {
+        Member(role, d.name): d for role, each in planned.devices.items() for d in each.drives
+    }
     allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}
     return [
         [

@@ -12,6 +12,7 @@ from rigrunner.api.analysis.requirements import LEAST_CYCLES, SPARE_CYCLES
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.events import Samples, StepEnded
+from rigrunner.api.member import Member
 from rigrunner.bus import EventStamp
 from rigrunner.clock import utc_text
 from rigrunner.engine.streams import checked_stream
@@ -102,7 +103,7 @@ class Hand:
                 case CloseManual():
                     return
                 case SetManually(drive=member, value=value):
-                    yield from self._set(session, member, value)
+                    yield from self._set(session, Member.parse(member), value)
                     # a drive whose set has failed may stand anywhere: it is read back
                     self.set_points = dict(self._standing(session))
                 case RecordManually(cycles=cycles):
@@ -131,15 +132,15 @@ class Hand:
         role = self.source.role
         drives = self.planned.devices[role].drives
         name = next((each.name for each in drives if each.sets_cycle_frequency), "frequency")
-        return f"{role}.{name}"
+        return Member(role, name)
 
     def _zeros(self) -> Iterator[PlannedStep]:
         zeros = {s.action: s for s in self.planned.plan.steps if isinstance(s.action, Zero)}
         yield from (_step("zero", each, step.text, Terms()) for each, step in zeros.items())
 
-    def _set(self, session: Session, member: str, value: float) -> Iterator[PlannedStep]:
+    def _set(self, session: Session, member: Member, value: float) -> Iterator[PlannedStep]:
         self.refused = ""
-        role, _, name = member.partition(".")
+        role, name = member.role, member.name
         try:
             allowed = session.rig.allowed(role, name)
         except (RigrunnerError, KeyError) as error:
@@ -217,19 +218,19 @@ class Hand:
     def _standing(self, session: Session) -> Iterator[tuple[str, float]]:
         for role, device in self.planned.devices.items():
             for each in device.drives:
-                yield f"{role}.{each.name}", session.rig.standing(role, each.name)
+                yield Member(role, each.name), session.rig.standing(role, each.name)
 
     def _drives(self, session: Session) -> Iterator[DriveView]:
         for role, device in self.planned.devices.items():
             for each in device.drives:
                 allowed = session.rig.allowed(role, each.name)
                 yield DriveView(
-                    name=f"{role}.{each.name}",
+                    name=Member(role, each.name),
                     long_name=each.long_name,
                     unit=each.unit,
                     minimum=allowed.minimum,
                     maximum=allowed.maximum,
-                    set=self.set_points.get(f"{role}.{each.name}"),
+                    set=self.set_points.get(Member(role, each.name)),
                 )
 
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable
 from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.member import Member, role_of
 from rigrunner.panel.view.sections import PreflightItem
 from rigrunner.plan.actions import Zero
 from rigrunner.rig import Patience, Rig, unsafe_text
 from rigrunner.workflow.left_energised import standing_of, what_to_do
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -75,9 +75,9 @@ def _unconfirmed(marks: RigMarks, station_file: str) -> PreflightItem:
     return PreflightItem(kind="device", name="rig", state="fail", text=text, mend=mend)
 
 
-def _turn(order: Sequence[str], role: str) -> int:
+def _turn(order: Sequence[Member | str], role: str) -> int:
     """Return when a device has its turn to be made safe, as the station's order says."""
-    named = [each.partition(".")[0] for each in order]
+    named = [role_of(each) for each in order]
     return named.index(role) if role in named else len(named)
 
 
@@ -105,16 +105,16 @@ def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:
 
 def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     for each in planned.plan.interlocks:
-        role, channel = split_member(each.member)
+        role = each.member.role
         if role in rigs and isinstance(planned.devices[role], Readable):
-            yield _interlock(each, rigs[role], role, channel)
+            yield _interlock(each, rigs[role])
 
 
-def _interlock(interlock: Interlock, rig: Rig, role: str, channel: str) -> PreflightItem:
+def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
     override = f"interlock {interlock.name}" if interlock.overridable else ""
-    known = {"kind": "interlock", "name": interlock.name}
+    known, member = {"kind": "interlock", "name": interlock.name}, interlock.member
     try:
-        value = rig.read(role, (channel,))[interlock.member]
+        value = rig.read(member.role, (member.name,))[member]
     except RigrunnerError as error:
         text = f"{interlock.member} cannot be read: {error.message}"
         return PreflightItem(**known, state="fail", text=text, mend=error.hint, override=override)
@@ -129,7 +129,7 @@ def _interlock(interlock: Interlock, rig: Rig, role: str, channel: str) -> Prefl
 
 def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     zeros = {
-        f"{step.action.role}.{step.action.channel}": step.action
+        step.action.member: step.action
         for step in planned.plan.steps
         if isinstance(step.action, Zero)
     }

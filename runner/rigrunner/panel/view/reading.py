@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.panel.view.sections import Reading
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def _with(
     found = {name: Reading(value=value, unit=units.get(name, "")) for name, value in values.items()}
     update: dict[str, object] = {"values": {**known.values, **found}}
     for name, value in values.items():
-        match name.rpartition(".")[2], is_set:
+        match Member.parse(name).name, is_set:
             case "frequency", True:
                 update |= {"set_frequency_hz": value, "frequency_hz": None}
             case "load", True:

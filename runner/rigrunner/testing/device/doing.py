@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError, DeviceRejectedError
+from rigrunner.api.member import Member
 from rigrunner.registry import place_of
 from rigrunner.testing.check import Nonconformity, NotApplicable, applies
 
@@ -130,11 +131,9 @@ def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> di
         return {}
     set_points = {info.name: place(info, part) for info in subject.drives_of(device)}
     for info in device.drives:
-        member, value = f"{subject.role}.{info.name}", set_points[info.name]
+        member, value = Member(subject.role, info.name), set_points[info.name]
         allowed = subject.rules.narrowed(member, info)
-        subject.rules.check(
-            member, allowed, value, lambda other: device.read_back(other.split(".")[1])
-        )
+        subject.rules.check(member, allowed, value, lambda other: device.read_back(other.name))
         if is_led(subject, info):
             _lead(subject, device, info, value)
         else:
@@ -144,12 +143,12 @@ def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> di
 
 def is_led(subject: DeviceSubject, info: DriveInfo) -> bool:
     """Say whether the station wants the drive to be slower than it is by itself."""
-    return subject.rules.is_led(f"{subject.role}.{info.name}", info)
+    return subject.rules.is_led(Member(subject.role, info.name), info)
 
 
 def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: float) -> None:
     """Set a drive in small steps, no faster than the station allows."""
-    rate_per_s = subject.rules.narrowed(f"{subject.role}.{info.name}", info).rate_per_s
+    rate_per_s = subject.rules.narrowed(Member(subject.role, info.name), info).rate_per_s
     if rate_per_s is None:
         raise NotApplicable(f"{info.name} is led, and nothing says how fast")
     clock, start = subject.clock(), device.read_back(info.name)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import UNITS, QuantityError, si_symbol, unit
 from rigrunner.registry.declared import NAME
 from rigrunner.testing.check import Nonconformity, applies, check, demand
@@ -192,7 +193,7 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
         by_themselves = [info for info in device.drives if not is_led(subject, info)]
         applies(by_themselves, "the station leads its drives")
         for info in by_themselves:
-            value = place(subject.rules.narrowed(f"{subject.role}.{info.name}", info))
+            value = place(subject.rules.narrowed(Member(subject.role, info.name), info))
             began_s = clock.monotonic_s()
             device.begin(info.name, value)
             waited_s = clock.monotonic_s() - began_s

@@ -13,6 +13,7 @@ from rigrunner.api.devices import (
     DirectWire,
 )
 from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.member import Member
 from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.rig import agrees
 from rigrunner.station.drive_rules import DriveRules
@@ -90,7 +91,7 @@ class DeviceSubject(Subject):
 
     def drives_of(self, device: Device) -> list[DriveInfo]:
         """Return the drives with the limits that the station sets them."""
-        return [self.rules.narrowed(f"{self.role}.{each.name}", each) for each in device.drives]
+        return [self.rules.narrowed(Member(self.role, each.name), each) for each in device.drives]
 
     def _give_back(self, device: Device) -> None:
         self.made_devices[:] = [each for each in self.made_devices if each is not device]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rigrunner.api.devices import Readable, Settable
 from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.member import Member
 from rigrunner.rig import agrees
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
     except Exception as error:  # noqa: BLE001  (it is still to be made safe)
         return report.failed(error)
     taken_s = time.perf_counter() - began_s
-    named = {f"{report.role}.{name}": each for name, each in units.items()}
+    named: dict[str, str] = {Member(report.role, name): each for name, each in units.items()}
     return replace(report, values=values, units=named, read_s=taken_s)
 
 
@@ -173,7 +174,7 @@ def _calibrations(ready: ReadyStation, role: str) -> Iterator[Calibrated]:
     binding = ready.station.model.devices[role]
     simulated = ready.registry.is_simulated(binding.plugin, binding.settings)
     for info in ready.devices[role].channels:
-        channel = f"{role}.{info.name}"
+        channel = Member(role, info.name)
         if channel in known:
             state, text = _calibration(known[channel], today)
             yield Calibrated(channel, known[channel].name, state, text)

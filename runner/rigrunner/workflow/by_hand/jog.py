@@ -17,6 +17,7 @@ from rigrunner.api.errors import (
     UsageError,
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import QuantityError, parse_quantity, unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
@@ -32,7 +33,6 @@ from rigrunner.workflow.guardian.guarding import unguarded
 from rigrunner.workflow.left_energised import NOBODY, LeftAsItStandsError, check_left
 from rigrunner.workflow.log import RunLog
 from rigrunner.workflow.overrides import without_time_limits
-from rigrunner.yamlfile.names import split_member
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -64,7 +64,7 @@ class Jog:
         self.role = role
         self.channels: Mapping[str, ChannelInfo] = {info.name: info for info in device.channels}
         self.drives: Mapping[str, DriveInfo] = {
-            info.name: rules.narrowed(f"{role}.{info.name}", info) for info in device.drives
+            info.name: rules.narrowed(Member(role, info.name), info) for info in device.drives
         }
         self.zeros: dict[str, float] = {}
         """What is taken from a channel's values, in SI units."""
@@ -93,7 +93,7 @@ class Jog:
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"
         measured = self._guarded(what, lambda: perform(_STEP, action, self._session))
-        actual = measured.values[f"{self.role}.{drive}"]
+        actual = measured.values[Member(self.role, drive)]
         self._note(f"{what}: reads back {actual:g} {info.unit}")
         return actual
 
@@ -135,7 +135,7 @@ class Jog:
         """Make the rig safe, and put on record how."""
         reports = self._make_safe()
         for each in reports:
-            read_back = {f"{each.role}.{name}": value for name, value in each.read_back.items()}
+            read_back = {Member(each.role, name): value for name, value in each.read_back.items()}
             known = {"read_back": read_back, "problems": each.problems}
             self._session.emit(MadeSafe, what=each.what, **known)
         return reports
@@ -144,11 +144,12 @@ class Jog:
         """Return values less their zeros; a mean of some time, or of what can only be streamed."""
         rate_hz = self._rate_hz(names) if mean or not isinstance(self._device, Readable) else None
         duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
-        units = {f"{self.role}.{name}": self.channels[name].unit for name in names}
-        action = Measure(_STEP, tuple(units), duration_s, {}, units, rate_hz)
+        members = [Member(self.role, name) for name in names]
+        units: dict[str, str] = {each: self.channels[each.name].unit for each in members}
+        action = Measure(_STEP, tuple(members), duration_s, {}, units, rate_hz)
         what = f"read {', '.join(names)}"
         found = self._guarded(what, lambda: perform(_STEP, action, self._session)).values
-        return {name: found[f"{self.role}.{name}"] - self.zeros.get(name, 0.0) for name in names}
+        return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
 
     def _rate_hz(self, names: Sequence[str]) -> float | None:
         """Return the rate of the channels' stream; None where they have none."""
@@ -305,10 +306,9 @@ def _writing(log: Path) -> Iterator[None]:
 
 def _needed(ready: ReadyStation, role: str) -> set[str]:
     """Return the role, and those that its limits and any interlock look at."""
-    looked_at = {split_member(each.member)[0] for each in ready.interlocks}
+    looked_at = {each.member.role for each in ready.interlocks}
     beside = [
-        {split_member(drive)[0] for drive in each.drives}
-        for each in ready.station.model.safety.combinations
+        {drive.role for drive in each.drives} for each in ready.station.model.safety.combinations
     ]
     return {role, *looked_at, *(other for roles in beside if role in roles for other in roles)}
 

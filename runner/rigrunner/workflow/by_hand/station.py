@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import role_of
 from rigrunner.clock import SimulatedClock
 from rigrunner.plan import check_station, check_station_plugins
 from rigrunner.registry import load_registry
@@ -55,7 +56,7 @@ class ReadyStation:
         """Return the devices of these roles as a rig, with the station's rules and order."""
         safety = self.station.model.safety
         devices = {role: device for role, device in self.devices.items() if role in roles}
-        order = [each for each in safety.order if each.partition(".")[0] in devices]
+        order = [each for each in safety.order if role_of(each) in devices]
         rules = DriveRules(safety.drives, safety.combinations)
         patience = patience_of(self.station)
         rig = Rig(devices, self.clock, patience, order, rules, marks=self.marks, pulse=pulse)

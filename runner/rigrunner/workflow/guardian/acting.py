@@ -11,6 +11,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Alarm, MadeSafe
+from rigrunner.api.member import Member, role_of
 from rigrunner.bus import EventStamp
 from rigrunner.clock import WallClock, utc_text
 from rigrunner.registry import load_registry
@@ -127,7 +128,7 @@ def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
     clock = WallClock()
     made = make_devices(station, registry, clock, file.parent)
     devices = {role: device for role, device in made.items() if role in task["roles"]}
-    order = [each for each in station.model.safety.order if each.partition(".")[0] in devices]
+    order = [each for each in station.model.safety.order if role_of(each) in devices]
     rig = Rig(devices, clock, patience_of(station), order)
     failed = rig.connect_each()
     try:
@@ -141,7 +142,7 @@ def _one_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
 
 
 def _has_drive_of(marker: Marker, role: str) -> bool:
-    return any(each.member.partition(".")[0] == role for each in marker.drives)
+    return any(each.member.role == role for each in marker.drives)
 
 
 def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:
@@ -181,7 +182,7 @@ def _note_in_journal(folder: Path, what: str, reports: tuple[SafetyReport, ...],
         with RunWriter(folder) as writer:
             writer(stamp(Alarm, source="guardian", text=what))
             for each in reports:
-                read_back = {f"{each.role}.{name}": one for name, one in each.read_back.items()}
+                read_back = {Member(each.role, name): one for name, one in each.read_back.items()}
                 writer(stamp(MadeSafe, what=each.what, read_back=read_back, problems=each.problems))
             if left:
                 writer(stamp(Alarm, source="guardian", text=f"the rig is not safe: {left}"))

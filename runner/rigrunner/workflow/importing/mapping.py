@@ -19,11 +19,12 @@ from pydantic import (
     model_validator,
 )
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import QuantityError, unit, units_of
 from rigrunner.api.settings import AnyQuantity, Duration, Frequency, ListOf, Settings
 from rigrunner.procedure import PluginRef
 from rigrunner.yamlfile import parse, validate
-from rigrunner.yamlfile.names import Member, Name, Text
+from rigrunner.yamlfile.names import Name, Text
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
@@ -209,7 +210,7 @@ class ImportMapping(Settings):
     recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
     """Each recording that the procedure asks for, in the order in which they were made."""
 
-    def zeros_of(self, member: str) -> tuple[Quantity | Part, ...]:
+    def zeros_of(self, member: Member) -> tuple[Quantity | Part, ...]:
         """Return what a channel read at rest, each time that the procedure zeroes it."""
         given = self.zeros[member]
         return given if isinstance(given, tuple) else (given,)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity, unit
 from rigrunner.plan.actions import Ask, Measure, Record, Scan, Zero
 from rigrunner.procedure.answers import AnswerError
@@ -76,9 +77,9 @@ class _Matcher:
         self._problems.add(self._document, path, message, hint, key=key)
 
     def _channels(self) -> None:
-        units: dict[str, str] = {}
+        units: dict[Member, str] = {}
         for action in self._records.values():
-            members = [f"{action.role}.{name}" for name in action.channels]
+            members = [Member(action.role, name) for name in action.channels]
             units |= {member: action.units[member] for member in members}
         for member, spec in self._mapping.channels.items():
             path: Path = ("channels", member)
@@ -102,7 +103,7 @@ class _Matcher:
 
     def _zeros(self) -> None:
         steps = [step.action for step in self._planned.plan.steps if isinstance(step.action, Zero)]
-        zeroed = [f"{action.role}.{action.channel}" for action in steps]
+        zeroed = [action.member for action in steps]
         for member in self._mapping.zeros:
             if member not in zeroed:
                 hint = suggestion(member, zeroed, "it zeroes")
@@ -124,7 +125,7 @@ class _Matcher:
                     "a list with what it read each time, in that order",
                 )
 
-    def _zeros_of(self, member: str, needed: str) -> None:
+    def _zeros_of(self, member: Member, needed: str) -> None:
         for zero in self._mapping.zeros_of(member):
             if isinstance(zero, Quantity):
                 self._fits(("zeros", member), zero.unit.symbol, needed, member)
@@ -165,7 +166,7 @@ class _Matcher:
                 else:
                     self._fits(at, quantity.unit.symbol, known[member], member)
 
-    def _given_set_points(self) -> Iterator[tuple[Path, Mapping[str, Quantity]]]:
+    def _given_set_points(self) -> Iterator[tuple[Path, Mapping[Member, Quantity]]]:
         yield ("set_points",), self._mapping.set_points
         for index, entry in enumerate(self._mapping.recordings):
             yield ("recordings", index, "set_points"), entry.set_points
@@ -186,7 +187,7 @@ class _Matcher:
                     )
                     self._fits(at, symbol, known[member], member)
 
-    def _given_conditions(self) -> Iterator[tuple[Path, Mapping[str, Quantity | ColumnSpec]]]:
+    def _given_conditions(self) -> Iterator[tuple[Path, Mapping[Member, Quantity | ColumnSpec]]]:
         yield ("conditions",), self._mapping.conditions
         for index, entry in enumerate(self._mapping.recordings):
             yield ("recordings", index, "conditions"), entry.conditions
@@ -203,8 +204,8 @@ class _Matcher:
 
     def _readable(self) -> Iterator[tuple[str, str]]:
         for role, device in self._planned.devices.items():
-            yield from ((f"{role}.{each.name}", each.unit) for each in device.channels)
-            yield from ((f"{role}.{each.name}", each.unit) for each in device.drives)
+            yield from ((Member(role, each.name), each.unit) for each in device.channels)
+            yield from ((Member(role, each.name), each.unit) for each in device.drives)
 
     def _inputs(self) -> dict[str, str]:
         asked: dict[str, Expected] = {
@@ -249,7 +250,7 @@ class _Matcher:
     def _is_at(self, entry: RecordingEntry, action: Record) -> bool:
         given = {**self._mapping.set_points, **entry.set_points}
         return given.keys() >= action.setpoints.keys() and all(
-            _same(given[member].si, value) for member, value in action.setpoints.items()
+            _same(given[Member.parse(each)].si, value) for each, value in action.setpoints.items()
         )
 
     def _not_wanted(self, entry: RecordingEntry) -> str:

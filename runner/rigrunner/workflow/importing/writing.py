@@ -19,6 +19,7 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity, si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
@@ -123,7 +124,7 @@ class _Import:
         return made, stated
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
-        member = f"{action.role}.{action.channel}"
+        member = action.member
         given, at = next(self._zeros[member]), ("zeros", member)
         value = given.si if isinstance(given, Quantity) else self._mean_at_rest(given, at, member)
         if abs(value) > action.within:
@@ -156,16 +157,18 @@ class _Import:
         found = Measured(self._stated(), action.units, {})
         self._step(index, step, (self._latest, self._latest), found)
 
-    def _mean_at_rest(self, part: Part, at: DocumentPath, member: str) -> float:
-        wanted = {member: Wanted(self._mapping.channels[member], ("channels", member))}
+    def _mean_at_rest(self, part: Part, at: DocumentPath, member: Member) -> float:
+        wanted: dict[str, Wanted] = {
+            member: Wanted(self._mapping.channels[member], ("channels", member))
+        }
         read = read_part(self._checked.mapping, self._checked.importer, part, at, wanted)
         return float(read.columns[member].mean())
 
     def _record(self, index: int, step: PlannedStep, action: Record, number: int) -> None:
         entry, at = self._mapping.recordings[number], ("recordings", number)
-        members = [f"{action.role}.{name}" for name in action.channels]
+        members = [Member(action.role, name) for name in action.channels]
         conditions = {**self._mapping.conditions, **entry.conditions}
-        wanted = {
+        wanted: dict[str, Wanted] = {
             member: Wanted(self._mapping.channels[member], ("channels", member))
             for member in members
         }
@@ -174,7 +177,7 @@ class _Import:
                 base = (*at, "conditions") if name in entry.conditions else ("conditions",)
                 wanted[name] = Wanted(each, (*base, name))
         read = read_part(self._checked.mapping, self._checked.importer, entry, at, wanted)
-        samples = {member: read.columns[member] for member in members}
+        samples: dict[str, Array] = {member: read.columns[member] for member in members}
         self._require_length(step, action, entry, len(samples[members[0]]) / read.rate_hz)
         values, units = _conditions(conditions, read)
         known = {*values, *action.statistics}
@@ -267,10 +270,11 @@ class _Import:
 
 
 def _conditions(
-    conditions: Mapping[str, Quantity | ColumnSpec], read: Read
+    conditions: Mapping[Member, Quantity | ColumnSpec], read: Read
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Return values and units in SI: a value as stated, or the mean of its column."""
-    values, units = {}, {}
+    values: dict[str, float] = {}
+    units: dict[str, str] = {}
     for name, each in conditions.items():
         if isinstance(each, ColumnSpec):
             values[name], known = float(read.columns[name].mean()), unit(each.unit)

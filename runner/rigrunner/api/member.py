@@ -1,0 +1,69 @@
+"""The name of a channel or a drive of a device: `role.name`, parsed once where text comes in."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Self
+
+from pydantic_core import core_schema
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+
+NAME = "[A-Za-z][A-Za-z0-9_]*"
+"""What a role, and a channel or a drive, may be called."""
+_MEMBER = rf"{NAME}\.{NAME}"
+
+
+class Member(str):
+    """A channel or a drive of the device in a role.
+
+    It is the text `role.name` that also knows its two parts: it compares, hashes, sorts and is
+    written as that text, so a mapping by members can be asked by text, and a stored one read.
+    """
+
+    __slots__ = ("name", "role")
+    role: str
+    name: str
+
+    def __new__(cls, role: str, name: str) -> Self:
+        """Return the member of a role."""
+        made = super().__new__(cls, f"{role}.{name}")
+        made.role, made.name = role, name
+        return made
+
+    @classmethod
+    def parse(cls, text: str) -> Member:
+        """Return the member that a text names; raise ValueError for one of another form."""
+        if isinstance(text, cls):
+            return text
+        if not re.fullmatch(_MEMBER, text):
+            raise ValueError(f"'{text[:40]}' is not of the form role.name, such as tester.torque")
+        return cls(*text.split("."))
+
+    def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]  # as __new__ takes
+        """Return what a copy is made of, also in another process."""
+        return self.role, self.name
+
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: object, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Let a model of settings parse it."""
+        return core_schema.no_info_after_validator_function(cls.parse, core_schema.str_schema())
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema for editors."""
+        found: dict[str, Any] = handler(schema)
+        found["pattern"] = f"^{_MEMBER}$"
+        found["patternErrorMessage"] = "allowed is role.name, such as tester.torque"
+        return found
+
+
+def role_of(place: Member | str) -> str:
+    """Return the role of a member, or the role itself where a whole device is named."""
+    return place.role if isinstance(place, Member) else place

@@ -1,0 +1,49 @@
+"""A member is its text, and knows its parts, wherever it goes."""
+
+import copy
+import json
+import pickle
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import to_json
+
+from rigrunner.api.member import Member, role_of
+
+TORQUE = Member("tester", "torque")
+
+
+def test_it_is_its_text():
+    assert str(TORQUE) == "tester.torque"
+    assert {TORQUE: 1.0} == {"tester.torque": 1.0}
+    assert json.dumps({TORQUE: TORQUE}) == '{"tester.torque": "tester.torque"}'
+    assert to_json({TORQUE: [TORQUE]}) == b'{"tester.torque":["tester.torque"]}'
+
+
+@pytest.mark.parametrize(
+    "again",
+    [
+        copy.copy, copy.deepcopy, Member.parse,
+        lambda member: pickle.loads(pickle.dumps(member)),  # noqa: S301  (its own)
+        lambda member: Member.parse(str(member)),
+        lambda member: TypeAdapter(Member).validate_python(str(member), strict=True),
+        lambda member: TypeAdapter(dict[Member, int]).validate_python({member: 1}).popitem()[0],
+    ],
+)  # fmt: skip
+def test_it_keeps_its_parts(again):
+    found = again(TORQUE)
+    assert (found, found.role, found.name) == ("tester.torque", "tester", "torque")
+
+
+@pytest.mark.parametrize(
+    "text", ["torque", "tester.", ".torque", "a.b.c", "1st.torque", "tester. torque", "tester.ü"]
+)
+def test_a_text_of_another_form_is_refused(text):
+    with pytest.raises(ValueError, match=r"is not of the form role\.name, such as tester\.torque"):
+        Member.parse(text)
+    with pytest.raises(ValidationError):
+        TypeAdapter(Member).validate_python(text)
+
+
+def test_a_place_has_a_role():
+    assert role_of(TORQUE) == role_of("tester") == "tester"
