@@ -1,0 +1,72 @@
+"""Values and derivatives of formulas, against closed forms and against the complex step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rigrunner.signal.expression.evaluation import evaluated
+from rigrunner.signal.expression.syntax import FUNCTIONS, parse
+
+X = np.array([0.1, 0.35, 0.8])
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_and_their_derivatives(name):
+    """Squire and Trapp, SIAM Review 40(1), 1998: f'(x) = Im f(x + ih)/h."""
+    value, slopes = evaluated(parse(f"{name}(x)", {"x"}), {"x": X}, {"x"})
+    assert value == pytest.approx(getattr(np, name)(X), rel=1e-15)
+    assert slopes["x"] == pytest.approx(getattr(np, name)(X + 1e-30j).imag / 1e-30, rel=1e-13)
+
+
+FORMULAS = {
+    "a*x + b": lambda x, a, b: a * x + b,
+    "a - b*x - -x": lambda x, a, b: a - b * x + x,
+    "a/(b + x)": lambda x, a, b: a / (b + x),
+    "x**a*b": lambda x, a, b: x**a * b,
+    "a**x**b": lambda x, a, b: a ** (x**b),
+    "(a + x)**-2*b": lambda x, a, b: b / (a + x) ** 2,
+    "a*x**b*exp(-b*x)/sqrt(a + x)": lambda x, a, b: a * x**b * np.exp(-b * x) / np.sqrt(a + x),
+    "sin(a*x)*cos(b*x) + arctan(x/a)*pi": lambda x, a, b: (
+        np.sin(a * x) * np.cos(b * x) + np.arctan(x / a) * np.pi
+    ),
+}
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_formulas_and_their_derivatives(text):
+    given, truth, h = {"x": X, "a": 1.3, "b": 0.7}, FORMULAS[text], 1e-30j
+    value, slopes = evaluated(parse(text, given), given, {"a", "b"})
+    assert value == pytest.approx(truth(**given), rel=1e-14)
+    for name in ("a", "b"):
+        stepped = truth(**(given | {name: given[name] + h}))
+        expected = stepped.imag / h.imag if np.iscomplexobj(stepped) else np.zeros(3)
+        assert np.broadcast_to(slopes.get(name, 0.0), 3) == pytest.approx(expected, rel=1e-13)
+
+
+def test_only_what_is_asked_for_is_differentiated():
+    assert set(evaluated(parse("a*x", {"a", "x"}), {"a": 1.0, "x": X}, {"a"})[1]) == {"a"}
+    assert evaluated(parse("2*3", ()), {})[0] == 6
+
+
+def test_a_power_of_zero_has_a_slope():
+    """x^b at x = 0 is 0 for every b > 0: its slope by b is 0, and by x it is b x^(b - 1) = 0."""
+    given = {"x": np.array([0.0]), "b": 2.0}
+    _, slopes = evaluated(parse("x**b", given), given, given)
+    assert slopes["b"] == slopes["x"] == 0
+
+
+def test_what_is_not_defined_is_no_number_and_no_warning():
+    given = {"x": np.array([-1.0, 0.0])}
+    for text in ("log(x)", "sqrt(x) - 1/x", "x**0.5/x"):
+        assert not np.isfinite(evaluated(parse(text, given), given, given)[0]).all()
+    assert np.isinf(evaluated(parse("exp(1e9) + 1/0", ()), {})[0])
+    assert np.isinf(evaluated(parse("9**99*9**99*9**99*9**99*9**99", ()), {})[0])
+
+
+def test_extended_precision_is_kept():
+    third = np.longdouble(1) / 3
+    value, slopes = evaluated(parse("exp(x)*x", {"x"}), {"x": third}, {"x"})
+    assert value.dtype == np.longdouble
+    assert value == np.exp(third) * third
+    assert slopes["x"] == pytest.approx(np.exp(third) * (1 + third), rel=1e-18)
