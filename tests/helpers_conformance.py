@@ -94,6 +94,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("device", "visa"): _READ_BY_VALUE,
     ("fit", "aicc"): {*_UNITS, *_FIT_EXAMPLES},
     ("fit", "basis"): _UNITS,
+    ("fit", "expression"): _UNITS,
     ("fit", "inertia_physical"): _FIT_EXAMPLES,
     ("fit", "pchip"): {*_SETTINGS, *_FIT_EXAMPLES},
     ("fit", "polynomial"): _UNITS,

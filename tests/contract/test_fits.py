@@ -67,6 +67,15 @@ EXAMPLES = {
         lambda f: 1.1 + 0.0047 * f**2, [1.1, 0.0047], ("N·m", "N·m/Hz²"),
         {"candidates": [[0, 1], [0, 2], [1, 2]]},
     ),
+    "expression": Example(
+        lambda f: 0.9 + 0.4 * (1 - np.exp(-f / 12.0)),
+        [0.9, 0.4, 12.0],
+        ("N·m", "N·m", "Hz"),
+        {
+            "model": "T0 + a*(1 - exp(-f/f0))",
+            "start": {"T0": "1 N·m", "a": "1 N·m", "f0": "20 Hz"},
+        },
+    ),
     "inertia_physical": Example(
         physical, [0.76, 0.31, 0.00233], ("N·m", "N·m·s/rad", "kg·m²"), rel=1e-6
     ),
@@ -77,7 +86,7 @@ EXAMPLES = {
 FITS = sorted(EXAMPLES)
 WEIGHABLE = [name for name in FITS if "weighted" in REGISTRY.settings_of("fit", name).model_fields]
 WITH_INTERCEPT = sorted(set(FITS) - {"basis"})
-OF_ANY_UNIT = sorted(set(FITS) - {"inertia_physical"})
+OF_ANY_UNIT = sorted(set(FITS) - {"expression", "inertia_physical"})
 
 
 def fit(name, points, **changes):
@@ -174,10 +183,18 @@ def test_units_follow_those_of_the_points(name):
     assert all(unit == "mN·m" or name == "pchip" or "/rad/s" in unit for unit in curve.units)
 
 
+@pytest.mark.parametrize("name", ["expression", "inertia_physical"])
 @pytest.mark.parametrize("units", [{"x_unit": "rad/s"}, {"y_unit": "mN·m"}])
-def test_physics_has_its_own_units(units):
+def test_what_has_numbers_of_its_own_has_its_own_units(name, units):
     with pytest.raises(DataError, match="takes N·m over Hz, not"):
-        fit("inertia_physical", replace(points("inertia_physical"), **units))
+        fit(name, replace(points(name), **units))
+
+
+@pytest.mark.parametrize("name", sorted(set(FITS) - {"expression"}))
+def test_what_is_over_one_regressor_refuses_several(name):
+    several = replace(points(name), x=np.column_stack([X, X]), regressors=("f", "temperature"))
+    with pytest.raises(DataError, match="of one regressor is given 2: f, temperature"):
+        fit(name, several)
 
 
 @pytest.mark.parametrize("name", WITH_INTERCEPT)

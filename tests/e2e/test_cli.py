@@ -21,7 +21,7 @@ NO_LOAD = "no_load_inertia_sweep"
 SHIPPED_PLUGINS = (
     *("swing_tester_sim", "swing_tester_ode", "replay"),
     *("grubbs", "generalized_esd", "pauta", "chauvenet", "mad", "none"),
-    *("polynomial", "basis", "aicc", "inertia_physical", "pchip"),
+    *("polynomial", "basis", "aicc", "expression", "inertia_physical", "pchip"),
     *("paper_peak", "template_inverse", "energy", "html"),
 )
 SWEEP = [1, 3, 5, 8, 10, 15, 18, 20, 25, 30, 33, 35]

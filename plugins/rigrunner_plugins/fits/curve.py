@@ -50,15 +50,21 @@ class FittedCurve:
 
     def _evaluated(self, x: Array) -> tuple[Array, Array]:
         x = np.atleast_1d(np.asarray(x, np.float64))
-        low, high = self.valid_x
-        inside = (x >= low - RANGE_TOLERANCE * abs(low)) & (x <= high + RANGE_TOLERANCE * abs(high))
-        outside = x[~inside]
-        if outside.size:
-            raise DataError(
-                f"the fit holds from {low:.6g} to {high:.6g}, not at {outside[0]:.6g}",
-                hint="a fit says nothing outside its points; measure there",
-            )
+        refuse_outside(x, self.valid_x)
         return self.value_and_spread(x)
+
+
+def refuse_outside(x: Array, valid: tuple[float, float], name: str = "") -> None:
+    """Raise DataError where one of x (m,) is out of range; `name` is its, if there are several."""
+    low, high = valid
+    inside = (x >= low - RANGE_TOLERANCE * abs(low)) & (x <= high + RANGE_TOLERANCE * abs(high))
+    outside = x[~inside]
+    if outside.size:
+        of = f" of {name}" if name else ""
+        raise DataError(
+            f"the fit holds from {low:.6g} to {high:.6g}{of}, not at {outside[0]:.6g}",
+            hint="a fit says nothing outside its points; measure there",
+        )
 
 
 def r_squared(

@@ -35,7 +35,12 @@ from rigrunner.signal.kinematics import (
 )
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import Solution, solve
-from rigrunner_plugins.fits.points import refuse_not_finite, root_weights
+from rigrunner_plugins.fits.points import (
+    refuse_not_finite,
+    refuse_other_units,
+    refuse_several,
+    root_weights,
+)
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
@@ -55,7 +60,8 @@ class InertiaPhysicalFit:
 
     def __call__(self, points: Points) -> FittedCurve:
         """Return the fitted curve; raise DataError where the points do not allow it."""
-        _refuse_other_units(points)
+        refuse_several(points)
+        refuse_other_units(points)
         refuse_not_finite(points)
         roots = root_weights(points, weighted=self.settings.weighted)
         parameters = self._start(points, roots)
@@ -127,13 +133,6 @@ class InertiaPhysicalFit:
             r_squared=r_squared(points.y, residuals, roots=roots),
             valid_x=(float(points.x.min()), float(points.x.max())),
             value_and_spread=value_and_spread,
-        )
-
-
-def _refuse_other_units(points: Points) -> None:
-    if (points.x_unit, points.y_unit) != ("Hz", "N·m"):
-        raise DataError(
-            f"the physical fit takes N·m over Hz, not {points.y_unit} over {points.x_unit}"
         )
 
 

@@ -9,7 +9,12 @@ import numpy as np
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import solve
-from rigrunner_plugins.fits.points import refuse_not_finite, root_weights
+from rigrunner_plugins.fits.points import (
+    different,
+    refuse_not_finite,
+    refuse_several,
+    root_weights,
+)
 from rigrunner_plugins.fits.powers import formula, unit
 from rigrunner_plugins.fits.requirements import least_points
 
@@ -21,12 +26,13 @@ if TYPE_CHECKING:
 
 def refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
     """Raise DataError for what is no number, and for no more different x than coefficients."""
+    refuse_several(points)
     refuse_not_finite(points)
-    different, needed = len(np.unique(points.x)), least_points(len(powers))
-    if different < needed:
+    found, needed = different(points.x), least_points(len(powers))
+    if found < needed:
         raise DataError(
             f"{formula(powers)} with its uncertainty needs {needed} different frequencies; "
-            f"there are {different}"
+            f"there are {found}"
         )
 
 

@@ -17,7 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.curve import RANGE_TOLERANCE, FittedCurve
-from rigrunner_plugins.fits.points import refuse_not_finite
+from rigrunner_plugins.fits.points import refuse_not_finite, refuse_several
 from rigrunner_plugins.fits.requirements import LEAST_OF_PCHIP
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def interpolate(points: Points) -> FittedCurve:
 
 
 def _ascending(points: Points) -> Points:
+    refuse_several(points)
     if len(points.x) < LEAST_OF_PCHIP:
         raise DataError(
             f"an interpolation needs {LEAST_OF_PCHIP} points; there are {len(points.x)}"

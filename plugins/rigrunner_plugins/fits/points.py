@@ -1,4 +1,4 @@
-"""What fits ask of their points: that they are numbers, and how much each counts."""
+"""What fits ask of their points: that they are numbers, of which, and how much each counts."""
 
 from __future__ import annotations
 
@@ -12,10 +12,40 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
 
 
+CLOSE = 1e-3
+"""Of the range of x: repetitions of a set-point scatter by less, and are no different places."""
+
+
 def refuse_not_finite(points: Points) -> None:
     """Raise DataError where an x or a y is nan or infinite."""
     if not (np.isfinite(points.x).all() and np.isfinite(points.y).all()):
         raise DataError("a point of the fit is not a finite number")
+
+
+def different(x: Array) -> int:
+    """Return how many x (n,) are farther from each other than a thousandth of their range."""
+    ascending = np.sort(x)
+    count, last = 0, -np.inf
+    for each in ascending:
+        if each - last > CLOSE * (ascending[-1] - ascending[0]):
+            count, last = count + 1, each
+    return count
+
+
+def refuse_several(points: Points) -> None:
+    """Raise DataError where there are several regressors."""
+    if points.regressors:
+        raise DataError(
+            f"a fit of one regressor is given {len(points.regressors)}: "
+            f"{', '.join(points.regressors)}",
+            hint="take the fit expression",
+        )
+
+
+def refuse_other_units(points: Points) -> None:
+    """Raise DataError unless y is in N·m over Hz, or numbers without a unit."""
+    if (points.x_unit, points.y_unit) not in {("Hz", "N·m"), ("", "")}:
+        raise DataError(f"the fit takes N·m over Hz, not {points.y_unit} over {points.x_unit}")
 
 
 def root_weights(points: Points, *, weighted: bool) -> Array:

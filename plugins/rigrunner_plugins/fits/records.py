@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import FitRecord, hookimpl
 from rigrunner_plugins.fits import requirements
-from rigrunner_plugins.fits.examples import NO_INTERCEPT, NORRIS
+from rigrunner_plugins.fits.examples import FILIP, MISRA, NO_INTERCEPT, NORRIS
 
 if TYPE_CHECKING:
     from rigrunner.api.analysis import Fit
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.fits.settings import (
         AiccSettings,
         BasisSettings,
+        ExpressionSettings,
         InertiaPhysicalSettings,
         PolynomialSettings,
     )
@@ -29,7 +30,7 @@ def rigrunner_fits() -> list[FitRecord]:
             settings="rigrunner_plugins.fits.settings:PolynomialSettings",
             factory=_polynomial,
             requires=requirements.of_polynomial,
-            examples=(NORRIS,),
+            examples=(NORRIS, FILIP),
         ),
         FitRecord(
             name="inertia_physical",
@@ -53,6 +54,18 @@ def rigrunner_fits() -> list[FitRecord]:
             settings="rigrunner_plugins.fits.settings:AiccSettings",
             factory=_aicc,
             requires=requirements.of_aicc,
+        ),
+        FitRecord(
+            name="expression",
+            help="Least squares of a formula with parameters, of one or several variables",
+            settings="rigrunner_plugins.fits.settings:ExpressionSettings",
+            trial={
+                "model": "T0 + b*f + J*f**2",
+                "start": {"T0": "1 N·m", "b": "0.01 N·m/Hz", "J": "0.001 N·m/Hz²"},
+            },
+            factory=_expression,
+            requires=requirements.of_expression,
+            examples=(MISRA,),
         ),
         FitRecord(
             name="pchip",
@@ -87,6 +100,12 @@ def _aicc(settings: AiccSettings) -> Fit:
     from rigrunner_plugins.fits.aicc import AiccFit  # noqa: PLC0415  (numpy)
 
     return AiccFit(settings)
+
+
+def _expression(settings: ExpressionSettings) -> Fit:
+    from rigrunner_plugins.fits.expression import ExpressionFit  # noqa: PLC0415  (scipy)
+
+    return ExpressionFit(settings)
 
 
 def _pchip(_: NoSettings) -> Fit:

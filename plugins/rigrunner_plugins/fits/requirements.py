@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.analysis import Requirements
 
 if TYPE_CHECKING:
-    from rigrunner_plugins.fits.settings import AiccSettings, BasisSettings, PolynomialSettings
+    from rigrunner_plugins.fits.settings import (
+        AiccSettings,
+        BasisSettings,
+        ExpressionSettings,
+        PolynomialSettings,
+    )
 
 LEAST_OF_PCHIP = 3
 PHYSICAL = 3
@@ -38,6 +43,11 @@ def of_aicc(settings: AiccSettings) -> Requirements:
     """Return what the fit `aicc` needs: points for the smallest of its candidates."""
     smallest = min(len(powers) for powers in settings.candidates)
     return Requirements(no_load_frequencies=least_points_of_aicc(smallest))
+
+
+def of_expression(settings: ExpressionSettings) -> Requirements:
+    """Return what the fit `expression` needs."""
+    return Requirements(no_load_frequencies=least_points(len(settings.start)))
 
 
 def of_inertia_physical(_: Any) -> Requirements:

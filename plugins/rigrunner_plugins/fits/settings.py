@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from typing import Annotated, TypeVar
+from collections.abc import Mapping
+from math import isfinite
+from typing import Annotated, Any, NamedTuple, TypeVar
 
-from pydantic import AfterValidator, Field
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+)
 
-from rigrunner.api.settings import Length, ListOf, Settings, YesNo
+from rigrunner.api.settings import Length, ListOf, PlainText, Settings, YesNo
+from rigrunner.signal.expression.syntax import Expression, parse
 
 Item = TypeVar("Item")
 
@@ -38,7 +49,7 @@ class WeightedSettings(Settings):
 class PolynomialSettings(WeightedSettings):
     """Of the fit `polynomial`."""
 
-    degree: Annotated[int, Field(ge=1, le=8)] = 2
+    degree: Annotated[int, Field(ge=1, le=10)] = 2
     """The highest power of x."""
 
 
@@ -58,6 +69,79 @@ class AiccSettings(WeightedSettings):
         Field(min_length=1, description="sets of powers of the frequency; 0 is the intercept"),
         AfterValidator(_different),
     ] = ((0, 1, 2), (0, 2), (0, 1, 4), (0, 1, 2, 3))
+
+
+class Start(NamedTuple):
+    """Where the search for a parameter begins."""
+
+    value: float
+    unit: str
+    """As it was written; 1 where none was."""
+
+
+_START = r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:\s+(\S{1,20}))?\s*"
+
+
+def _start(given: object) -> object:
+    if isinstance(given, Start):
+        return given
+    found = re.fullmatch(_START, "" if isinstance(given, bool) else str(given)[:60], re.ASCII)
+    if found is None or not isfinite(float(found[1])):
+        raise ValueError(
+            f"{str(given)[:40]!r} is not a number, nor a number with its unit such as '0.9 N·m'"
+        )
+    return Start(float(found[1]), found[2] or "1")
+
+
+StartValue = Annotated[
+    Start,
+    BeforeValidator(_start),
+    WithJsonSchema(
+        {
+            "anyOf": [{"type": "number"}, {"type": "string"}],
+            "description": "a number, with the parameter's unit where it has one",
+        }
+    ),
+]
+
+
+class ExpressionSettings(WeightedSettings):
+    """Of the fit `expression`."""
+
+    over: Annotated[
+        ListOf[PlainText],
+        Field(min_length=1, description="what the model calls its variables: those that are given"),
+        AfterValidator(_different),
+    ] = ("f",)
+    start: Annotated[
+        Mapping[str, StartValue],
+        Field(min_length=1, description="the parameters, each with a value to begin with"),
+    ]
+    model: Annotated[
+        str, Field(min_length=1, description="a formula such as T0 + b*f + J*f**2; see the page")
+    ]
+
+    @field_validator("model")
+    @classmethod
+    def _is_a_formula(cls, model: str, info: ValidationInfo) -> str:
+        known: dict[str, Any] = info.data
+        if {"over", "start"} <= known.keys():
+            parameters, variables = set(known["start"]), set(known["over"])
+            if parameters & variables:
+                raise ValueError(f"{_listed(parameters & variables)}: a variable and a parameter")
+            unused = (parameters | variables) - parse(model, parameters | variables).names()
+            if unused:
+                raise ValueError(f"it does not have {_listed(unused)}")
+        return model
+
+    @property
+    def expression(self) -> Expression:
+        """The model that was read."""
+        return parse(self.model, {*self.start, *self.over})
+
+
+def _listed(names: set[str]) -> str:
+    return ", ".join(f"'{name[:20]}'" for name in sorted(names))
 
 
 class InertiaPhysicalSettings(WeightedSettings):

@@ -71,13 +71,17 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Values to fit: x, y and, where known, the standard uncertainty of y; all of shape (n,)."""
+    """Values to fit: x, y and, where known, the standard uncertainty of y; all of shape (n,).
+
+    Of k regressors with the names `regressors`, `x` has the shape (n, k): for fits that take them.
+    """
 
     x: Array
     y: Array
     u_y: Array | None = None
     x_unit: str = "Hz"
     y_unit: str = "N·m"
+    regressors: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
