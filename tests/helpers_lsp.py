@@ -55,7 +55,7 @@ class YamlServer:
         try:
             self.request("shutdown", None)
             self._send({"method": "exit"})
-            self._process.wait(timeout=10)
+            self._process.wait(timeout=100)
         finally:
             self._process.kill()
             self._process.communicate()

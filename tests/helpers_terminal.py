@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Self
 
 PROGRAM = (sys.executable, "-m", "rigrunner")
-_ENDS_S = 60.0
+_ENDS_S = 200.0
 
 
 @dataclass

@@ -33,7 +33,7 @@ def test_however_it_ends_the_rig_is_made_safe(tmp_path, end, code):
         terminal.wait_for("tester> ")
         end(terminal)
         terminal.wait_for(SAFE)
-        assert terminal.process.wait(20) == code
+        assert terminal.process.wait(200) == code
     assert SAFE in (tmp_path / "jog.log").read_text(encoding="utf-8")
 
 
@@ -56,5 +56,5 @@ def test_a_window_that_is_closed_leaves_the_rig_safe(tmp_path):
         terminal.type("set frequency 5 Hz\n")
         terminal.wait_for("frequency reads back 5 Hz")
         terminal.hang_up()
-        terminal.process.wait(20)
+        terminal.process.wait(200)
     assert SAFE in (tmp_path / "jog.log").read_text(encoding="utf-8")

@@ -258,7 +258,7 @@ def test_a_signal_stops_a_run_and_leaves_a_sealed_folder(tmp_path, number, code)
         try:
             wait_for_line(child.stderr, "Settle")
             child.send_signal(number)
-            out, err = child.communicate(timeout=30)
+            out, err = child.communicate(timeout=200)
         finally:
             child.kill()
     assert child.returncode == code, err

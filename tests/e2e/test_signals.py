@@ -79,7 +79,7 @@ def test_a_signal_aborts_an_unattended_run(lab, number, code):
                 break
         process.send_signal(number)
         process.stderr.read()
-        assert process.wait(timeout=30) == code
+        assert process.wait(timeout=200) == code
     run = stored(lab)
     assert run.info.outcome == "aborted"
     assert interventions(run)[-1][0] == "abort"
@@ -107,7 +107,7 @@ def test_a_signal_that_was_ignored_at_the_start_stays_so(lab):
                 break
         process.send_signal(signal.SIGHUP)
         process.stderr.read()
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=200) == 0
     assert stored(lab).info.outcome == "completed"
 
 

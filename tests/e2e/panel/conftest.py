@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from helpers_screen import Screen, browser_path, quick_lab, require_driver, running_panel
+from helpers_screen import WITHIN_S, Screen, browser_path, quick_lab, require_driver, running_panel
 
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -16,7 +16,7 @@ FLAGS = (
 )  # fmt: skip
 
 
-expect.set_options(timeout=30_000)  # on a busy machine its 5 s are too short to look at a rig
+expect.set_options(timeout=1000 * WITHIN_S)
 
 
 @pytest.fixture(scope="session")
@@ -52,6 +52,7 @@ def new_screen(chromium, panel):
     def new(panel=panel, **options):
         known = {"viewport": {"width": 1280, "height": 720}, "locale": "en-GB"}
         context = chromium.new_context(**{**known, **options})
+        context.set_default_timeout(1000 * WITHIN_S)
         screen = Screen(context.new_page(), panel)
         made.append((context, screen))
         return screen

@@ -120,7 +120,7 @@ class Proxy:
     def get(self, path, **headers):
         """Ask as a client of that name does."""
         asked = {"Host": self.name, **WITH_TOKEN, **headers}
-        with httpx.Client(verify=self.trusted(), timeout=20) as client:
+        with httpx.Client(verify=self.trusted(), timeout=200) as client:
             return client.get(f"{self.url}{path}", headers=asked, extensions={"sni_hostname": HOST})
 
     def events(self, origin):
@@ -152,7 +152,7 @@ def proxied(lab, folder, change=lambda text: text):
                 yield Proxy(port, folder, panel)
             finally:
                 process.terminate()
-                process.communicate(timeout=20)
+                process.communicate(timeout=200)
 
 
 def _wait_for(port, process):
@@ -205,7 +205,7 @@ def test_a_page_of_that_name_without_tls_is_somebody_elses(proxy):
 
 def test_the_events_come_by_a_websocket_through_tls(proxy):
     with proxy.events(f"https://{proxy.name}") as events:
-        assert json.loads(events.recv(timeout=20))["type"] == "state"
+        assert json.loads(events.recv(timeout=200))["type"] == "state"
     for origin in ("https://evil.example", f"http://{proxy.name}", f"https://{HOST}"):
         with pytest.raises(InvalidStatus) as caught, proxy.events(origin):
             pass

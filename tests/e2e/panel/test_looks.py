@@ -89,7 +89,7 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     seen("compare")
     page.get_by_role("link", name="By hand").click()
     page.locator(".preflight > .button").click()
-    page.get_by_role("button", name="Take the rig").click(timeout=20_000)
+    page.get_by_role("button", name="Take the rig").click()
     page.wait_for_selector(".drive")
     frequency = page.get_by_label("Swing frequency (Hz)")
     frequency.fill("10")

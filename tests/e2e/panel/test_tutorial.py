@@ -29,7 +29,7 @@ def do(page, verb, what, text):
         case "Untick":
             page.get_by_label(what).uncheck()
         case "See":
-            expect(page.get_by_text(what).first).to_be_visible(timeout=60_000)
+            expect(page.get_by_text(what).first).to_be_visible()
         case _:
             raise AssertionError(f"nobody knows how to {verb}")
 

@@ -39,7 +39,7 @@ def test_hanging_call_is_abandoned_in_time_and_the_device_counts_as_lost(caller)
     before = time.monotonic()
     with pytest.raises(DeviceTimeoutError, match=r"'read' did not return within 0\.05 s"):
         caller.call("read", release.wait, 0.05)
-    assert time.monotonic() - before < 1.0
+    assert time.monotonic() - before < 10.0
     with pytest.raises(DeviceLostError, match="cannot set: an earlier call, 'read', still hangs"):
         caller.call("set", lambda: None, 5)
     release.set()

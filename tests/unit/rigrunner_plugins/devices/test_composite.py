@@ -325,7 +325,7 @@ def test_a_part_that_hangs_keeps_no_other_from_being_made_safe(monkeypatch):
     before = time.monotonic()
     with pytest.raises(DeviceTimeoutError, match="inverter: 'make safe' did not return"):
         device.make_safe()
-    assert time.monotonic() - before < 2.0
+    assert time.monotonic() - before < 10.0
     assert bench.press.calls[-1] == "make_safe"
     device.close()
     assert bench.press.calls[-1] == "close"

@@ -268,7 +268,7 @@ class TestRecordings:
             assert device.sample_rate_hz == 200.0
             began = time.monotonic()
             blocks = list(device.stream(["torque", "load"], 0.6, Stop()))
-            assert 0.5 < time.monotonic() - began < 3.0
+            assert 0.5 < time.monotonic() - began < 10.0
             torque = np.concatenate([block.channels["torque"] for block in blocks])
             assert len(torque) == 120
             assert np.diff(torque) == pytest.approx(1.0)
