@@ -21,6 +21,7 @@ from hypothesis import HealthCheck, settings
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from helpers_cli import Called, call, shell
+from helpers_figures import blank, drawn
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.clock import SimulatedClock
 
@@ -117,7 +118,8 @@ def made_once(tmp_path_factory, worker_id):
         with FileLock(shared / f"{name}.lock"):
             if not done.exists():
                 folder.mkdir()
-                fill(folder)
+                with drawn():
+                    fill(folder)
                 done.touch()
         return folder
 
@@ -178,16 +180,18 @@ def quick(made_once) -> Runs:
     return Runs(folder / "runs", *sorted((folder / "runs").iterdir()))
 
 
-@pytest.fixture(scope="module")
-def blank_figures():
-    """Leave out what takes longest of a run: that matplotlib lays out and writes its figures.
+@pytest.fixture(scope="module", autouse=True)
+def _blank_figures(request):
+    """Leave figures blank, except in modules marked `figures`.
 
-    For tests that make runs and ask nothing of how they look. All is painted as ever. Not beside
-    `quick` and `demo`, which are made for others too.
+    Programs that tests start draw them anyway; so do runs that are made once for many tests.
     """
-    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415  (few tests draw)
+    with drawn() if request.node.get_closest_marker("figures") else blank():
+        yield
 
-    blank = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(FigureCanvasSVG, "print_svg", lambda _, file, **_more: file.write(blank))
+
+@pytest.fixture
+def drawn_figures():
+    """Draw the figures of one test."""
+    with drawn():
         yield

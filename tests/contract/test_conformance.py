@@ -18,6 +18,8 @@ from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry
 from rigrunner.testing import checks, subject
 
+pytestmark = pytest.mark.figures
+
 REGISTRY = load_registry()
 
 

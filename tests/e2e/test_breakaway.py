@@ -14,8 +14,6 @@ from rigrunner.runfile import read_truth
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.locate import find_procedure, find_station
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 BENCH = "simulated_bench"
 PROCEDURE = "no_load_breakaway"
 

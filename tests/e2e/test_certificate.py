@@ -27,6 +27,8 @@ from rigrunner.certificate.validity import traceability_of
 from rigrunner.registry import load_registry
 from rigrunner.workflow.certifying.certify import _refuse_beyond_calibration, read_source
 
+pytestmark = pytest.mark.figures
+
 LANGUAGES = ("en", "de")
 
 

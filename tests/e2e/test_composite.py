@@ -15,8 +15,6 @@ from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.yamlfile import parse
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 PLAIN = """\
     plugin: swing_tester_sim
     settings: {seed: 1}

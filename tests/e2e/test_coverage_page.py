@@ -15,6 +15,8 @@ from rigrunner.study.coverage_table import ROW_HEADER, held_text
 from rigrunner.study.share import Share
 from rigrunner.study.tools import tools
 
+pytestmark = pytest.mark.figures
+
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reference/coverage.md").read_text(encoding="utf-8")
 

@@ -27,8 +27,6 @@ from rigrunner_plugins.devices.simulated.sampling import (
 from rigrunner_plugins.devices.simulated.sensor_errors import draw_constant_errors
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 HZ_PER_V, N_PER_V = 5.0, 300.0
 LONGEST_S = 12.0

@@ -11,8 +11,6 @@ from helpers_workflow import quick_procedure, run
 from rigrunner.api.errors import ExitCode
 from rigrunner.workflow.locate import find_procedure
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 AS14101 = """\
     min: 0.25 in·lbf
     max: 8.0 in·lbf

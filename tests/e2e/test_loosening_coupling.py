@@ -20,7 +20,6 @@ from rigrunner.study.tools import primary_alone, tools
 if TYPE_CHECKING:
     from rigrunner.api.data import RunData
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
 
 SOUND_HZ = 400.0
 SOUND_DAYS = 12

@@ -15,8 +15,6 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.runfile import read
 from rigrunner.workflow.new_plugin import KINDS, NewPlugin
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 NAMES = {word: f"own_{word.replace('-', '_')}" for word in KINDS}
 HERTZ = (8, 15, 20, 25, 35)
 

@@ -13,6 +13,8 @@ from PIL import Image
 
 from helpers_docs import ROOT, links
 
+pytestmark = pytest.mark.figures
+
 PAGE = ROOT / "docs/explanation/the-paper.md"
 SCRIPT = ROOT / "docs/images/paper_figures.py"
 

@@ -12,6 +12,8 @@ from helpers_lacking import lacking
 from helpers_report import loaded_result, no_load_result, report_input
 from rigrunner_reports.render import html
 
+pytestmark = pytest.mark.figures
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 QUIET = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),

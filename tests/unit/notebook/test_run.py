@@ -14,6 +14,8 @@ from helpers_runfile import TWO, write_run
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.runfile import seal
 
+pytestmark = pytest.mark.figures
+
 
 @pytest.fixture
 def small(tmp_path):

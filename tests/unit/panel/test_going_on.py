@@ -14,8 +14,6 @@ from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_station, run_names
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 
 class Follower:
     """Follows a run from inside it, as the analyst's process does beside it."""

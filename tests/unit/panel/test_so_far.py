@@ -14,8 +14,6 @@ from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure, find_station, run_names
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 
 class Onlooker:
     """Analyses a run so far, inside the run: after each recording, and once within each."""

@@ -12,6 +12,8 @@ from rigrunner.api.errors import UsageError
 from rigrunner.plots import samples, torque_over_frequency
 from rigrunner.plots.samples import extremes
 
+pytestmark = pytest.mark.figures
+
 
 def test_of_many_samples_no_peak_is_lost():
     values = np.zeros(1_000_003)

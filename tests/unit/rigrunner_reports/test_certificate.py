@@ -37,6 +37,8 @@ from rigrunner_reports.certificate.pdf import pdf_maker
 from rigrunner_reports.certificate.render import html
 from rigrunner_reports.certificate.texts import names, shipped, shipped_languages
 
+pytestmark = pytest.mark.figures
+
 EVIL = "'\"></td><script>alert(1)</script><img src=x onerror=alert(1)>{{ 7*7 }}"
 AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
 

@@ -16,6 +16,8 @@ from rigrunner.api.checks import skipped
 from rigrunner.api.results import Verdict
 from rigrunner_reports.render import css_string, html
 
+pytestmark = pytest.mark.figures
+
 DOI = "https://doi.org/10.3390/machines13110976"
 PASSED = r"✓ pass\b"
 HOSTILE = "</style></title><script>alert(1)</script>\"'&"

@@ -19,6 +19,8 @@ from rigrunner_reports.render import html
 from rigrunner_reports.view.cycles import MOST_ROWS, rejections
 from rigrunner_reports.view.run import shown_events
 
+pytestmark = pytest.mark.figures
+
 MOST_BYTES = 1_500_000
 EVENTS = tuple({"utc": f"{i}", "kind": "alarm", "text": f"no {i}"} for i in range(500))
 

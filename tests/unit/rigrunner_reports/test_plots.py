@@ -18,6 +18,8 @@ from rigrunner_reports.plots.kinematics import motion
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view.points import set_points
 
+pytestmark = pytest.mark.figures
+
 
 @pytest.fixture(scope="module")
 def result():

@@ -15,6 +15,8 @@ from rigrunner.trends.charting import Charting, charted
 from rigrunner_reports.studies.other_plots import letter
 from rigrunner_reports.studies.render import html
 
+pytestmark = pytest.mark.figures
+
 BIGGEST = 700_000
 
 

@@ -28,6 +28,8 @@ from rigrunner.study.going import Going
 from rigrunner.study.tools import tools
 from rigrunner_plugins.compensations.settings import InverseSettings
 
+pytestmark = pytest.mark.figures
+
 SIM, ODE = RANGES
 COUNT = len(FREQUENCIES_HZ)
 

@@ -24,6 +24,8 @@ from rigrunner.study.fault_table import fault_rows, markdown, study_document, su
 from rigrunner.study.faults import tally
 from rigrunner.study.share import Share
 
+pytestmark = pytest.mark.figures
+
 SIM = "swing_tester_sim"
 
 

@@ -18,8 +18,6 @@ from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.overrides import overrides_for
 from rigrunner.workflow.record import execute
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 # what is changed in the register, what is lacking, what is said, the field
 CASES = {
     "overdue": (

@@ -19,8 +19,6 @@ from rigrunner.workflow import listening
 from rigrunner.workflow.listening import Detached
 from rigrunner.workflow.prepare import plan_run
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 PLUGIN = '''
 from pathlib import Path
 

@@ -62,6 +62,7 @@ def test_the_analysis_never_sees_the_truth(finished):
     assert not [name for name in seen if "truth" in name or "starting" in name]
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_the_same_run_gives_the_same_report_bytes(finished, tmp_path):
     _, _, loaded = finished
     again = write_report(loaded.folder, load_registry(), out=tmp_path / "again.html")

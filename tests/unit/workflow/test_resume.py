@@ -31,8 +31,6 @@ from rigrunner.workflow.runs import list_runs
 from rigrunner.workflow.stored import open_run
 from rigrunner.workflow.verifying.run import verify_run
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 TWICE = (FEW_FREQUENCIES, "[8 Hz, 15 Hz, 15 Hz, 25 Hz, 35 Hz]")
 """A set-point that comes twice, as the noise must be another one the second time."""
 NO_DRIFT = ("{seed: 1}", "{seed: 1, sensors: {drift: 0 N·m}}")

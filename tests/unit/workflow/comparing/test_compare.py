@@ -14,8 +14,6 @@ from rigrunner.workflow.comparing.results import result_changes
 from rigrunner.workflow.comparing.tree import changes, same
 from rigrunner.workflow.locate import find_procedure
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
-
 LOADED = find_procedure("starting_torque_1000n")
 TEXT = """\
 rigrunner: procedure/1

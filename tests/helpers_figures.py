@@ -1,0 +1,27 @@
+"""The figures of reports: most tests have no use for them, and they take longest of a run."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+import pytest
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+_BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
+_PRINT_SVG = FigureCanvasSVG.print_svg
+
+
+@contextmanager
+def blank():
+    """Paint all as ever within the block, but leave out that matplotlib lays out and writes it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FigureCanvasSVG, "print_svg", lambda _, file, **_more: file.write(_BLANK))
+        yield
+
+
+@contextmanager
+def drawn():
+    """Draw figures within the block, though they are left blank around it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FigureCanvasSVG, "print_svg", _PRINT_SVG)
+        yield
