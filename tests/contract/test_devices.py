@@ -14,7 +14,7 @@ import pytest
 
 from rigrunner.api.devices import Device, DeviceContext, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceRejectedError
-from rigrunner.api.quantity import UNITS
+from rigrunner.api.unit_tables import UNITS
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import load_registry
 

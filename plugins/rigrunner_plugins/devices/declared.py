@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeVar
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo
-from rigrunner.api.quantity import Quantity, si_symbol, unit
 from rigrunner.api.settings import AnyQuantity, Difference, Duration, Settings, YesNo
+from rigrunner.api.units import si_symbol, unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.data import Array
+    from rigrunner.api.quantity import Quantity
 
 _Number = TypeVar("_Number", float, "Array")
 

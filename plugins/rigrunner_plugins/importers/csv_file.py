@@ -11,7 +11,7 @@ import numpy as np
 
 from rigrunner.api.errors import DataError, Location
 from rigrunner.api.importing import Column, NotInFileError
-from rigrunner.api.quantity import QuantityError, unit
+from rigrunner.api.units import QuantityError, unit
 from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.finding import position
 

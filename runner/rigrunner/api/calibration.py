@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rigrunner.api.quantity import Quantity, QuantityError, parse_quantity, si_symbol
+from rigrunner.api.quantity import Quantity, parse_quantity
 from rigrunner.api.settings import AnyQuantity, Ratio, Settings, Temperature, Torque
+from rigrunner.api.units import QuantityError, si_symbol
 
 if TYPE_CHECKING:
     from pydantic import GetJsonSchemaHandler

@@ -18,7 +18,6 @@ from rigrunner.api.calibration import (
     limit_of_error,
 )
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import UNITS, QuantityError
 from rigrunner.api.settings import (
     Frequency,
     IsoDate,
@@ -27,12 +26,13 @@ from rigrunner.api.settings import (
     Settings,
     Torque,
 )
+from rigrunner.api.units import QuantityError, kinds
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 
-_OTHER_QUANTITIES = tuple(dict.fromkeys(u.dimension for u in UNITS if u.dimension != "torque"))
+_OTHER_QUANTITIES = tuple(kind for kind in kinds() if kind != "torque")
 
 
 def _dimension(text: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import inf, nextafter
 from typing import TYPE_CHECKING
 
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,14 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, runtime_che
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from rigrunner.api.quantity import (
-    Quantity,
-    QuantityError,
-    parse_quantity,
-    quantity_pattern,
-    units_of,
-)
+from rigrunner.api.quantity import Quantity, parse_quantity, quantity_pattern
 from rigrunner.api.texts import plain
+from rigrunner.api.units import QuantityError, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -8,7 +8,8 @@ from datetime import UTC, date, datetime, timedelta
 from math import inf
 
 from rigrunner.api.errors import UsageError
-from rigrunner.api.quantity import QuantityError, parse_quantity
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import QuantityError
 
 _BARE = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
 _EXAMPLES = "such as '0.5..0.8 N·m', '..0.8 N·m' or '0.5 N·m..'"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import ColumnElement, and_, exists, or_, select
 
 from rigrunner.api.errors import UsageError
-from rigrunner.api.quantity import si_symbol
+from rigrunner.api.units import si_symbol
 from rigrunner.archive.filters import NONE
 from rigrunner.archive.schema import FIGURES, INPUTS, POINTS, ROOTS, RUNS, TABLES
 

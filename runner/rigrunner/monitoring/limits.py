@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from rigrunner.api.errors import UsageError
-from rigrunner.api.quantity import QuantityError, parse_quantity, si_symbol
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import QuantityError, si_symbol
 
 
 def limit_in(text: str, unit: str) -> float | None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.limits import ValueLimit
-    from rigrunner.api.quantity import Unit
+    from rigrunner.api.unit_tables import Unit
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Readable, Streaming
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import QuantityError, unit
+from rigrunner.api.units import QuantityError, unit
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.problems import suggestion
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Streaming
-from rigrunner.api.quantity import unit, units_of
+from rigrunner.api.units import rate_of, unit, units_of
 from rigrunner.plan.actions import Interlock
-from rigrunner.plan.motions import RATES
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ class _Place:
             for index, quantity in enumerate(self.written.outside or ())
         ]
         if self.written.rate is not None:
-            fits.append(self._has(RATES.get(wanted, ""), self.written.rate, "rate"))
+            fits.append(self._has(rate_of(wanted) or "", self.written.rate, "rate"))
         return all(fits)
 
     def _has(self, dimension: str, quantity: Quantity, key: str, *more: int) -> bool:

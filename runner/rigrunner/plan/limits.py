@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner.plan.actions import Measure, Record, Scan
 from rigrunner.procedure.limits import add_other_measurands, limits_of
 from rigrunner.yamlfile.problems import Problems

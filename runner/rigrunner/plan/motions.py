@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.quantity import unit, units_of
+from rigrunner.api.units import rate_of, unit, units_of
 from rigrunner.plan.actions import Ramp, SetDrive, Settle, Wait
 from rigrunner.plan.terms import tried_terms
 
@@ -16,15 +16,6 @@ if TYPE_CHECKING:
     from rigrunner.procedure import doings
     from rigrunner.yamlfile.document import Path
 
-RATES = {
-    "force": "force rate",
-    "frequency": "frequency rate",
-    "angle": "angular velocity",
-    "length": "speed",
-    "torque": "torque rate",
-    "temperature": "temperature rate",
-}
-"""The dimension of what a quantity changes by in a time."""
 _ROUNDING = 1 + 1e-9
 
 
@@ -118,7 +109,7 @@ def _ramp_s(
 def _rate(member: Member, rate: Quantity, drive: DriveInfo, at: Path, scene: Scene) -> float:
     """Return a rate in SI units per second; endless where there is a problem with it."""
     dimension = unit(drive.unit).dimension
-    wanted = RATES.get(dimension)
+    wanted = rate_of(dimension)
     if wanted is None:
         scene.complain(at, f"there is no unit for the rate of a {dimension}", "give a time")
     elif rate.dimension != wanted:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import unit, units_of
-from rigrunner.plan.motions import RATES
+from rigrunner.api.units import rate_of, unit, units_of
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.problems import suggestion
 
@@ -82,7 +81,7 @@ class _Drives:
             return False
         wanted = unit(drive.unit).dimension
         given = [("min", limits.min, wanted), ("max", limits.max, wanted)]
-        given.append(("rate", limits.rate, RATES.get(wanted, "")))
+        given.append(("rate", limits.rate, rate_of(wanted) or ""))
         return all(
             self._has(dimension, quantity, member, (*path, key))
             for key, quantity, dimension in given

@@ -7,8 +7,9 @@ import re
 from dataclasses import dataclass
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner.api.quantity import Quantity, parse_quantity, unit
+from rigrunner.api.quantity import Quantity, parse_quantity
 from rigrunner.api.texts import name_of, refused_character
+from rigrunner.api.units import unit
 
 _BARE_NUMBER = re.compile(
     r"[+\N{MINUS SIGN}-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from rigrunner.api.quantity import QuantityError, unit, units_of
 from rigrunner.api.settings import ListOf, PlainText, Settings
+from rigrunner.api.units import QuantityError, unit, units_of
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analysis_spec import AnalysisSpec

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rigrunner.api.quantity import Quantity, unit
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
+from rigrunner.api.units import unit
 from rigrunner.procedure.answers import AnswerError, Expected
 from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from rigrunner.api.quantity import Quantity
 
 _MOST_CHOICES = 100
 

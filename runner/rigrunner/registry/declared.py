@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
-from rigrunner.api.quantity import QuantityError, si_symbol, unit
+from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
 from rigrunner.registry.methods import method_problems
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def _of_unit(symbol: str) -> Iterator[str]:
         known = unit(symbol)
     except (QuantityError, AttributeError):
         return
-    if (known.factor, known.offset) != (1, 0):
+    if not is_coherent(known):
         yield f"is in '{symbol}', needed is the coherent SI unit, {si_symbol(known.dimension)}"
 
 

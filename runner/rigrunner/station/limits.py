@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import si_symbol
 from rigrunner.api.settings import AnyQuantity, ListOf, PlainText, Settings
+from rigrunner.api.units import si_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
-from rigrunner.api.quantity import UNITS
+from rigrunner.api.units import kinds
 from rigrunner.registry.declared import NAME
 from rigrunner.testing.check import AnyCheck, Nonconformity, applies, check, demand
 from rigrunner.workflow.schemas.fields import all_fields, fields_of
@@ -70,14 +70,11 @@ def wrong_type_refused(subject: Subject) -> None:
 def wrong_unit_refused(subject: Subject) -> None:
     """A quantity of another kind, or a number without a unit, is refused, naming the setting."""
     fields = [field for field in fields_of(subject.any_record.settings_model) if field.units]
-    quantities = [field for field in fields if not field.entry and field.kind in _DIMENSIONS]
+    quantities = [field for field in fields if not field.entry and field.kind in kinds()]
     applies(quantities, "it has no settings with units")
     for field in quantities:
         for wrong in (_other(field.kind), 12345.678):
             _refused(subject, field.key, wrong, {**subject.settings, field.key: wrong})
-
-
-_DIMENSIONS = {unit.dimension for unit in UNITS}
 
 
 def _other(dimension: str) -> str:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import readable, unit
+from rigrunner.api.quantity import readable
+from rigrunner.api.units import unit
 from rigrunner.plan.actions import Measure, Ramp, Record, Scan, SetDrive
 from rigrunner.yamlfile.document import dotted
 

@@ -10,14 +10,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rigrunner.api.quantity import (
-    UNITS,
-    Quantity,
+from rigrunner.api.quantity import Quantity, largest, parse_quantity, quantity_pattern, readable
+from rigrunner.api.unit_tables import UNITS
+from rigrunner.api.units import (
     QuantityError,
-    largest,
-    parse_quantity,
-    quantity_pattern,
-    readable,
+    is_coherent,
+    kinds,
+    rate_of,
     si_symbol,
     unit,
     units_of,
@@ -83,10 +82,21 @@ def test_read_as_meant(text, si, dimension):
         ("0x10 N", "unknown unit", ""),
         ("\N{ARABIC-INDIC DIGIT THREE} N", "is not a number with a unit", ""),
         ("5 hz", "unknown unit 'hz'", "did you mean 'Hz'?"),
-        ("5 nm", "unknown unit 'nm'", "did you mean 'N·m'?"),
+        ("5 Newtonmeter", "unknown unit 'Newtonmeter'", ""),
+        ("5 °C/min", "which has a zero of its own", "differences of temperature are in K"),
+        ("5 dB/m", "no unit is made of dB", "a level is a logarithm"),
+        ("5 N/m/s", "unknown unit 'N/m/s'", "did you mean"),
+        ("5 N·q", "unknown unit 'N·q'", ""),
+        ("5 Nm2", "unknown unit 'Nm2'", ""),
+        ("5 s9·s", "to such a high power", ""),
+        ("5 fA9·fA9·fA9", "too large or small a unit", ""),
         ("5 Kn", "unknown unit 'Kn'", "did you mean 'kN'?"),
         ("5 newton", "unknown unit 'newton'", ""),
-        ("5 qqq", "unknown unit 'qqq'", "known units: N·m, mN·m"),
+        (
+            "5 qqq",
+            "unknown unit 'qqq'",
+            "known units, with prefixes, products and quotients: N·m, mN·m",
+        ),
         ("5 N or so", "unknown unit 'N or so'", ""),
     ],
 )
@@ -106,6 +116,24 @@ def test_another_dimension_is_refused():
         str(caught.value)
         == "'5 deg' is an angle, not a torque (units of torque: N·m, mN·m, in·lbf)"
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "needed", "message"),
+    [
+        ("5 J", "torque", "is an energy, not a torque"),
+        ("5 nm", "torque", "is a length, not a torque"),
+        ("5 Bq", "frequency", "is an activity, not a frequency"),
+        ("5 1/s", "frequency", "is a rate, not a frequency"),
+        ("5 rad/s", "rate", "is an angular velocity, not a rate"),
+        ("5 N·m", "force", "is a torque, not a force"),
+        ("5 dB", "ratio", "is a level, not a ratio"),
+        ("5 V/K", "voltage", "is a quantity in V/K, not a voltage"),
+    ],
+)
+def test_equal_dimensions_of_another_kind_are_refused(text, needed, message):
+    with pytest.raises(QuantityError, match=re.escape(message)):
+        parse_quantity(text, needed)
 
 
 def test_messages_stay_short():
@@ -134,10 +162,12 @@ def test_any_text_is_a_quantity_or_refused(text):
 def test_every_unit_is_found_by_its_symbol_and_every_dimension_has_a_coherent_unit():
     for known in UNITS:
         assert unit(known.symbol) is known
-        assert known.symbol in units_of(known.dimension)
-    for dimension in {known.dimension for known in UNITS} - {"voltage ratio", "mass"}:
+    assert units_of("torque") == ["N·m", "mN·m", "in·lbf"]
+    assert units_of("V/K") == ["V/K"]
+    for dimension in kinds():
         coherent = unit(si_symbol(dimension))
-        assert (coherent.factor, coherent.offset) == (1, 0)
+        assert is_coherent(coherent)
+        assert coherent.dimension == dimension
 
 
 DIMENSIONS = sorted({known.dimension for known in UNITS})
@@ -177,12 +207,103 @@ def test_what_is_written_readably_is_read_as_it_was(si, dimension):
     st.sampled_from([None, *DIMENSIONS]),
 )  # fmt: skip
 @settings(deadline=None, max_examples=500)
-def test_the_pattern_takes_what_is_read_and_nothing_else(text, dimension):
-    """But for what is too large to be meant, of which the pattern does not know."""
+def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dimension):
+    """It does not know what is too large to be meant, nor the kinds of products and quotients."""
     matches = re.search(quantity_pattern(dimension), text) is not None
     try:
         parse_quantity(text, dimension)
         taken = True
     except QuantityError as error:
         taken = "too large to be meant" in error.message
-    assert matches == taken
+    assert matches or not taken
+    if not re.search(r"[·.*/^²³]|[A-Za-z°%][-\N{MINUS SIGN}]?[0-9]", text):
+        assert matches == taken
+
+
+@pytest.mark.parametrize(
+    ("symbol", "kind", "factor", "coherent"),
+    [
+        ("V/A", "resistance", 1.0, "Ω"),
+        ("kΩ", "resistance", 1e3, "Ω"),
+        ("Ohm", "resistance", 1.0, "Ω"),
+        ("N/mm²", "pressure", 1e6, "Pa"),
+        ("lbf/in2", "pressure", 6894.757293168362, "Pa"),  # NIST SP 811, B.8: 6.894 757 E+03
+        ("psi", "pressure", 6894.757293168362, "Pa"),
+        ("L/min", "volume flow rate", 1e-3 / 60, "m³/s"),
+        ("kN·m", "torque", 1e3, "N·m"),
+        ("lbf·ft", "torque", 1.3558179483314004, "N·m"),  # NIST SP 811, B.8: 1.355 818 E+00
+        ("V·A", "power", 1.0, "W"),
+        ("kWh", "energy", 3.6e6, "J"),
+        ("g/cm^3", "density", 1e3, "kg/m³"),
+        ("1/K", "temperature coefficient", 1.0, "1/K"),
+        ("%/K", "temperature coefficient", 0.01, "1/K"),
+        ("mV/K", "V/K", 1e-3, "V/K"),
+        ("W/(m²·K)", "W/(m²·K)", 1.0, "W/(m²·K)"),
+        ("W*m-2", "W/m²", 1.0, "W/m²"),
+        ("µV/V", "voltage ratio", 1e-6, "V/V"),
+        ("kHz/min", "frequency rate", 1e3 / 60, "Hz/s"),
+        ("lm/m²", "illuminance", 1.0, "lx"),
+        ("cd/m²", "luminance", 1.0, "cd/m²"),
+        ("rev/s", "angular velocity", 2 * math.pi, "rad/s"),
+        ("\N{OHM SIGN}", "resistance", 1.0, "Ω"),
+    ],
+)
+def test_prefixes_products_and_quotients(symbol, kind, factor, coherent):
+    found = unit(symbol)
+    assert (found.dimension, si_symbol(kind)) == (kind, coherent)
+    assert found.factor == pytest.approx(factor, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "kelvin"), [("32 °F", 273.15), ("212 degF", 373.15), ("-40 °F", 233.15)]
+)
+def test_fahrenheit(text, kelvin):
+    assert parse_quantity(text).si == pytest.approx(kelvin, abs=1e-9)
+
+
+def test_one_unit_has_one_symbol_and_the_same_kind_however_it_is_spelled():
+    spellings = ["N·m·s/rad", "N*m*s/rad", "N.m.s/rad"]
+    assert {unit(each) for each in spellings} == {unit("N·m·s/rad")}
+    assert unit("W/A").dimension == "voltage"
+    assert unit("W/(A·K)").dimension == unit("V/K").dimension
+
+
+@pytest.mark.parametrize(
+    ("kind", "rate"),
+    [
+        ("force", "force rate"),
+        ("angle", "angular velocity"),
+        ("temperature", "temperature rate"),
+        ("torque", "torque rate"),
+        ("frequency", "frequency rate"),
+        ("voltage", "voltage rate"),
+        ("pressure", "pressure rate"),
+        ("illuminance", "cd/(m²·s)"),
+        ("level", None),
+    ],
+)
+def test_what_a_quantity_changes_by_in_a_time(kind, rate):
+    assert rate_of(kind) == rate
+
+
+_FACTORS = st.lists(
+    st.sampled_from([("N", 1), ("mm", 3), ("kg", 2), ("s", 1), ("V", 1), ("K", 1), ("rad", 1),
+                     ("Hz", 1), ("min", 1), ("Ω", 1), ("lx", 1)]),
+    min_size=1, max_size=2,
+)  # fmt: skip
+
+
+@given(_FACTORS, _FACTORS)
+@settings(deadline=None, max_examples=100)
+def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
+    def written(parts):
+        product = "·".join(f"{name}{power if power > 1 else ''}" for name, power in parts)
+        return f"({product})" if len(parts) > 1 else product
+
+    def factor(parts):
+        return math.prod(unit(name).factor ** power for name, power in parts)
+
+    found = unit(f"{written(above).strip('()')}/{written(below)}")
+    assert found.factor == pytest.approx(factor(above) / factor(below), rel=1e-12)
+    assert unit(found.symbol) == found
+    assert unit(si_symbol(found.dimension)).dimension == found.dimension

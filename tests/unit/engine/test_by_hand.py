@@ -12,7 +12,7 @@ from helpers_pausing import Person
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.events import Intervention, MadeSafe, Outcome, RunEnded, StepEnded, StepStarted
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import run_by_hand

@@ -23,7 +23,7 @@ from rigrunner.api.events import (
     StepEnded,
 )
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan

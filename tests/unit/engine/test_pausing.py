@@ -19,7 +19,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
 from rigrunner.engine.points import point_at, settles_before

@@ -21,7 +21,8 @@ from rigrunner.api.events import (
 )
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import parse_quantity, unit
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Choice, UnattendedAnswers, find_seam, run_plan, streams_before

@@ -10,7 +10,7 @@ import pytest
 from helpers_devices import FakeTester
 from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner.panel.jobs import preflight
 from rigrunner.panel.jobs.preflight_paper import calibrations
 from rigrunner.panel.jobs.preflight_rig import rig_items

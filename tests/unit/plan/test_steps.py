@@ -354,13 +354,24 @@ def test_endless_scans_are_refused_before_they_are_written_out():
     assert problem.message == f"the procedure has {actions:,} actions, more than 100,000"
 
 
-def test_a_drive_without_a_unit_for_its_rate():
+def test_the_rate_of_any_drive_is_held_to_its_kind():
     valve = Reader((ChannelInfo("u", "V", ""),), (DriveInfo("u", "V", "", 0.0, 10.0),))
     step = "ramp: {drive: room.u, to: 5 V, rate: 5 N/s}"
     problem = only_problem(planned, step, DEVICES | {"room": valve})
 
     assert (problem.message, problem.hint) == (
-        "there is no unit for the rate of a voltage",
+        "got '5 N/s', a force rate; room.u takes a voltage rate",
+        "write it in V/s",
+    )
+
+
+def test_a_drive_whose_rate_has_no_unit():
+    generator = Reader((ChannelInfo("p", "dBm", ""),), (DriveInfo("p", "dBm", "", -60.0, 10.0),))
+    step = "ramp: {drive: room.p, to: 5 dBm, rate: 5 N/s}"
+    problem = only_problem(planned, step, DEVICES | {"room": generator})
+
+    assert (problem.message, problem.hint) == (
+        "there is no unit for the rate of a power level",
         "give a time",
     )
 

@@ -62,7 +62,7 @@ CASES = [
      "got 5, allowed is a text", "put it in quotes: '5'"),
     ("ask: {text: Side, into: side, choices: [left, right], unattended: up}", "{text: Side",
      ".ask", "the unattended answer: got 'up', allowed is one of: left, right", ""),
-    ("ask: {text: Room, into: room, unit: °F}", "°F", ".ask.unit", "unknown unit '°F'", ""),
+    ("ask: {text: Room, into: room, unit: °X}", "°X", ".ask.unit", "unknown unit '°X'", ""),
     ("ask: {text: Room, into: room, unit: °C, choices: [a, b]}", "{text: Room", ".ask",
      "got both, allowed is one of: choices, unit", ""),
     ("ask: {text: Room, into: room, min: 5 °C}", "{text: Room", ".ask",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Settable, Streaming
 from rigrunner.api.errors import PluginError
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.composite.settings import DriveSource, split
 

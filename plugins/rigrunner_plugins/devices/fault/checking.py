@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import PluginError
-from rigrunner.api.quantity import unit
+from rigrunner.api.units import unit
 from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.fault.settings import CHANNELS_UNIT, NATURES
 

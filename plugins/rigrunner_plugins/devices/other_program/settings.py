@@ -7,8 +7,8 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo
-from rigrunner.api.quantity import si_symbol, unit
 from rigrunner.api.settings import AnyQuantity, Frequency, Settings, YesNo
+from rigrunner.api.units import si_symbol, unit
 from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
 
 

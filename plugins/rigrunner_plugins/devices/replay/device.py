@@ -8,7 +8,7 @@ import numpy as np
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
 from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
-from rigrunner.api.quantity import si_symbol, unit
+from rigrunner.api.units import si_symbol, unit
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 from rigrunner_plugins.devices.pacing import paced_blocks

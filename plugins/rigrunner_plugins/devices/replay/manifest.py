@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, ValidationError
 
 from rigrunner.api.errors import InvalidFileError, Location, Problem
-from rigrunner.api.quantity import unit
 from rigrunner.api.settings import AnyQuantity, Force, Frequency, ListOf, Settings
+from rigrunner.api.units import unit
 from rigrunner_plugins.devices.replay.texts import read_texts
 
 if TYPE_CHECKING:

@@ -6,16 +6,10 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.quantity import UNITS
 from rigrunner.api.settings import AnyQuantity, ListOf, Settings
+from rigrunner.api.units import si_symbol
 
 Row = dict[str, AnyQuantity]
-
-
-def coherent_unit(dimension: str) -> str | None:
-    """Return the symbol of a dimension's coherent SI unit; None if there is none in the table."""
-    coherent = (u.symbol for u in UNITS if u.dimension == dimension and u.factor == 1)
-    return next(coherent, None)
 
 
 class TabulatedSettings(Settings):
@@ -45,9 +39,7 @@ class TabulatedSettings(Settings):
 
     def unit(self, column: str) -> str:
         """Return the SI unit of a column."""
-        symbol = coherent_unit(self.rows[0][column].dimension)
-        assert symbol is not None  # noqa: S101  (the validator has seen to it)
-        return symbol
+        return si_symbol(self.rows[0][column].dimension)
 
     def place(self, row: Row) -> tuple[float, ...]:
         """Return where a row stands: its set-points in SI units."""
@@ -86,5 +78,5 @@ class TabulatedSettings(Settings):
             )
         for name, value in row.items():
             wanted = self.rows[0][name].dimension
-            if value.dimension != wanted or coherent_unit(wanted) is None:
+            if value.dimension != wanted:
                 raise ValueError(f"row {number}, {name}: got '{value}', needed is a {wanted}")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner.api.quantity import parse_quantity, unit
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import unit
 from rigrunner.panel.errors import PanelError, not_found, wrong_state
 from rigrunner.panel.process.orders import CloseManual, RecordManually, SetManually
 from rigrunner.panel.web.answers import Done

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import UNITS, QuantityError, si_symbol, unit
+from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
 from rigrunner.registry.declared import NAME
 from rigrunner.testing.check import Nonconformity, applies, check, demand
 from rigrunner.testing.device.doing import (
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
     from rigrunner.testing.device.subject import DeviceSubject
 
-COHERENT = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1, 0)}
 PARTS = (0.1, 0.25)
 NO_SUCH = "no_such_name"
 GRACE_S = 1.0
@@ -53,7 +52,8 @@ def quantities_declared(subject: DeviceSubject) -> None:
     for info in infos:
         demand(re.fullmatch(NAME, info.name), f"'{info.name}' is no name for YAML")
         demand(info.long_name.strip(), f"{info.name} has no long name")
-        demand(info.unit in COHERENT, f"{info.name} is in '{info.unit}'; {_coherent(info.unit)}")
+        objection = _objection(info.unit)
+        demand(not objection, f"{info.name} is in '{info.unit}'; {objection}")
     for info in device.drives:
         _declared(info)
     demand(
@@ -62,12 +62,15 @@ def quantities_declared(subject: DeviceSubject) -> None:
     _stays_declared(subject, device)
 
 
-def _coherent(symbol: str) -> str:
-    """Say which unit it should be instead."""
+def _objection(symbol: str) -> str:
+    """Say which unit it should be instead; '' for a coherent SI unit."""
     try:
-        return f"needed is the coherent SI unit, {si_symbol(unit(symbol).dimension)}"
+        known = unit(symbol)
     except QuantityError:
         return "that is no unit that is known here"
+    if is_coherent(known) and known.symbol == symbol:
+        return ""
+    return f"needed is the coherent SI unit, {si_symbol(known.dimension)}"
 
 
 def _declared(info: DriveInfo) -> None:

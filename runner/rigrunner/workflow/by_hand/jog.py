@@ -18,7 +18,8 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import QuantityError, parse_quantity, unit
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import QuantityError, unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.quantity import Quantity, QuantityError, parse_quantity
+from rigrunner.api.quantity import Quantity, parse_quantity
+from rigrunner.api.units import QuantityError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

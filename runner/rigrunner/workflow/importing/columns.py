@@ -12,8 +12,8 @@ import numpy as np
 
 from rigrunner.api.errors import DataError, InvalidFileError, Location, PluginError, Problem
 from rigrunner.api.importing import Column, NotInFileError
-from rigrunner.api.quantity import QuantityError, unit
 from rigrunner.api.samples import as_samples
+from rigrunner.api.units import QuantityError, unit
 from rigrunner.workflow.importing.sampling import rate_of, start_of
 from rigrunner.yamlfile.document import dotted
 

@@ -20,8 +20,8 @@ from pydantic import (
 )
 
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import QuantityError, unit, units_of
 from rigrunner.api.settings import AnyQuantity, Duration, Frequency, ListOf, Settings
+from rigrunner.api.units import QuantityError, unit, units_of
 from rigrunner.procedure import PluginRef
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.names import Name, Text

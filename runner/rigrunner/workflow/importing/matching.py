@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import Quantity, unit
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.units import unit
 from rigrunner.plan.actions import Ask, Measure, Record, Scan, Zero
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.yamlfile.problems import Problems, suggestion

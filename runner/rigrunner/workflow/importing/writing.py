@@ -20,7 +20,8 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import Quantity, si_symbol, unit
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.units import si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.found import Measured

@@ -16,7 +16,8 @@ from pydantic import BaseModel, WithJsonSchema
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from rigrunner.api.quantity import readable, units_of
+from rigrunner.api.quantity import readable
+from rigrunner.api.units import units_of
 from rigrunner.yamlfile.models import unannotated
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from rigrunner.api.quantity import UNITS
+from rigrunner.api.unit_tables import UNITS
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive
 
 FREQUENCY = {

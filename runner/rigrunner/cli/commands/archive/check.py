@@ -121,7 +121,8 @@ def _bytes_per_s(text: str) -> float:
 
 
 def _seconds(option: str, text: str | None) -> float | None:
-    from rigrunner.api.quantity import QuantityError, parse_quantity
+    from rigrunner.api.quantity import parse_quantity
+    from rigrunner.api.units import QuantityError
 
     if text is None:
         return None
