@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import pytest
+from pydantic import Field
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
@@ -167,6 +168,10 @@ class GrubbsSettings(Settings):
     alpha: float = 0.05
 
 
+class FractionSettings(Settings):
+    fraction: float = Field(le=5)
+
+
 class PolynomialSettings(Settings):
     degree: int
     powers: ListOf[int] = ()
@@ -180,6 +185,8 @@ class Lookup:
         default_factory=lambda: {
             ("device", "fake"): FakeSettings,
             ("outlier_rule", "grubbs"): GrubbsSettings,
+            ("decision_rule", "guard_band_u"): Settings,
+            ("decision_rule", "guard_band_fraction"): FractionSettings,
             ("fit", "polynomial"): PolynomialSettings,
             ("fit", "inertia"): Settings,
             ("compensation", "template"): Settings,

@@ -23,8 +23,9 @@ from rigrunner.api.analysis import (
 from rigrunner.api.data import Estimate, Points, RunData
 from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.api.results import Decision, FittedTorque, ReportInput, Result, Verdict
+from rigrunner.api.results import FittedTorque, ReportInput, Result
 from rigrunner.api.rig import RigDescription
+from rigrunner.api.verdict import Decision, Verdict
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
 FREQUENCIES = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isinf
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.api.hooks import (
     CompensationRecord,
+    DecisionRuleRecord,
     FitExample,
     FitRecord,
     NoSettings,
@@ -25,7 +27,9 @@ from rigrunner.api.hooks import (
     OutlierRuleRecord,
 )
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner.api.verdict import Verdict, Zone
 from rigrunner.registry import load_registry
+from rigrunner.signal.coverage import expanded
 
 SHIPPED = load_registry()
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
@@ -158,6 +162,52 @@ def rule_registry(rule, examples=(WRONG_RULE,)):
         name="rule", help="A rule.", factory=lambda _: rule, examples=examples
     )
     return registry_of("outlier_rule", record)
+
+
+class DecisionRule:
+    """A decision rule of the zoo: its zones are what a function gives."""
+
+    def __init__(self, zones, words=None):
+        self.words = words or {"en": "as agreed"}
+        self.zones = zones
+
+    def __call__(self, limits, estimate):
+        return self.zones(limits, estimate)
+
+
+def proven(_, estimate):
+    """Give the zones of a rule that keeps to everything."""
+    guard = expanded(estimate)
+    return [Zone(Verdict.PASS, guard, "U"), Zone(Verdict.INCONCLUSIVE, -guard, "U")]
+
+
+def guarded(by):
+    """Return a rule that passes what is within its limits by `by(limits, estimate)`."""
+    return DecisionRule(lambda *given: [Zone(Verdict.PASS, by(*given), "w")])
+
+
+DECISION_RULES = {
+    "can_be_made": None,
+    "gives_zones": DecisionRule(lambda *given: proven(*given)[::-1]),
+    "says_what_it_does": DecisionRule(proven, {"de": "wie vereinbart"}),
+    "passes_the_good_and_fails_the_bad": DecisionRule(lambda *_: [Zone(Verdict.INCONCLUSIVE, 0.0)]),
+    "farther_within_is_no_worse": guarded(lambda _, found: 0.0 if found.value > 0.9 else 0.3),
+    "lower_and_upper_limit_are_alike": guarded(
+        lambda limits, found: 0.0 if isinf(limits.lower) else expanded(found)
+    ),
+    "the_unit_does_not_matter": guarded(lambda *_: 0.01),
+    "passes_nothing_outside_the_limits": guarded(lambda _, found: -expanded(found)),
+    "less_certain_is_no_better": guarded(lambda _, found: 0.005 / found.u),
+    "stated_risks_are_those_of_its_verdicts": guarded(
+        lambda _, found: expanded(found) if found.value else 0.0
+    ),
+}
+"""By check, the decision rule that fails it."""
+
+
+def decision_rule_registry(rule):
+    record = DecisionRuleRecord(name="rule", help="A rule.", factory=lambda _: rule)
+    return registry_of("decision_rule", record)
 
 
 def peaks(sweep):

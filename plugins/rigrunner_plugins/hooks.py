@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rigrunner_plugins.compensations.records import rigrunner_compensations
+from rigrunner_plugins.decision_rules import rigrunner_decision_rules
 from rigrunner_plugins.devices.records import rigrunner_devices
 from rigrunner_plugins.fits.records import rigrunner_fits
 from rigrunner_plugins.importers.records import rigrunner_importers
@@ -11,6 +12,7 @@ from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 __all__ = [
     "api_version",
     "rigrunner_compensations",
+    "rigrunner_decision_rules",
     "rigrunner_devices",
     "rigrunner_fits",
     "rigrunner_importers",

@@ -91,10 +91,14 @@ def test_a_stored_run_is_decided_again_and_the_record_is_shown(folder, tmp_path)
     ("arguments", "words"),
     [
         (WHO, "give --acceptance FILE or --rule RULE, one of them"),
-        (("--rule", "guard_band_fraction", *WHO), "go together"),
-        (("--rule", "simple", "--fraction", "0.5", *WHO), "go together"),
-        (("--rule", "guard_band", *WHO), "'guard_band' is not one of"),
-        (("--rule", "guard_band_fraction", "--fraction", "9", *WHO), "9.0 is not in the range"),
+        (("--fraction", "0.5", *WHO), "give --acceptance FILE or --rule RULE, one of them"),
+        (("--rule", "guard_band_fraction", *WHO), "such as --rule guard_band_fraction --fraction"),
+        (("--rule", "simple", "--fraction", "0.5", *WHO), "decision_rule 'simple': fraction: "),
+        (
+            ("--rule", "guard_band", *WHO),
+            "did you mean 'guard_band_u'? there are: guard_band_fraction, guard_band_u, non_binary",
+        ),
+        (("--rule", "guard_band_fraction", "--fraction", "9", *WHO), "less than or equal to 5"),
         (("--rule", "non_binary", "--by", "", "--reason", "x"), "needs a name and a reason"),
         (("--rule", "non_binary", "--by", "A. Person"), "Missing option '--reason'"),
     ],
@@ -109,4 +113,4 @@ def test_a_file_that_is_no_acceptance_is_told_with_its_line(folder, tmp_path):
     limits.write_text(SEVERAL.replace("rule: non_binary", "rule: none"), encoding="utf-8")
     called = call("decide", folder, "--acceptance", limits, *WHO)
     assert called.code == ExitCode.INVALID
-    assert f"{limits}:12:9: error: acceptance.rule: got 'none', allowed is" in called.err
+    assert f"{limits}:12:9: error: acceptance.rule: there is no decision rule 'none'" in called.err

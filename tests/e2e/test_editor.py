@@ -228,7 +228,7 @@ WRONG_PROCEDURES = [
      "needed is a number with its unit: 1, %"),
     ("    - energy", "    - energy: {wind: 1 deg}", "wind:", "Property wind is not allowed."),
     ("rule: guard_band_u", "rule: guard", "guard\n",
-     'Value is not accepted. Valid values: "simple", "guard_band_u"'),
+     'Value is not accepted. Valid values: "guard_band_fraction", "guard_band_u"'),
     ('revision: "A"', "revision: 1", "1\ntitle", 'Incorrect type. Expected "string".'),
     ("title: A test\n", "", "rigrunner: procedure", 'Missing property "title".'),
     ("retries: 2", "retries: 101", "101}", "Value is above the maximum of 100."),

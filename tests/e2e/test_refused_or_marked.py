@@ -13,7 +13,7 @@ from helpers_cli import call
 from helpers_workflow import edited, station_file
 from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError, ExitCode
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.results import results_of
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.workflow.locate import find_procedure

@@ -33,6 +33,7 @@ SOURCES = (
     "runner/rigrunner/interlock.py",
     "runner/rigrunner/plan/drives.py",
     "runner/rigrunner/analysis/decision.py",
+    "runner/rigrunner/analysis/rules.py",
     "runner/rigrunner/api/limits.py",
     "runner/rigrunner/runfile",
     "runner/rigrunner/api/driver.py",

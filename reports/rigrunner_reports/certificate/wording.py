@@ -11,6 +11,8 @@ from rigrunner_reports.view.budget import MANY_DOF
 from rigrunner_reports.view.decision import SYMBOLS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.certificate import (
         Certificate,
         InstrumentEntry,
@@ -84,9 +86,13 @@ class Wording:
         """Return a verdict as a CSS class."""
         return verdict.replace(" ", "-") if verdict in SYMBOL_OF else "inconclusive"
 
-    def rule(self, name: str, words: str) -> str:
-        """Return a decision rule in words: ours, or those of the run for a rule that is not."""
-        return self.texts.or_else(f"rule.{name}", words or name)
+    def rule(self, name: str, words: str, words_in: Mapping[str, str] | None = None) -> str:
+        """Return a decision rule in words: those of the texts, or else the rule's own.
+
+        `words` are in English, `words_in` in other languages by their names.
+        """
+        own = (words_in or {}).get(self.texts.language, words or name)
+        return self.texts.or_else(f"rule.{name}", own)
 
     def rule_name(self, rule: str) -> str:
         """Return the name of a decision rule that is recorded as 'name: words'."""

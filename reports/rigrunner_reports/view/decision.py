@@ -7,13 +7,14 @@ from math import isnan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
-from rigrunner.api.results import Verdict, probability_text, worst
+from rigrunner.api.verdict import Verdict, probability_text, worst
 from rigrunner_reports.numbers import fixed, stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.api.results import Decision, LaterDecision, LimitDecision, Result
+    from rigrunner.api.results import Result
+    from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision
 
 SYMBOLS = {
     Verdict.PASS: "✓",

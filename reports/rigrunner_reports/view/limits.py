@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner_reports.view.decision import VerdictView, shown_verdict
 
 if TYPE_CHECKING:

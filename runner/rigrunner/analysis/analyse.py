@@ -23,6 +23,7 @@ from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import revisions_of
+from rigrunner.analysis.rules import AppliedRule
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.analysis.starts import prepare_starts
@@ -121,7 +122,8 @@ class _Analysis:
             why = f"There is no result to decide on: {problem}" if problem else found
             mean = Judged(headline, raw, why or without_scatter(loaded, no_load, primary))
             evidence = self._evidence(loaded, primary, mean)
-            decision = decide(self.acceptance, evidence)
+            rule = AppliedRule.of(self.acceptance, self.lookup)
+            decision = decide(self.acceptance, rule, evidence)
         return Result(
             run=self.run,
             no_load_run=self.no_load_run,

@@ -6,31 +6,31 @@ from math import inf, isfinite, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.evidence import Judged
-from rigrunner.analysis.limits import Limits, probability
-from rigrunner.analysis.rules import DecisionRule
-from rigrunner.api.results import MEAN, WORST_FIRST, Decision, LimitDecision, Verdict
+from rigrunner.api.verdict import MEAN, WORST_FIRST, Decision, LimitDecision, Limits, Verdict
+from rigrunner.signal.coverage import probability_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.analysis.evidence import Evidence
+    from rigrunner.analysis.rules import AppliedRule
     from rigrunner.api.data import Estimate
     from rigrunner.procedure import Acceptance, Limit
 
 
-def decide(acceptance: Acceptance, evidence: Evidence) -> Decision:
+def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Decision:
     """Return the verdict on a run, and what the rule would say of the raw torque.
 
     The limit decides whose verdict is worst; among equal ones that with the least probability of
     conformity.
     """
-    rule = DecisionRule.of(acceptance)
     parts = tuple(_parts(acceptance, rule, evidence))
     worst = min(parts, key=lambda part: (WORST_FIRST.index(part.verdict), _known(part)))
     raw = min((part.uncompensated for part in parts), key=WORST_FIRST.index)
     return Decision(
         **{**vars(worst), "uncompensated": raw, "reason": _reason(worst, parts)},
         rule=str(rule),
+        rule_in=rule.in_other_languages,
         parts=parts,
     )
 
@@ -48,7 +48,7 @@ def _reason(worst: LimitDecision, parts: Sequence[LimitDecision]) -> str:
 
 
 def _parts(
-    acceptance: Acceptance, rule: DecisionRule, evidence: Evidence
+    acceptance: Acceptance, rule: AppliedRule, evidence: Evidence
 ) -> Iterator[LimitDecision]:
     if acceptance.mean_limit is not None:
         yield _decided(acceptance.mean_limit, rule, evidence, MEAN, evidence.mean)
@@ -71,9 +71,9 @@ def _sentence(text: str) -> str:
 
 
 def _decided(
-    limit: Limit, rule: DecisionRule, evidence: Evidence, of: str, judged: Judged
+    limit: Limit, rule: AppliedRule, evidence: Evidence, of: str, judged: Judged
 ) -> LimitDecision:
-    limits, found = Limits.of(limit), judged.compensated
+    limits, found = Limits.between(limit.min, limit.max), judged.compensated
     problem = _objection(limit, evidence) or judged.problem
     verdict, reason = _verdict(limits, rule, found, problem)
     known = found if found is not None and _uncertainty_is_known(found) else None
@@ -87,10 +87,10 @@ def _decided(
         lower_nm=limits.lower,
         upper_nm=limits.upper,
         result=found,
-        guard_band_nm=rule.guard(known) if known else nan,
+        guard_band_nm=rule.guard(limits, known) if known else nan,
         stated_risk=rule.false_accept_risk(limits, known) if known else nan,
         false_reject_risk=rule.false_reject_risk(limits, known) if known else nan,
-        probability_of_conformity=probability(limits, sure) if sure else nan,
+        probability_of_conformity=probability_within(limits, sure) if sure else nan,
         uncompensated=_verdict(limits, rule, judged.raw, "")[0],
         marginal=bool(sure and rule.is_marginal(limits, sure)),
         measurand=limit.measurand.kind,
@@ -114,7 +114,7 @@ def _uncertainty_is_known(estimate: Estimate) -> bool:
 
 
 def _verdict(
-    limits: Limits, rule: DecisionRule, estimate: Estimate | None, problem: str
+    limits: Limits, rule: AppliedRule, estimate: Estimate | None, problem: str
 ) -> tuple[Verdict, str]:
     if problem or estimate is None:
         return Verdict.INCONCLUSIVE, problem or "There is no result."

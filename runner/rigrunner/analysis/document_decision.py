@@ -10,13 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.analysis.document_values import Json
-    from rigrunner.api.results import (
-        Decision,
-        JudgedValue,
-        LimitDecision,
-        MeasuredLimits,
-        Result,
-    )
+    from rigrunner.api.results import JudgedValue, MeasuredLimits, Result
+    from rigrunner.api.verdict import Decision, LimitDecision
 
 TORQUE = "N·m"
 MOST_VALUES = 1000

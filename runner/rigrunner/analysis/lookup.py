@@ -15,7 +15,7 @@ class Lookup(Protocol):
     """Finds plugins by kind and name."""
 
     def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
-        """Return the callable of an 'outlier_rule', 'fit' or 'compensation'; raise PluginError."""
+        """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError."""
         ...
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:

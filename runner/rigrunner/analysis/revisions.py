@@ -19,15 +19,8 @@ if TYPE_CHECKING:
 FIRST = 1
 """Of whatever carries no revision."""
 ANALYSIS = "analysis"
-DECISION_RULE = "decision_rule"
-OWN: Mapping[str, int] = {
-    ANALYSIS: 1,
-    f"{DECISION_RULE} simple": 1,
-    f"{DECISION_RULE} guard_band_u": 1,
-    f"{DECISION_RULE} guard_band_fraction": 1,
-    f"{DECISION_RULE} non_binary": 1,
-}
-"""What is no plugin: preparing recordings, the mean, its uncertainty and the checks; the rules."""
+OWN: Mapping[str, int] = {ANALYSIS: 1}
+"""What is no plugin: preparing recordings, the mean, its uncertainty and the checks."""
 
 
 def revisions_of(
@@ -44,7 +37,7 @@ def methods_of(spec: AnalysisSpec, acceptance: Acceptance | None) -> Iterator[st
     """Yield the methods that an analysis uses, as 'analysis' or 'kind name', each once."""
     yield ANALYSIS
     if acceptance is not None:
-        yield f"{DECISION_RULE} {acceptance.rule}"
+        yield f"decision_rule {acceptance.rule.name}"
     if spec.outliers is not None:
         yield f"outlier_rule {spec.outliers.name}"
     yield from dict.fromkeys(f"fit {each.name}" for each in spec.fits)

@@ -1,6 +1,6 @@
-"""Decision rules: what they say of a value, and the risk that they imply.
+"""A decision rule as it is applied: verdict, reason, risks and marginality follow from its zones.
 
-JCGM 106, 8, and ILAC-G8:09/2019, 4.2: simple acceptance, binary with a guard band, non-binary.
+JCGM 106, 8, and ILAC-G8:09/2019, 4.2.
 """
 
 from __future__ import annotations
@@ -9,85 +9,79 @@ from dataclasses import dataclass, replace
 from math import nan
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.limits import probability
-from rigrunner.api.results import Verdict
-from rigrunner.signal.coverage import expanded
+from rigrunner.api.verdict import Verdict
+from rigrunner.signal.coverage import probability_within
 
 if TYPE_CHECKING:
-    from rigrunner.analysis.limits import Limits
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import Estimate
+    from rigrunner.api.verdict import DecisionRule, Limits, Zone
     from rigrunner.procedure import Acceptance
 
-WORDS = {
-    "simple": "simple acceptance, the value alone decides (w = 0)",
-    "guard_band_u": "guard band w = U of 95 %; what is not within the limit by w fails",
-    "guard_band_fraction": "guard band w = {share:g} U of 95 %; what is not within the limit by w "
-    "fails",
-    "non_binary": "guard band w = U of 95 %; what is nearer to the limit than w is conditional",
-}
+ENGLISH = "en"
 
 
 @dataclass(frozen=True)
-class DecisionRule:
-    """A rule, with its guard band as a part of U."""
+class AppliedRule:
+    """A rule with its name, and the band within which a verdict counts as marginal.
+
+    Every method takes an estimate whose uncertainty is known and not zero.
+    """
 
     name: str
-    share: float
-    """w = share · U."""
-    marginal_nm: float = 0.0
-    """A verdict that so small a difference would change is marginal."""
+    zones: DecisionRule
+    marginal: float = 0.0
+    """A verdict that so small a difference would change is marginal; in the unit of the limits."""
 
     @classmethod
-    def of(cls, acceptance: Acceptance) -> DecisionRule:
-        """Return the rule that a procedure names."""
-        shares = {"simple": 0.0, "guard_band_fraction": acceptance.fraction or 0.0}
-        share = shares.get(acceptance.rule, 1.0)
-        return cls(acceptance.rule, share, acceptance.marginal or 0.0)
+    def of(cls, acceptance: Acceptance, lookup: Lookup) -> AppliedRule:
+        """Return the rule that a procedure names; raise PluginError."""
+        name = acceptance.rule.name
+        made = lookup.make("decision_rule", name, acceptance.rule_settings)
+        return cls(name, made, acceptance.marginal or 0.0)
 
     def __str__(self) -> str:
         """Return the rule's name and what it does."""
-        return f"{self.name}: {WORDS[self.name].format(share=self.share)}"
+        return f"{self.name}: {self.zones.words[ENGLISH]}"
 
     @property
-    def is_binary(self) -> bool:
-        """Whether there is nothing between pass and fail."""
-        return self.name != "non_binary"
+    def in_other_languages(self) -> Mapping[str, str]:
+        """What it does, in the languages beside English that the rule knows."""
+        return {name: text for name, text in self.zones.words.items() if name != ENGLISH}
 
-    def guard(self, estimate: Estimate) -> float:
-        """Return w in N·m, with U for 95 %; nan where the uncertainty is not known.
-
-        Without a guard band it is 0 whatever the uncertainty.
-        """
-        return self.share * expanded(estimate) if self.share else 0.0
+    def guard(self, limits: Limits, estimate: Estimate) -> float:
+        """Return w: a value passes that is within the limits by at least w; nan where none can."""
+        first = self.zones(limits, estimate)[:1]
+        return first[0].margin if first and first[0].verdict is Verdict.PASS else nan
 
     def verdict(self, limits: Limits, estimate: Estimate) -> tuple[Verdict, str]:
-        """Return the verdict on a value whose uncertainty is known, and why, in one sentence."""
-        guard, margin = self.guard(estimate), limits.margin(estimate.value)
-        unit = limits.unit
-        place = (
-            f"{estimate.value:.4f} {unit} is {abs(margin):.4f} {unit} "
-            f"{'within' if margin >= 0 else 'outside'} the limit {limits}"
-        )
-        width = f"{self._width} = {guard:.4f} {unit}"
-        if guard == 0:
-            return (Verdict.PASS if margin >= 0 else Verdict.FAIL), f"{place}."
-        if margin >= guard:
-            return Verdict.PASS, f"{place}, by at least {width}."
-        if self.is_binary:
-            return _binary(place, width, margin, can_pass=limits.can_be_within(guard))
-        if margin >= 0:
-            return Verdict.CONDITIONAL_PASS, f"{place}, but by less than {width}."
-        if margin >= -guard:
-            return Verdict.CONDITIONAL_FAIL, f"{place}, but by no more than {width}."
-        return Verdict.FAIL, f"{place}, by more than {width}."
+        """Return the verdict on a value, and why, in one sentence.
+
+        What is in no zone fails. Inside limits that are so near to each other that no value could
+        be in any zone, nothing is decided.
+        """
+        zones = self.zones(limits, estimate)
+        margin = limits.margin(estimate.value)
+        place = _place(limits, estimate.value, margin)
+        reached = _reached(zones, margin)
+        if reached == len(zones) and margin >= 0 and not _reachable(zones, limits):
+            width = _width(zones[-1], limits.unit)
+            why = f"no value is within both limits by {width}: so uncertain a result cannot pass"
+            return Verdict.INCONCLUSIVE, f"{place}, but {why}."
+        found = zones[reached].verdict if reached < len(zones) else Verdict.FAIL
+        unproven = found is Verdict.FAIL and margin >= 0
+        why = ": conformity is not demonstrated" if unproven else ""
+        return found, f"{place}{_by(zones, reached, margin, limits.unit)}{why}."
 
     def is_marginal(self, limits: Limits, estimate: Estimate) -> bool:
         """Return whether a value that differs by the marginal band or less had another verdict."""
-        if not self.marginal_nm:
+        if not self.marginal:
             return False
-        guard, margin = self.guard(estimate), limits.margin(estimate.value)
-        turns = (guard,) if self.is_binary else (guard, 0.0, -guard)
-        return min(abs(margin - turn) for turn in turns) <= self.marginal_nm
+        margin = limits.margin(estimate.value)
+        turns = (abs(margin - zone.margin) for zone in self.zones(limits, estimate))
+        return min(turns) <= self.marginal
 
     def false_accept_risk(self, limits: Limits, estimate: Estimate) -> float:
         """Return the highest probability that an item with this uncertainty passes wrongly.
@@ -95,7 +89,7 @@ class DecisionRule:
         Specific consumer's risk (JCGM 106, 3.3.13) at the acceptance limit, where it is greatest;
         nan where the guard bands leave no value that could pass.
         """
-        guard = self.guard(estimate)
+        guard = self.guard(limits, estimate)
         if not limits.can_be_within(guard):
             return nan
         return max(1 - _conforming(limits, estimate, edge) for edge in limits.edges(guard))
@@ -103,28 +97,41 @@ class DecisionRule:
     def false_reject_risk(self, limits: Limits, estimate: Estimate) -> float:
         """Return the highest probability that an item with this uncertainty fails wrongly.
 
-        Specific producer's risk (JCGM 106, 3.3.14) where failing begins: at the acceptance limit
-        of a binary rule, beyond the outer guard band of a non-binary one.
+        Specific producer's risk (JCGM 106, 3.3.14) where failing begins: beyond the last zone.
         """
-        guard = self.guard(estimate)
-        begins = -guard
-        if self.is_binary:
-            begins = guard if limits.can_be_within(guard) else 0.0
+        zones = self.zones(limits, estimate)
+        begins = zones[-1].margin if _reachable(zones, limits) else 0.0
         return max(_conforming(limits, estimate, edge) for edge in limits.edges(begins))
 
-    @property
-    def _width(self) -> str:
-        return "U" if self.share == 1 else f"w = {self.share:g} U"
+
+def _place(limits: Limits, value: float, margin: float) -> str:
+    unit, side = limits.unit, "within" if margin >= 0 else "outside"
+    return f"{value:.4f} {unit} is {abs(margin):.4f} {unit} {side} the limit {limits}"
 
 
-def _binary(place: str, width: str, margin: float, *, can_pass: bool) -> tuple[Verdict, str]:
-    if margin < 0:
-        return Verdict.FAIL, f"{place}."
-    if can_pass:
-        return Verdict.FAIL, f"{place}, but by less than {width}: conformity is not demonstrated."
-    why = f"no value is within both limits by {width}: so uncertain a result cannot pass"
-    return Verdict.INCONCLUSIVE, f"{place}, but {why}."
+def _reached(zones: Sequence[Zone], margin: float) -> int:
+    """Return the place of the zone that a value is in; their number if it is in none."""
+    return next((at for at, zone in enumerate(zones) if margin >= zone.margin), len(zones))
+
+
+def _reachable(zones: Sequence[Zone], limits: Limits) -> bool:
+    return limits.can_be_within(zones[-1].margin)
+
+
+def _by(zones: Sequence[Zone], reached: int, margin: float, unit: str) -> str:
+    """Return how the distance from the limit compares with the widths of the zones."""
+    if margin >= 0:
+        if reached:
+            return f", but by less than {_width(zones[reached - 1], unit)}"
+        return f", by at least {_width(zones[0], unit)}" if zones[0].margin > 0 else ""
+    if reached < len(zones):
+        return f", but by no more than {_width(zones[reached], unit)}"
+    return f", by more than {_width(zones[-1], unit)}" if zones[-1].margin < 0 else ""
+
+
+def _width(zone: Zone, unit: str) -> str:
+    return f"{zone.width} = {abs(zone.margin):.4f} {unit}"
 
 
 def _conforming(limits: Limits, estimate: Estimate, value: float) -> float:
-    return probability(limits, replace(estimate, value=value))
+    return probability_within(limits, replace(estimate, value=value))

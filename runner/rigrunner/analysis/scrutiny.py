@@ -7,8 +7,10 @@ reach the verdict unseen. What is wrong is a PluginError that names the plugin.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from operator import index
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -17,10 +19,11 @@ import numpy as np
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Rejection
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import PluginError, RigrunnerError
+from rigrunner.api.verdict import WORST_FIRST, Verdict, Zone
 from rigrunner.signal.propagation import propagate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.analysis import (
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Points
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
+    from rigrunner.api.verdict import DecisionRule, Limits
 
 UNIT = "N·m"
 _ROUNDING = 1e-9
@@ -49,10 +53,9 @@ class Scrutiny:
     lookup: Lookup
 
     def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
-        """Return the callable of an 'outlier_rule', 'fit' or 'compensation'; raise PluginError."""
+        """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError."""
         made = self.lookup.make(kind, name, settings)
-        checked = {"outlier_rule": _Rule, "fit": _Fit, "compensation": _Method}[kind]
-        return checked(_Subject(kind, name), made)
+        return _CHECKED[kind](_Subject(kind, name), made)
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError."""
@@ -211,6 +214,48 @@ class _Method:
                     agrees or unknown,
                     f"a torque {at} whose {name} is {given:g}, by its own model {due:g}",
                 )
+
+
+@dataclass(frozen=True)
+class _Verdicts:
+    subject: _Subject
+    rule: DecisionRule
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        words = self.rule.words
+        told = isinstance(words, Mapping) and all(
+            isinstance(each, str) and each for each in (*words, *words.values())
+        )
+        self.subject.need(
+            told and "en" in words, f"the words {_shown(words)}, needed are {{'en': ...}}"
+        )
+        return words
+
+    def __call__(self, limits: Limits, estimate: Estimate) -> tuple[Zone, ...]:
+        need = self.subject.need
+        with self.subject.named():
+            found = self.rule(limits, estimate)
+        need(isinstance(found, (list, tuple)) and bool(found), f"{_shown(found)}, needed are zones")
+        for each in found:
+            need(isinstance(each, Zone), f"{_shown(each)}, needed is a Zone")
+            need(_is_finite(each.margin), f"the margin {each.margin!r} of a zone")
+            known = each.verdict in WORST_FIRST and each.verdict is not Verdict.FAIL
+            need(known, f"the verdict {_shown(each.verdict)} of a zone")
+        for better, worse in pairwise(found):
+            falling = better.margin > worse.margin
+            need(falling, f"zones whose margins do not fall: {better.margin:g}, {worse.margin:g}")
+            worsens = WORST_FIRST.index(better.verdict) > WORST_FIRST.index(worse.verdict)
+            need(worsens, f"'{worse.verdict}' farther out than '{better.verdict}', which is worse")
+        return tuple(found)
+
+
+_CHECKED = {
+    "outlier_rule": _Rule,
+    "fit": _Fit,
+    "compensation": _Method,
+    "decision_rule": _Verdicts,
+}
 
 
 def _arrays(point: PeakPoint) -> Iterable[object]:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
     from rigrunner.api.studies import StudyInput
+    from rigrunner.api.verdict import DecisionRule
 
 API_VERSION = 1
 """The plugin API as it is now; a plugin's module says `api_version = 1` if it is made for it."""
@@ -143,6 +144,16 @@ class FitRecord(PluginRecord):
     """Gives, of the settings, what the fit needs of a run."""
     examples: tuple[FitExample, ...] = ()
     """What the conformance kit holds it to, beside what is the same for every fit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecisionRuleRecord(PluginRecord):
+    """A decision rule, by which limits give a verdict: `factory(settings)`."""
+
+    factory: Callable[[Any], DecisionRule]
+    """Makes the rule, of the settings."""
+    passes_outside: bool = False
+    """Whether a value outside its limits can pass: a guard band outwards (JCGM 106, 8.3.3)."""
 
 
 class Influence(StrEnum):
@@ -272,6 +283,11 @@ class HookSpecs:
     @hookspec
     def rigrunner_compensations(self) -> Iterable[CompensationRecord]:
         """Return the compensations that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_decision_rules(self) -> Iterable[DecisionRuleRecord]:
+        """Return the decision rules that this plugin brings."""
         raise NotImplementedError
 
     @hookspec

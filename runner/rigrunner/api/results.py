@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import cached_property
-from math import inf, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
+from rigrunner.api.verdict import Verdict, worst
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -19,48 +18,11 @@ if TYPE_CHECKING:
     from rigrunner.api.limits import Judgement
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
-
-MEAN = "mean"
-"""What is judged where not a single set-point is: the mean over all of them."""
+    from rigrunner.api.verdict import Decision, LaterDecision
 
 
 REPLAYED = "replayed"
 """The name in a run's provenance that says from which tape it is: no instrument was asked."""
-
-CERTAIN = 0.9999
-"""A probability beyond this is not printed as a number: it would look like certainty."""
-
-
-def probability_text(probability: float) -> str:
-    """Return a probability in per cent, without a false 0 or 100."""
-    if probability > CERTAIN:
-        return "> 99.99 %"
-    return "< 0.01 %" if probability < 1 - CERTAIN else f"{100 * probability:.2f} %"
-
-
-class Verdict(StrEnum):
-    """What was decided; a run without limits has none."""
-
-    PASS = "pass"  # noqa: S105  (a verdict, not a password)
-    CONDITIONAL_PASS = "conditional pass"  # noqa: S105  (a verdict, not a password)
-    INCONCLUSIVE = "inconclusive"
-    CONDITIONAL_FAIL = "conditional fail"
-    FAIL = "fail"
-
-
-WORST_FIRST = (
-    Verdict.FAIL,
-    Verdict.INCONCLUSIVE,
-    Verdict.CONDITIONAL_FAIL,
-    Verdict.CONDITIONAL_PASS,
-    Verdict.PASS,
-)
-"""A run fails if one of its limits does, and passes if all of them do."""
-
-
-def worst(verdicts: Iterable[Verdict | None]) -> Verdict | None:
-    """Return the worst of some verdicts; None where there is none."""
-    return min((each for each in verdicts if each), key=WORST_FIRST.index, default=None)
 
 
 @dataclass(frozen=True)
@@ -118,74 +80,6 @@ def _judged(rows: Iterable[Measurement]) -> Iterator[JudgedValue]:
         numbers[row.name] += 1
         for judgement in row.judgements:
             yield JudgedValue(judgement, row, numbers[row.name])
-
-
-@dataclass(frozen=True, kw_only=True)
-class LimitDecision:
-    """What one limit says of one result, with all that is needed to understand it."""
-
-    of: str = MEAN
-    """What is judged: 'mean', or one set-point, such as '35 Hz'."""
-    verdict: Verdict
-    reason: str
-    """One sentence."""
-    limit_text: str
-    limit_source: str
-    lower_nm: float = -inf
-    upper_nm: float = inf
-    """The limits in N·m; infinite where there is none."""
-    result: Estimate | None = None
-    """What was judged; None where there is nothing to judge."""
-    guard_band_nm: float = nan
-    """w in N·m: a result passes that is within the limit by at least w; nan where unknown."""
-    stated_risk: float = nan
-    """The highest probability that an item which this rule passes does not conform.
-
-    The specific risk of false acceptance, for this uncertainty (JCGM 106, 3.3.13); nan where
-    unknown, or where no result could pass.
-    """
-    false_reject_risk: float = nan
-    """The highest probability that an item which this rule fails conforms."""
-    probability_of_conformity: float
-    """That the true value is within the limits (JCGM 106, 7); nan where unknown."""
-    uncompensated: Verdict
-    """What the same rule would say of the raw torque."""
-    marginal: bool = False
-    """Whether a result different by no more than the marginal band had another verdict."""
-    measurand: MeasurandKind | None = None
-    """What the limit is a limit of."""
-    load_n: float | None = None
-    """The load that the limit is for, where it names one."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Decision(LimitDecision):
-    """The verdict on a run: that of the limit that decides, and all the others beside it."""
-
-    rule: str
-    """The rule with its words: 'simple: ...'."""
-    parts: tuple[LimitDecision, ...] = ()
-    """Every limit on the mean and on the set-points, the deciding one among them."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class LaterDecision:
-    """A stored run decided again by another rule or limit, as put on record beside it."""
-
-    file: str
-    decided_utc: str
-    by: str
-    why: str
-    """The reason that was given for deciding again."""
-    verdict: str
-    reason: str
-    rule: str
-    limit_text: str
-    limit_source: str
-    verdict_before: str
-    """What held until then; 'none' where nothing had been decided."""
-    rule_before: str
-    limit_before: str
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.archive.ranges import range_of, since, until
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, RigrunnerError
-from rigrunner.api.results import REPLAYED, Verdict
+from rigrunner.api.results import REPLAYED
+from rigrunner.api.verdict import Verdict
 from rigrunner.archive.documents import at, key, moment, text
 from rigrunner.archive.result_facts import decision, figures, headline, points
 from rigrunner.runfile import read_summary

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import StatedResult
 from rigrunner.api.errors import DataError
-from rigrunner.api.results import CERTAIN
+from rigrunner.api.verdict import CERTAIN
 from rigrunner.signal import coverage
 from rigrunner.signal.rounding import places
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.certificate import DecisionRecord
-    from rigrunner.api.results import Decision, JudgedValue, LimitDecision, Result
+    from rigrunner.api.results import JudgedValue, Result
+    from rigrunner.api.verdict import Decision, LimitDecision
 
 
 MOST_VALUES = 500
@@ -97,6 +98,7 @@ def conformity_of(
         verdict=str(decision.verdict),
         rule=name,
         rule_words=words,
+        rule_words_in=dict(decision.rule_in),
         statements=tuple(_statement(each) for each in (decision, *others)),
         decided_again=decided_again,
     )

@@ -9,7 +9,7 @@ import click
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.cli.options import runs_option
 from rigrunner.cli.output import message
 

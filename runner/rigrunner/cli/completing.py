@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem, shell_complete
 from rigrunner.workflow.locate import procedure_names, run_names, station_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     import click
 
@@ -53,14 +53,21 @@ def stored_runs(
 
 def plugin_names(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Return the installed plugins that begin so."""
+    return list(_plugins(incomplete))
+
+
+def decision_rules(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Return the installed decision rules that begin so."""
+    return list(_plugins(incomplete, "decision_rule"))
+
+
+def _plugins(incomplete: str, kind: str = "") -> Iterator[CompletionItem]:
     from rigrunner.registry import load_registry  # noqa: PLC0415  (pydantic; only here)
 
-    records = (plugin.record for plugin in load_registry().plugins)
-    return [
-        CompletionItem(record.name, help=record.help)
-        for record in records
-        if record.name.startswith(incomplete)
-    ]
+    for plugin in load_registry().plugins:
+        record = plugin.record
+        if record.name.startswith(incomplete) and kind in {"", plugin.kind}:
+            yield CompletionItem(record.name, help=record.help)
 
 
 def _names_or_files(names: Iterable[str], incomplete: str) -> list[CompletionItem]:

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Outcome
-from rigrunner.api.results import probability_text
+from rigrunner.api.verdict import probability_text
 from rigrunner.cli.numbers import with_uncertainty
 from rigrunner.cli.table import pairs, table
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rigrunner.plan.actions import Plan, PlannedStep
 from rigrunner.plan.limits import check_limits
 from rigrunner.plan.making import check_station, make_plan, plan_text
-from rigrunner.plan.plugins import check_plugins, check_station_plugins
+from rigrunner.plan.plugins import check_plugins, check_rule, check_station_plugins
 from rigrunner.plan.prediction import PredictedTorque, Prediction, predict
 from rigrunner.plan.requirements import check_requirements
 
@@ -17,6 +17,7 @@ __all__ = [
     "check_limits",
     "check_plugins",
     "check_requirements",
+    "check_rule",
     "check_station",
     "check_station_plugins",
     "make_plan",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from pydantic import ValidationError
+
 from rigrunner.api.errors import InvalidFileError, PluginError
 from rigrunner.api.settings import MadeOfOthers
 from rigrunner.yamlfile import validate
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.settings import Settings
-    from rigrunner.procedure import AnalysisSpec, LoadedProcedure, PluginRef
+    from rigrunner.procedure import Acceptance, AnalysisSpec, LoadedProcedure, PluginRef
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
@@ -46,7 +48,35 @@ def check_plugins(
     problems = Problems()
     for use in (*_uses_of_procedure(procedure), *_uses_of_station(station)):
         _check(use, lookup, problems)
+    if procedure.model.acceptance is not None:
+        _check_rule(procedure.document, procedure.model.acceptance, lookup, problems)
     problems.stop_if_any()
+
+
+def check_rule(document: Document, acceptance: Acceptance, lookup: SettingsLookup) -> None:
+    """Raise InvalidFileError for a decision rule that is not there or refuses its settings."""
+    problems = Problems()
+    _check_rule(document, acceptance, lookup, problems)
+    problems.stop_if_any()
+
+
+def _check_rule(
+    document: Document, acceptance: Acceptance, lookup: SettingsLookup, problems: Problems
+) -> None:
+    """Check the rule and its settings, of which `fraction` may stand beside it."""
+    rule, at = acceptance.rule, ("acceptance", "rule")
+    if acceptance.fraction is None:
+        _check(_use(document, at, rule), lookup, problems)
+        return
+    try:
+        lookup.settings_of(rule.kind, rule.name).model_validate(acceptance.rule_settings)
+    except PluginError as error:
+        problems.add(document, at, error.message, error.hint)
+    except ValidationError as error:
+        why = error.errors()[0]
+        unknown = why["type"] == "extra_forbidden"
+        what = f"the rule '{rule.name}' has no such setting" if unknown else why["msg"]
+        problems.add(document, ("acceptance", "fraction"), what)
 
 
 def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> None:
@@ -58,11 +88,8 @@ def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> Non
 
 
 def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
-    for kind, path, plugin in _named(procedure.model.analysis):
-        settings_at: Path = (*path, plugin.name)
-        bare = isinstance(procedure.document.part(path), str)
-        named_at = path if bare else settings_at
-        yield _Use(kind, plugin.name, procedure.document, named_at, settings_at)
+    for path, plugin in _named(procedure.model.analysis):
+        yield _use(procedure.document, path, plugin)
 
 
 def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
@@ -76,13 +103,19 @@ def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
         )
 
 
-def _named(spec: AnalysisSpec) -> Iterator[tuple[str, Path, PluginRef]]:
+def _named(spec: AnalysisSpec) -> Iterator[tuple[Path, PluginRef]]:
     if spec.outliers is not None:
-        yield "outlier_rule", ("analysis", "outliers"), spec.outliers
+        yield ("analysis", "outliers"), spec.outliers
     for index, fit in enumerate(spec.fits):
-        yield "fit", ("analysis", "fits", index), fit
+        yield ("analysis", "fits", index), fit
     for index, compensation in enumerate(spec.compensations):
-        yield "compensation", ("analysis", "compensations", index), compensation
+        yield ("analysis", "compensations", index), compensation
+
+
+def _use(document: Document, path: Path, plugin: PluginRef) -> _Use:
+    settings_at: Path = (*path, plugin.name)
+    named_at = settings_at if isinstance(document.part(path), dict) else path
+    return _Use(plugin.kind, plugin.name, document, named_at, settings_at)
 
 
 def _others(use: _Use, settings: MadeOfOthers) -> Iterator[_Use]:

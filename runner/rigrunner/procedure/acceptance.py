@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from math import isclose
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rigrunner.api.measurand import CONDITIONS, NATURES, Condition, MeasurandKind, Nature
 from rigrunner.api.settings import Force, Frequency, ListOf, Settings, Torque
+from rigrunner.procedure.analysis_spec import PluginRef
 from rigrunner.yamlfile.names import Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-Rule = Literal["simple", "guard_band_u", "guard_band_fraction", "non_binary"]
 LOAD_TOLERANCE = 0.01
 """How far a load may be from that of the limit, as a part of it."""
 UNLOADED_N = 10.0
@@ -110,6 +110,16 @@ class Limit(Settings):
         }
 
 
+class DecisionRuleRef(PluginRef):
+    """A decision rule: by its name, or as `name: {setting: value}`."""
+
+    kind = "decision_rule"
+
+    def as_written(self) -> str | dict[str, object]:
+        """Return it as a file has it; read back, it is the same."""
+        return {self.name: dict(self.settings)} if self.settings else self.name
+
+
 class Acceptance(Settings):
     """The limits and the rule by which they are decided; agreed before anything is measured."""
 
@@ -117,10 +127,10 @@ class Acceptance(Settings):
     """The limit, where there is one alone."""
     limits: ListOf[Limit] = ()
     """Several: one of the mean, one of each frequency, others for named frequencies."""
-    rule: Rule = "simple"
+    rule: Annotated[DecisionRuleRef, Field(validate_default=True)] = "simple"  # type: ignore[assignment]  # validated
     """How far within its limit a result must be, and whether there is more than pass and fail."""
     fraction: Annotated[float, Field(gt=0, le=5)] | None = None
-    """With `guard_band_fraction`: the guard band as a part of U, w = fraction · U."""
+    """The same as the setting `fraction` of the rule, such as of `guard_band_fraction`."""
     marginal: Annotated[Torque, Field(gt=0)] | None = None
     """A verdict that so small a difference would change is called marginal."""
 
@@ -128,14 +138,17 @@ class Acceptance(Settings):
     def _fits_together(self) -> Self:
         if (self.limit is None) == (not self.limits):
             raise ValueError("one of 'limit' and 'limits' is needed, not both")
-        if (self.rule == "guard_band_fraction") != (self.fraction is not None):
-            raise ValueError(
-                "the rule 'guard_band_fraction' needs 'fraction', such as 0.5; no other has it"
-            )
+        if self.fraction is not None and self.rule.settings:
+            raise ValueError("'fraction' belongs to the other settings of the rule")
         twice = [name for name, count in Counter(self._scopes()).items() if count > 1]
         if twice:
             raise ValueError(f"there are two limits of {twice[0]}")
         return self
+
+    @property
+    def rule_settings(self) -> dict[str, Any]:
+        """The settings of the rule."""
+        return {**self.rule.settings, **_given(fraction=self.fraction)}
 
     @property
     def all_limits(self) -> tuple[Limit, ...]:
@@ -159,7 +172,7 @@ class Acceptance(Settings):
         return {
             **_given(limit=None if self.limit is None else self.limit.as_written()),
             **_given(limits=several or None),
-            "rule": self.rule,
+            "rule": self.rule.as_written(),
             **_given(fraction=self.fraction, marginal=_torque(self.marginal)),
         }
 

@@ -38,6 +38,7 @@ HOOK_OF_KIND = {
     "outlier_rule": "rigrunner_outlier_rules",
     "fit": "rigrunner_fits",
     "compensation": "rigrunner_compensations",
+    "decision_rule": "rigrunner_decision_rules",
     "report_format": "rigrunner_report_formats",
     "certificate_format": "rigrunner_certificate_formats",
     "study_format": "rigrunner_study_formats",

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from rigrunner.api.settings import Settings
 
 
+_FEW = 8
+"""So many names are listed beside the one that may be meant."""
 _WRITES = {"report_format", "certificate_format", "study_format"}
 """The kinds whose factory gives a function that writes a file."""
 
@@ -285,7 +287,10 @@ class Registry:
     def suggestion(self, name: str, names: Sequence[str]) -> str:
         """Return which name may be meant, and what could not be loaded, where it may be."""
         near = difflib.get_close_matches(name, names, n=1)
-        there = f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(names) or 'none'}"
+        there = f"there are: {', '.join(names) or 'none'}"
+        if near:
+            meant = f"did you mean '{near[0]}'?"
+            there = f"{meant} {there}" if len(names) <= _FEW else meant
         return "; ".join([*(f"disabled: {each}" for each in self.disabled), there])
 
 

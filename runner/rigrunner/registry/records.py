@@ -23,6 +23,7 @@ RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
     "outlier_rule": hooks.OutlierRuleRecord,
     "fit": hooks.FitRecord,
     "compensation": hooks.CompensationRecord,
+    "decision_rule": hooks.DecisionRuleRecord,
     "report_format": hooks.ReportFormatRecord,
     "certificate_format": hooks.CertificateFormatRecord,
     "study_format": hooks.StudyFormatRecord,

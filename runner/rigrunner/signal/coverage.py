@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.api.data import Estimate
+    from rigrunner.api.verdict import Limits
 
 P = 0.95
 KURTOSIS = {"rectangular": -1.2, "triangular": -0.6, "arcsine": -1.5}
@@ -61,6 +62,17 @@ def cumulative(estimate: Estimate, limit: float) -> float:
     shape = _beta_shape(estimate.kurtosis)
     reach = sqrt(2 * shape + 1) * _tails(estimate.dof, P)
     return float(betainc(shape, shape, min(max((1 + z / reach) / 2, 0.0), 1.0)))
+
+
+def probability_within(limits: Limits, estimate: Estimate) -> float:
+    """Return the probability that the true value is within the limits (JCGM 106, 7).
+
+    By the distribution that the coverage interval of the estimate has too; nothing else is known of
+    the item beforehand.
+    """
+    if estimate.u == 0:
+        return float(limits.margin(estimate.value) >= 0)
+    return cumulative(estimate, limits.upper) - cumulative(estimate, limits.lower)
 
 
 def _tails(dof: float, p: float) -> float:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.testing import event_sinks, fits, importers, making, outlier_rules, settings
+from rigrunner.testing import (
+    decision_rules,
+    event_sinks,
+    fits,
+    importers,
+    making,
+    outlier_rules,
+    settings,
+)
 from rigrunner.testing.compensation import CHECKS as COMPENSATION_CHECKS
 from rigrunner.testing.compensation import CompensationSubject
 from rigrunner.testing.device import CHECKS as DEVICE_CHECKS
@@ -27,6 +35,7 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "fit": fits.CHECKS,
     "compensation": COMPENSATION_CHECKS,
     "outlier_rule": outlier_rules.CHECKS,
+    "decision_rule": decision_rules.CHECKS,
     "importer": importers.CHECKS,
     "report_format": FORMAT_CHECKS,
     "certificate_format": FORMAT_CHECKS,

@@ -14,10 +14,11 @@ if TYPE_CHECKING:
     from rigrunner.testing.subject import Subject
 
 _TAKES = {
-    "fit": "points",
-    "outlier_rule": "values",
-    "compensation": "sweep",
-    "event_sink": "event",
+    "fit": ("points",),
+    "outlier_rule": ("values",),
+    "compensation": ("sweep",),
+    "decision_rule": ("limits", "estimate"),
+    "event_sink": ("event",),
 }
 """What a function of these kinds is called with."""
 
@@ -57,7 +58,7 @@ def _not_usable(made: Any, kind: str) -> str:
         return ""
     if not callable(made):
         return f"{what} cannot be called: it needs a method `__call__`"
-    return call_problem(made, what, (_TAKES[kind],))
+    return call_problem(made, what, _TAKES[kind])
 
 
 def _named(factory: Any) -> str:

@@ -16,7 +16,7 @@ from rigrunner import __version__
 from rigrunner.analysis.document_decision import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.api.results import LaterDecision, Verdict
+from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
 from rigrunner.procedure import Acceptance, parse_procedure
 from rigrunner.runfile import read

@@ -11,7 +11,7 @@ from rigrunner.analysis.document import document
 from rigrunner.api.cleanup import add_beside, error_text
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import CONCLUDED, Outcome
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.runfile import read_without_samples
 from rigrunner.runfile.durable import writing
 from rigrunner.runfile.folder import RunFolder

@@ -29,11 +29,13 @@ KINDS = {
     "fit": "fit",
     "compensation": "compensation",
     "outlier-rule": "outlier_rule",
+    "rule": "decision_rule",
     "importer": "importer",
     "report": "report_format",
 }
 """The kinds that can be made, by the word for them, with the registry's own name."""
 _NUMPY = {"fit", "outlier_rule", "compensation", "importer"}
+_PYDANTIC = {"outlier_rule", "decision_rule"}
 _LONGEST = 30
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _YAML_WORDS = {"yes", "no", "true", "false", "on", "off", "null"}
@@ -110,7 +112,7 @@ class NewPlugin:
     def _dependencies(self) -> Iterator[str]:
         if self.kind in _NUMPY:
             yield "numpy>=1.26"
-        if self.kind == "outlier_rule":
+        if self.kind in _PYDANTIC:
             yield "pydantic>=2.7"
         major, minor = __version__.split(".")[:2]
         yield f"rigrunner>={major}.{minor},<{int(major) + 1}"

@@ -73,7 +73,7 @@ from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.lines import Answering, LineDriver, LineSettings
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.quantity import Quantity, parse_quantity
-from rigrunner.api.results import ReportInput, Verdict
+from rigrunner.api.results import ReportInput
 from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import (
     AnyQuantity,
@@ -87,6 +87,7 @@ from rigrunner.api.settings import (
 )
 from rigrunner.api.studies import StudyInput
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
+from rigrunner.api.verdict import Verdict
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.kinematics import angular_velocity
 from rigrunner.signal.peaks import mean_peak, scatter_effect

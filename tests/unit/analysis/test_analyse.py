@@ -8,7 +8,7 @@ import pytest
 from helpers_analysis import acceptance, analysed, instrument, no_load_spec, recording, run_of, spec
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError, PluginError
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.workflow.plot import sweep_plot
 
 FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)

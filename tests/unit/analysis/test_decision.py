@@ -5,13 +5,16 @@ from math import inf, isnan, nan
 import pytest
 
 from helpers_analysis import AT_REVERSAL
-from rigrunner.analysis.decision import decide
+from rigrunner.analysis import decision as deciding
 from rigrunner.analysis.evidence import Evidence, Judged, JudgedPoint
+from rigrunner.analysis.rules import AppliedRule
 from rigrunner.api.data import Estimate
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
+from rigrunner.registry import load_registry
 
+REGISTRY = load_registry()
 RAW = Estimate(3.0, 0.01)
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 EACH = {"of": "each_frequency"}
@@ -24,6 +27,10 @@ def limit(maximum="0.95 N·m", **changes):
 def accept(*limits, rule="guard_band_u", **changes):
     chosen = {"limit": limits[0]} if len(limits) == 1 else {"limits": list(limits)}
     return Acceptance.model_validate({**chosen, "rule": rule, **changes})
+
+
+def decide(acceptance, found):
+    return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), found)
 
 
 def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind=STARTING, raw=RAW):

@@ -17,7 +17,7 @@ from helpers_analysis import (
 )
 from rigrunner.analysis.evidence import failed_decisive, without_scatter
 from rigrunner.api.analysis import Check, Compensation
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner_plugins.compensations.checks import positive
 

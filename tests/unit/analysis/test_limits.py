@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner.analysis.limits import Limits, probability
 from rigrunner.api.data import Estimate
+from rigrunner.api.verdict import Limits
+from rigrunner.signal.coverage import probability_within
 
 UPPER = Limits.between(None, 0.95)
 
@@ -21,14 +22,14 @@ def test_edges_move_inward_and_outward():
 
 def test_probability_follows_students_t():
     """P(t <= 1) with one degree of freedom (Cauchy) is 3/4."""
-    assert probability(UPPER, Estimate(0.9, 0.05, 1)) == pytest.approx(0.75)
+    assert probability_within(UPPER, Estimate(0.9, 0.05, 1)) == pytest.approx(0.75)
 
 
 def test_probability_between_two_limits():
     limits = Limits.between(0.9, 1.0)
-    assert probability(limits, Estimate(0.95, 0.05)) == pytest.approx(0.682689492, abs=1e-9)
+    assert probability_within(limits, Estimate(0.95, 0.05)) == pytest.approx(0.682689492, abs=1e-9)
 
 
 def test_no_uncertainty_is_certainty():
-    assert probability(UPPER, Estimate(0.9, 0.0)) == 1
-    assert probability(UPPER, Estimate(0.96, 0.0)) == 0
+    assert probability_within(UPPER, Estimate(0.9, 0.0)) == 1
+    assert probability_within(UPPER, Estimate(0.96, 0.0)) == 0

@@ -1,16 +1,22 @@
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import inf, isnan, nextafter
+from typing import TYPE_CHECKING
 
 import pytest
 
-from rigrunner.analysis.limits import Limits
-from rigrunner.analysis.rules import DecisionRule
+from rigrunner.analysis.rules import AppliedRule
 from rigrunner.api.data import Estimate
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Limits, Verdict, Zone
 from rigrunner.procedure import Acceptance
+from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+REGISTRY = load_registry()
 UPPER = Limits.between(None, 0.95)
 BAND = Limits.between(0.2, 0.95)
 K = 1.959963984540054  # normal, 95 %
@@ -26,7 +32,7 @@ def rule(name, **changes):
     if name == "guard_band_fraction":
         changes.setdefault("fraction", 0.5)
     acceptance = Acceptance.model_validate({"limit": LIMIT, "rule": name, **changes})
-    return DecisionRule.of(acceptance)
+    return AppliedRule.of(acceptance, REGISTRY)
 
 
 def verdict(value, name, *, limits=UPPER, u=0.05, dof=inf):
@@ -93,12 +99,12 @@ def test_exactly_at_an_edge_the_better_verdict_holds(name, edge, at_it, beyond):
 @pytest.mark.parametrize("name", ["guard_band_u", "guard_band_fraction", "non_binary"])
 def test_limits_of_exactly_two_guard_bands_leave_one_value_that_passes(name):
     found = rule(name)
-    guard = found.guard(Estimate(1.0, 0.05))
+    guard = found.guard(UPPER, Estimate(1.0, 0.05))
     middle, both = Estimate(guard, 0.05), Limits.between(0.0, 2 * guard)
     assert found.verdict(both, middle)[0] is Verdict.PASS
     assert not isnan(found.false_accept_risk(both, middle))
     narrower = Limits.between(0.0, nextafter(2 * guard, 0.0))
-    worse = Verdict.INCONCLUSIVE if found.is_binary else Verdict.CONDITIONAL_PASS
+    worse = Verdict.CONDITIONAL_PASS if name == "non_binary" else Verdict.INCONCLUSIVE
     assert found.verdict(narrower, middle)[0] is worse
     assert isnan(found.false_accept_risk(narrower, middle))
 
@@ -211,3 +217,70 @@ def test_a_rule_tells_its_name_and_its_guard_band(name):
     text = str(rule(name))
     assert text.startswith(f"{name}: ")
     assert "w = " in text
+
+
+@dataclass(frozen=True)
+class Agreed:
+    """A rule of a lab's own."""
+
+    zones: tuple[Zone, ...]
+    words: Mapping[str, str] = field(default_factory=lambda: {"en": "as agreed", "de": "so"})
+
+    def __call__(self, *_):
+        return self.zones
+
+
+RELAXED = Agreed((Zone(Verdict.PASS, -0.02, "w"), Zone(Verdict.CONDITIONAL_FAIL, -0.05, "v")))
+PROVEN = Agreed((Zone(Verdict.PASS, 0.1, "w"), Zone(Verdict.CONDITIONAL_PASS, 0.04, "v")))
+NEVER = Agreed((Zone(Verdict.INCONCLUSIVE, 0.0),))
+
+
+@pytest.mark.parametrize(
+    ("zones", "value", "expected", "why"),
+    [
+        (RELAXED, 0.9, Verdict.PASS, "within the limit ≤ 0.95 N·m."),
+        (RELAXED, 0.96, Verdict.PASS, "≤ 0.95 N·m, but by no more than w = 0.0200 N·m."),
+        (RELAXED, 0.98, Verdict.CONDITIONAL_FAIL, "but by no more than v = 0.0500 N·m."),
+        (RELAXED, 1.01, Verdict.FAIL, "by more than v = 0.0500 N·m."),
+        (PROVEN, 0.84, Verdict.PASS, "by at least w = 0.1000 N·m."),
+        (PROVEN, 0.9, Verdict.CONDITIONAL_PASS, "but by less than w = 0.1000 N·m."),
+        (PROVEN, 0.92, Verdict.FAIL, "than v = 0.0400 N·m: conformity is not demonstrated."),
+        (PROVEN, 0.96, Verdict.FAIL, "outside the limit ≤ 0.95 N·m."),
+    ],
+)  # fmt: skip
+def test_a_rule_of_a_lab_s_own_needs_zones_alone(zones, value, expected, why):
+    found, reason = AppliedRule("own", zones).verdict(UPPER, Estimate(value, 0.05))
+    assert (found, reason.endswith(why)) == (expected, True), reason
+
+
+def test_the_risks_of_a_rule_of_a_lab_s_own_are_those_at_the_edges_of_its_zones():
+    """Of a normal distribution: P(Z > -0.4) at -0.02/0.05, P(Z < -1) at -0.05/0.05 and so on."""
+    estimate = Estimate(0.5, 0.05)
+    relaxed, proven = AppliedRule("own", RELAXED), AppliedRule("own", PROVEN)
+    assert relaxed.false_accept_risk(UPPER, estimate) == pytest.approx(0.655422, abs=1e-6)
+    assert relaxed.false_reject_risk(UPPER, estimate) == pytest.approx(0.158655, abs=1e-6)
+    assert proven.false_accept_risk(UPPER, estimate) == pytest.approx(0.022750, abs=1e-6)
+    assert proven.false_reject_risk(UPPER, estimate) == pytest.approx(0.788145, abs=1e-6)
+    assert str(relaxed) == "own: as agreed"
+    assert relaxed.in_other_languages == {"de": "so"}
+
+
+def test_a_rule_by_which_nothing_can_pass_states_neither_guard_band_nor_risk_of_a_false_pass():
+    never, estimate = AppliedRule("own", NEVER), Estimate(0.5, 0.05)
+    assert isnan(never.guard(UPPER, estimate))
+    assert isnan(never.false_accept_risk(UPPER, estimate))
+    assert never.verdict(UPPER, estimate)[0] is Verdict.INCONCLUSIVE
+
+
+def test_the_words_of_the_shipped_rules_are_those_on_old_documents():
+    """As version 0.1.0 wrote them into results and certificates."""
+    assert str(rule("simple")) == "simple: simple acceptance, the value alone decides (w = 0)"
+    assert str(rule("guard_band_u")) == (
+        "guard_band_u: guard band w = U of 95 %; what is not within the limit by w fails"
+    )
+    assert str(rule("guard_band_fraction", fraction=1)) == (
+        "guard_band_fraction: guard band w = 1 U of 95 %; what is not within the limit by w fails"
+    )
+    assert str(rule("non_binary")) == (
+        "non_binary: guard band w = U of 95 %; what is nearer to the limit than w is conditional"
+    )

@@ -10,7 +10,7 @@ from helpers_analysis import MEASURAND, RATE_HZ, analysed, instrument, recording
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance, AnalysisSpec, Limit
 
 SPEC = {"starts": {}, "compensations": ["breakaway_peak"]}

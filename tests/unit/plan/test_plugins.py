@@ -38,6 +38,16 @@ def test_what_is_right_passes():
          "analysis.fits[0].polynomial.degree", "the key 'degree' is missing"),
         ("polynomial: {degree: 2}", "polynomial:", "polynomial:",
          "analysis.fits[0].polynomial.degree", "the key 'degree' is missing"),
+        ("rule: guard_band_u", "rule: guard_band", "guard_band\n", "acceptance.rule",
+         "there is no decision_rule 'guard_band'"),
+        ("rule: guard_band_u", "rule: guard_band\n  fraction: 1", "guard_band\n",
+         "acceptance.rule", "there is no decision_rule 'guard_band'"),
+        ("rule: guard_band_u", "rule: guard_band_fraction", "rule: guard_band_fraction",
+         "acceptance.rule.guard_band_fraction.fraction", "the key 'fraction' is missing"),
+        ("rule: guard_band_u", "rule: guard_band_u\n  fraction: 1.25", "1.25",
+         "acceptance.fraction", "the rule 'guard_band_u' has no such setting"),
+        ("rule: guard_band_u", "rule: {guard_band_fraction: {fraction: 9}}", "9}}",
+         "acceptance.rule.guard_band_fraction.fraction", "got 9, allowed is 5.0 or less"),
     ],
 )  # fmt: skip
 def test_a_plugin_of_the_procedure(old, new, finger, field, message):

@@ -25,8 +25,10 @@ def accept(*limits, **changes):
     [
         ({"limit": limit(), "limits": [limit()]}, "one of 'limit' and 'limits' is needed"),
         ({}, "one of 'limit' and 'limits' is needed"),
-        ({"limit": limit(), "rule": "guard_band_fraction"}, "needs 'fraction'"),
-        ({"limit": limit(), "rule": "guard_band_u", "fraction": 0.5}, "no other has it"),
+        (
+            {"limit": limit(), "rule": {"guard_band_fraction": {"fraction": 1}}, "fraction": 0.5},
+            "'fraction' belongs to the other settings of the rule",
+        ),
         ({"limits": [limit(), limit(max="2 N·m")]}, "there are two limits of mean"),
         ({"limit": limit(at=["5 Hz"])}, "frequencies under 'at' need 'of: each_frequency'"),
         (
@@ -78,7 +80,9 @@ torques = st.floats(1e-6, 1e3).map(lambda value: f"{value!r} N·m")
     st.none() | torques,
     st.lists(st.integers(1, 60), unique=True, max_size=3),
     st.none() | st.floats(0.1, 1e5),
-    st.sampled_from(["simple", "guard_band_u", "guard_band_fraction", "non_binary"]),
+    st.sampled_from(
+        ["simple", "guard_band_u", "guard_band_fraction", {"lab_s_own": {"share": 0.5}}]
+    ),
 )
 def test_it_reads_back_as_it_was_written(most, marginal, frequencies, load, rule):
     measurand = AT_REVERSAL if load is None else AT_REVERSAL | {"load": f"{load!r} N"}

@@ -71,7 +71,7 @@ def test_the_analysis_is_what_its_section_says():
     ]
     assert [each.name for each in spec.compensations] == ["template", "energy"]
     assert (model.acceptance.limit.max, model.acceptance.limit.min) == (0.95, None)
-    assert model.acceptance.rule == "guard_band_u"
+    assert model.acceptance.rule.name == "guard_band_u"
 
 
 def test_a_plugin_with_an_empty_value_has_no_settings():

@@ -12,7 +12,6 @@ import pytest
 
 from helpers_certificate import NOW, ORDER, make_letterhead
 from helpers_html import read_html
-from rigrunner.analysis.rules import WORDS
 from rigrunner.api.certificate import (
     Authorisation,
     Certificate,
@@ -26,7 +25,7 @@ from rigrunner.api.certificate import (
 from rigrunner.api.errors import InvalidFileError, MissingPackageError
 from rigrunner.api.events import Alarm, Intervention, Note, StepEnded
 from rigrunner.api.letterhead import CertificateInput
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.content import Issue, make_certificate, restrictions_of
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.order import complete
@@ -114,7 +113,7 @@ def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
     wanted = {f"deviation.{kind}" for kind in get_args(DeviationKind)}
     wanted |= {f"specimen.{code}" for code in options(Restriction, "code")}
     wanted |= {f"verdict.{verdict}" for verdict in Verdict}
-    wanted |= {f"rule.{rule}" for rule in WORDS}
+    wanted |= {f"rule.{rule}" for rule in load_registry().names("decision_rule")}
     wanted |= {f"rejected.{what}" for what in options(RejectedCycle, "what")}
     states = set(options(InstrumentEntry, "calibration")) - {"calibrated"}
     wanted |= {f"instruments.{state}" for state in states}

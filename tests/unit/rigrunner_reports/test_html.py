@@ -13,7 +13,7 @@ from helpers_html import read_html
 from helpers_report import TRUTH_NM, loaded_result, no_load_result, report_input
 from rigrunner.api.analysis import Check
 from rigrunner.api.checks import skipped
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner_reports.render import css_string, html
 
 pytestmark = pytest.mark.figures

@@ -22,7 +22,7 @@ from rigrunner.api.checks import skipped
 from rigrunner.api.data import Estimate
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import headline as head
 from rigrunner_reports.view import run

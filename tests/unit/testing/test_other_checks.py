@@ -9,12 +9,16 @@ import pytest
 
 from helpers_zoo_analysis import (
     COMPENSATIONS,
+    DECISION_RULES,
     FITS,
     RULES,
+    DecisionRule,
     compensation_registry,
+    decision_rule_registry,
     fit_registry,
     grubbs,
     line,
+    proven,
     rule_registry,
 )
 from helpers_zoo_files import (
@@ -45,6 +49,7 @@ def found(kind, name, registry):
 OF_KIND = {
     "fit": (FITS, fit_registry),
     "outlier_rule": (RULES, rule_registry),
+    "decision_rule": (DECISION_RULES, decision_rule_registry),
     "report_format": (FORMATS, format_registry),
     "event_sink": (SINKS, sink_registry),
     "importer": (IMPORTERS, importer_registry),
@@ -53,6 +58,7 @@ BROKEN = [(kind, name) for kind, (zoo, _) in OF_KIND.items() for name in zoo]
 GOOD = {
     "fit": lambda: fit_registry(line, examples=()),
     "outlier_rule": lambda: rule_registry(grubbs, examples=()),
+    "decision_rule": lambda: decision_rule_registry(DecisionRule(proven)),
     "report_format": lambda: format_registry(page),
     "event_sink": lambda: sink_registry(listener),
     "importer": lambda: importer_registry(Table),

@@ -19,6 +19,12 @@ LIMIT = {
     "source": "a drawing",
     "measurand": {"nature": "load_induced", "condition": "at_reversal"},
 }
+
+
+def other_rule(held, name):
+    return Acceptance.model_validate({**held.as_written(), "rule": name})
+
+
 TIGHT = Acceptance.model_validate({"limit": LIMIT, "rule": "simple"})
 
 
@@ -88,7 +94,7 @@ def test_each_decision_follows_the_one_before(folder):
         folder,
         load_registry(),
         WHO,
-        lambda held: seen.append(held) or held.model_copy(update={"rule": "non_binary"}),
+        lambda held: seen.append(held) or other_rule(held, "non_binary"),
     )
     assert seen == [TIGHT]
     second, third = later_decisions(read(folder), folder)

@@ -9,7 +9,7 @@ import pytest
 from helpers_report import loaded_result
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
-from rigrunner.api.results import Verdict
+from rigrunner.api.verdict import Verdict
 from rigrunner.workflow.finish import FinishedRun, verdict_code
 
 

@@ -71,6 +71,8 @@ class Conformity(Part):
     """The rule's name, as in the procedure."""
     rule_words: str
     """The rule in words, as the run has it."""
+    rule_words_in: dict[str, str] = Field({})
+    """The same in other languages than English, where the rule has them."""
     statements: Annotated[tuple[LimitStatement, ...], Field(min_length=1)]
     """Of every limit, the one that decides first."""
     decided_again: tuple[DecisionRecord, ...] = ()

@@ -88,6 +88,8 @@ def certificate_json(certificate: Certificate) -> str:
     """
     exclude = {"seal"} if certificate.measured is not None else {"seal", "measured"}
     content = certificate.model_dump(mode="json", exclude=exclude)
+    if certificate.conformity is not None and not certificate.conformity.rule_words_in:
+        del content["conformity"]["rule_words_in"]
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
     return text.translate(_IN_SCRIPT) + "\n"
 

@@ -33,6 +33,7 @@ KINDS = (
     "fit",
     "compensation",
     "outlier_rule",
+    "decision_rule",
     "importer",
     "report_format",
     "certificate_format",

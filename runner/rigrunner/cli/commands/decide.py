@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.api.errors import UsageError
-from rigrunner.api.results import probability_text
+from rigrunner.api.errors import PluginError, UsageError
+from rigrunner.api.verdict import probability_text
+from rigrunner.cli.completing import decision_rules
 from rigrunner.cli.options import json_option, lab_option, run_argument, runs_option
 from rigrunner.cli.output import result, result_json
 from rigrunner.cli.summary import stated_risk
@@ -19,12 +20,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.errors import ExitCode
-    from rigrunner.api.results import LaterDecision, Result
+    from rigrunner.api.results import Result
+    from rigrunner.api.verdict import LaterDecision
     from rigrunner.procedure import Acceptance
+    from rigrunner.registry import Registry
     from rigrunner.workflow.decisions import DecisionFile
-
-WITH_FRACTION = "guard_band_fraction"
-RULES = ("simple", "guard_band_u", WITH_FRACTION, "non_binary")
 
 
 @click.command(name="decide")
@@ -38,12 +38,17 @@ RULES = ("simple", "guard_band_u", WITH_FRACTION, "non_binary")
     metavar="FILE",
     help="Limits and rule from a YAML file.",
 )
-@click.option("--rule", type=click.Choice(RULES), help="Another rule, for the limits that hold.")
+@click.option(
+    "--rule",
+    shell_complete=decision_rules,
+    metavar="NAME",
+    help="Another rule, for the limits that hold.",
+)
 @click.option(
     "--fraction",
-    type=click.FloatRange(0, 5, min_open=True),
+    type=float,
     metavar="R",
-    help="With guard_band_fraction: w = R times U.",
+    help="The setting of that name, such as of guard_band_fraction: w = R times U.",
 )
 @click.option("--by", required=True, metavar="NAME", help="Who decides.")
 @click.option("--reason", required=True, metavar="TEXT", help="Why it is decided again.")
@@ -72,15 +77,17 @@ def command(
 
     if (file is None) == (rule is None):
         raise UsageError("give --acceptance FILE or --rule RULE, one of them")
-    if (rule == WITH_FRACTION) != (fraction is not None):
-        hint = f"such as --rule {WITH_FRACTION} --fraction 0.5, for w = U/2"
-        raise UsageError(f"--fraction and --rule {WITH_FRACTION} go together", hint=hint)
+    if rule is None and fraction is not None:
+        raise UsageError("--fraction is a setting of --rule", hint="give both, or a file")
+    registry = lab_registry(station)
+    if rule is not None:
+        _check_rule(rule, fraction, registry)
     decider = Decider(by=by, reason=reason, at=WallClock().utc())
     written, found = decide_again(
         find_run(run, runs),
-        lab_registry(station),
+        registry,
         decider,
-        lambda held: _from_file(file) if file else _other_rule(held, rule, fraction),
+        lambda held: _from_file(file, registry) if file else _other_rule(held, rule, fraction),
     )
     if as_json:
         result_json(dict(written.document))
@@ -89,11 +96,26 @@ def command(
     return verdict_code(found)
 
 
-def _from_file(path: Path) -> Acceptance:
+def _check_rule(rule: str, fraction: float | None, registry: Registry) -> None:
+    """Raise UsageError for a rule that is not there, or does not take what it is given."""
+    try:
+        registry.validated(
+            "decision_rule", rule, {} if fraction is None else {"fraction": fraction}
+        )
+    except PluginError as error:
+        hint = error.hint or "such as --rule guard_band_fraction --fraction 0.5, for w = U/2"
+        raise UsageError(f"--rule: {error.message}", hint=hint) from error
+
+
+def _from_file(path: Path, registry: Registry) -> Acceptance:
+    from rigrunner.plan import check_rule
     from rigrunner.procedure import AcceptanceFile
     from rigrunner.yamlfile import read, validate
 
-    return validate(AcceptanceFile, read(path)).acceptance
+    document = read(path)
+    acceptance = validate(AcceptanceFile, document).acceptance
+    check_rule(document, acceptance, registry)
+    return acceptance
 
 
 def _other_rule(held: Acceptance | None, rule: str | None, fraction: float | None) -> Acceptance:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.data import Measurement
-    from rigrunner.api.results import LaterDecision
+    from rigrunner.api.verdict import LaterDecision
     from rigrunner.runfile import StoredRun
     from rigrunner.workflow.decisions import DecisionFile
 

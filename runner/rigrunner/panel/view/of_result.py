@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.results import Verdict, worst
+from rigrunner.api.verdict import Verdict, worst
 from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointView, Value
 from rigrunner.signal.coverage import expanded
 

@@ -14,6 +14,7 @@ from rigrunner.api.certificate import Certificate
 from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
 from rigrunner.procedure import PluginRef, Procedure
+from rigrunner.procedure.acceptance import DecisionRuleRef
 from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.workflow.importing.mapping import ImportMapping
@@ -78,7 +79,7 @@ class _LanguageSchema(SettingsSchema):
         model = schema["cls"]
         found = super().model_schema(schema)
         if issubclass(model, PluginRef):
-            return self._plugin(found["description"], model.kind)
+            return self._plugin(found["description"], model)
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
@@ -92,13 +93,14 @@ class _LanguageSchema(SettingsSchema):
         by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}
         return list(by_name.values())
 
-    def _plugin(self, description: str, kind: str) -> Schema:
+    def _plugin(self, description: str, model: type[PluginRef]) -> Schema:
         """Return the choice between a plugin's name, and its name with settings."""
-        records = self._records(kind)
+        records = self._records(model.kind)
         settings = {
             each.name: self._settings(each) | {"description": each.help} for each in records
         }
-        named = _enumeration([each for each in records if not _needs_settings(each)])
+        beside = issubclass(model, DecisionRuleRef)  # its setting may stand beside its name
+        named = _enumeration([each for each in records if beside or not _needs_settings(each)])
         label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
         told = {
             "type": "object",

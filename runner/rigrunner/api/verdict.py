@@ -1,0 +1,190 @@
+"""The verdict: limits, decision rules, and what was decided by them, at once or later.
+
+The one model of it: result file, archive, panel, certificate and report are views of this. A rule
+(JCGM 106, 8; ILAC-G8:09/2019, 4.2) is a plugin; it says what a value within or outside its limits
+gets, and everything else follows: verdict, reason, risks, and whether the verdict is marginal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from math import inf, isinf, nan
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from rigrunner.api.data import Estimate
+    from rigrunner.api.measurand import MeasurandKind
+
+MEAN = "mean"
+"""What is judged where not a single set-point is: the mean over all of them."""
+CERTAIN = 0.9999
+"""A probability beyond this is not printed as a number: it would look like certainty."""
+
+
+def probability_text(probability: float) -> str:
+    """Return a probability in per cent, without a false 0 or 100."""
+    if probability > CERTAIN:
+        return "> 99.99 %"
+    return "< 0.01 %" if probability < 1 - CERTAIN else f"{100 * probability:.2f} %"
+
+
+class Verdict(StrEnum):
+    """What was decided; a run without limits has none."""
+
+    PASS = "pass"  # noqa: S105  (a verdict, not a password)
+    CONDITIONAL_PASS = "conditional pass"  # noqa: S105  (a verdict, not a password)
+    INCONCLUSIVE = "inconclusive"
+    CONDITIONAL_FAIL = "conditional fail"
+    FAIL = "fail"
+
+
+WORST_FIRST = (
+    Verdict.FAIL,
+    Verdict.INCONCLUSIVE,
+    Verdict.CONDITIONAL_FAIL,
+    Verdict.CONDITIONAL_PASS,
+    Verdict.PASS,
+)
+"""A run fails if one of its limits does, and passes if all of them do."""
+
+
+def worst(verdicts: Iterable[Verdict | None]) -> Verdict | None:
+    """Return the worst of some verdicts; None where there is none."""
+    return min((each for each in verdicts if each), key=WORST_FIRST.index, default=None)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a value may be, in its unit; infinite where there is no limit."""
+
+    lower: float
+    upper: float
+    unit: str = "N·m"
+
+    @classmethod
+    def between(cls, lower: float | None, upper: float | None) -> Limits:
+        """Return limits with infinity where there is none."""
+        return cls(-inf if lower is None else lower, inf if upper is None else upper)
+
+    def __str__(self) -> str:
+        """Return the limits as a person writes them."""
+        if isinf(self.lower):
+            return f"≤ {self.upper:.6g} {self.unit}"
+        if isinf(self.upper):
+            return f"≥ {self.lower:.6g} {self.unit}"
+        return f"{self.lower:.6g} {self.unit} to {self.upper:.6g} {self.unit}"
+
+    def margin(self, value: float) -> float:
+        """Return how far inside the nearer limit the value is; negative outside."""
+        return min(value - self.lower, self.upper - value)
+
+    def edges(self, inward: float) -> tuple[float, ...]:
+        """Return the limits moved inward by that much (outward if negative), lower one first."""
+        moved = (self.lower + inward, self.upper - inward)
+        return tuple(edge for edge in moved if not isinf(edge))
+
+    def can_be_within(self, guard: float) -> bool:
+        """Return whether any value is inside both limits by that much."""
+        return self.upper - self.lower >= 2 * guard
+
+
+@dataclass(frozen=True)
+class Zone:
+    """The values that are within their limits by a margin get this verdict, or a better one."""
+
+    verdict: Verdict
+    """Any but `fail`, which is what a value outside all zones gets."""
+    margin: float
+    """How far within the nearer limit, in its unit; negative: how far outside at most."""
+    width: str = ""
+    """What that distance is, for the reason: 'U', 'w = 0.5 U'; '' where it is 0."""
+
+
+class DecisionRule(Protocol):
+    """Says which verdict a value gets by its place within or outside its limits.
+
+    It is told the limits and the estimate, whose uncertainty is known and not zero, and says
+    nothing of values by `estimate.value`: the same rule holds for every value of that uncertainty.
+    """
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        """What it does, in one sentence by language: 'en', and 'de' where that is known."""
+        ...
+
+    def __call__(self, limits: Limits, estimate: Estimate) -> Sequence[Zone]:
+        """Return the zones from the best verdict to the worst, their margins falling."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitDecision:
+    """What one limit says of one result, with all that is needed to understand it."""
+
+    of: str = MEAN
+    """What is judged: 'mean', or one set-point, such as '35 Hz'."""
+    verdict: Verdict
+    reason: str
+    """One sentence."""
+    limit_text: str
+    limit_source: str
+    lower_nm: float = -inf
+    upper_nm: float = inf
+    """The limits in N·m; infinite where there is none."""
+    result: Estimate | None = None
+    """What was judged; None where there is nothing to judge."""
+    guard_band_nm: float = nan
+    """w in N·m: a result passes that is within the limit by at least w; nan where unknown."""
+    stated_risk: float = nan
+    """The highest probability that an item which this rule passes does not conform.
+
+    The specific risk of false acceptance, for this uncertainty (JCGM 106, 3.3.13); nan where
+    unknown, or where no result could pass.
+    """
+    false_reject_risk: float = nan
+    """The highest probability that an item which this rule fails conforms."""
+    probability_of_conformity: float
+    """That the true value is within the limits (JCGM 106, 7); nan where unknown."""
+    uncompensated: Verdict
+    """What the same rule would say of the raw torque."""
+    marginal: bool = False
+    """Whether a result different by no more than the marginal band had another verdict."""
+    measurand: MeasurandKind | None = None
+    """What the limit is a limit of."""
+    load_n: float | None = None
+    """The load that the limit is for, where it names one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decision(LimitDecision):
+    """The verdict on a run: that of the limit that decides, and all the others beside it."""
+
+    rule: str
+    """The rule with its words: 'simple: ...'."""
+    rule_in: Mapping[str, str] = field(default_factory=dict)
+    """These words in other languages than English, where the rule has them."""
+    parts: tuple[LimitDecision, ...] = ()
+    """Every limit on the mean and on the set-points, the deciding one among them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LaterDecision:
+    """A stored run decided again by another rule or limit, as put on record beside it."""
+
+    file: str
+    decided_utc: str
+    by: str
+    why: str
+    """The reason that was given for deciding again."""
+    verdict: str
+    reason: str
+    rule: str
+    limit_text: str
+    limit_source: str
+    verdict_before: str
+    """What held until then; 'none' where nothing had been decided."""
+    rule_before: str
+    limit_before: str
