@@ -20,6 +20,7 @@ def test_the_counted_work_is_within_its_bound(name):
     assert not slack, "a bound that far off finds nothing"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", names())
 def test_the_short_form_runs(name):
     figures = benchmark(name).measure(Scale(short=True))

@@ -57,7 +57,34 @@ def named(path):
     return str(path.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("page", SCRIPTS, ids=named)
+LONG = [
+    ROOT / "docs" / f"{page}.md"
+    for page in (
+        "tutorial/first-certificate",
+        "tutorial/panel",
+        "how-to/analyse-many-runs",
+        "how-to/approve-a-procedure",
+        "how-to/check-a-plugin",
+        "how-to/hold-plugins-to-golden-runs",
+        "how-to/import-recordings",
+        "how-to/issue-a-certificate",
+        "how-to/record-and-replay",
+        "how-to/register-instruments",
+        "how-to/replay-recordings",
+        "how-to/search-many-runs",
+        "how-to/use-a-pymeasure-driver",
+        "how-to/verify-a-certificate",
+        "how-to/write-a-device-plugin",
+    )
+]
+
+
+def script(page):
+    """Return a page as a parameter: those that take long are thorough."""
+    return pytest.param(page, id=named(page), marks=[pytest.mark.thorough] * (page in LONG))
+
+
+@pytest.mark.parametrize("page", [script(page) for page in SCRIPTS])
 def test_every_block_of_the_page_works(page, request, tmp_path):
     """In one shell, as a reader has it: each block begins in the folder in which the last ended."""
     blocks = code_blocks(page)

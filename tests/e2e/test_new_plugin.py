@@ -23,6 +23,7 @@ from rigrunner.workflow.new_plugin import KINDS, NewPlugin
 
 STRANGER = Path(__file__).parent / "stranger"
 PLUGINS = {word: NewPlugin(word, f"authors_{word.replace('-', '_')}") for word in KINDS}
+pytestmark = pytest.mark.thorough
 AT_HAND = find_spec("hatchling") is not None
 QUIETLY = ["-q", "--no-deps", *(["--no-build-isolation"] if AT_HAND else [])]
 """What builds them is not installed anew for each, where the environment that tests has it."""

@@ -31,6 +31,7 @@ def folder_of(certified):
     return certified[0].parent.parent / "lab" / "letterhead"
 
 
+@pytest.mark.thorough
 def test_every_changed_byte_is_found_and_placed(certified, tmp_path):
     run_folder, files = certified
     done = list(flips(files, run_folder, tmp_path / "scratch", count=8, seed=2026))
@@ -146,6 +147,7 @@ def replacing(old, new):
     return change
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "picture",
     [

@@ -232,6 +232,7 @@ def test_a_proxy_that_does_not_pass_the_host_on_is_named(lab, tmp_path):
     assert "proxy_set_header Host $http_host" in answer.json()["hint"]
 
 
+@pytest.mark.thorough
 def test_a_run_is_operated_in_a_browser_through_the_proxy(proxy):
     require_driver()
     flags = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run")

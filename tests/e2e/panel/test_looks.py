@@ -32,6 +32,7 @@ def assert_on_one_screen(page) -> None:
     assert height <= page.viewport_size["height"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through all pages)
     new_screen, panel, pictures, theme

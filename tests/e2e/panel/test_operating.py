@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import pytest
 from playwright.sync_api import expect
 
 from helpers_screen import LOADED, NAME, STATION
@@ -19,6 +20,7 @@ CERTIFICATE = {  # in the order in which Tab comes to them
 TRUTH_NM = 0.7262  # Ts of the simulated rig: the default of its settings, from the paper
 
 
+@pytest.mark.thorough
 def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
     page = screen.page
     screen.begin(specimen="B-17")

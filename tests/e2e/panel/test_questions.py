@@ -39,6 +39,7 @@ def refused(screen, *words: str) -> None:
     expect(screen.page.locator(".prompt")).to_be_visible()
 
 
+@pytest.mark.thorough
 def test_a_number_and_an_interlock_by_mouse(asking, panel):
     page = asking.page
     expect(page.locator("#prompt-expected")).to_have_text("in °C, 15 °C or more, 30 °C or less")

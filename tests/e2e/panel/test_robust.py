@@ -6,6 +6,7 @@ from contextlib import suppress
 from urllib.parse import urlsplit
 
 import psutil
+import pytest
 from playwright.sync_api import Error, expect
 
 from helpers_screen import (
@@ -76,6 +77,7 @@ def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
         context.close()
 
 
+@pytest.mark.thorough
 def test_a_run_goes_on_without_any_browser(new_screen, panel):
     screen = new_screen()
     screen.begin(specimen="ALONE-1", real_time=False)
@@ -89,6 +91,7 @@ def test_a_run_goes_on_without_any_browser(new_screen, panel):
     )
 
 
+@pytest.mark.thorough
 def test_a_hostile_specimen_is_only_text(screen):
     page = screen.page
     screen.begin(specimen=HOSTILE, real_time=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from helpers_cli import call
@@ -34,6 +35,7 @@ def do(page, verb, what, text):
             raise AssertionError(f"nobody knows how to {verb}")
 
 
+@pytest.mark.thorough
 def test_the_tutorial_leads_to_a_certificate(new_screen, tmp_path):
     steps = STEP.findall(TUTORIAL.read_text(encoding="utf-8"))
     numbered = re.findall(r"^\d+\. ", TUTORIAL.read_text(encoding="utf-8"), re.MULTILINE)

@@ -159,6 +159,7 @@ def test_draws_that_the_method_refuses_are_counted():
         draw_pipeline(never, made, points, **how)
 
 
+@pytest.mark.thorough
 def test_a_procedure_asks_for_it_and_document_and_terminal_tell():
     frequencies, scatter = (2.0, 6.0, 10.0, 14.0), np.linspace(-0.02, 0.02, 5)
     sensors = {"tester.torque": instrument(gain="0.3 %", drift="0.01 N·m")}

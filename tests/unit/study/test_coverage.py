@@ -164,6 +164,7 @@ def test_the_lines_of_the_sensor_are_known_in_the_budget():
     assert not is_sensor("support friction under load")
 
 
+@pytest.mark.thorough
 def test_a_study_is_the_same_in_two_processes():
     told = []
 

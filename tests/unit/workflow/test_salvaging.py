@@ -127,6 +127,7 @@ def test_what_the_manifest_alone_protects_is_not_taken_for_sound(copied):
     assert len(saved.recordings) == 5
 
 
+@pytest.mark.thorough
 def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, finished):
     whole = {each.name: each for each in read(finished[2].folder).recordings}
     original = (copied / "run.h5").read_bytes()

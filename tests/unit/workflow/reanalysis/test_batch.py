@@ -199,6 +199,7 @@ def test_what_has_nothing_to_analyse_is_skipped_and_not_looked_at_again(tmp_path
     assert told == [(1, 1)]
 
 
+@pytest.mark.thorough
 def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, whole, tmp_path):
     """The process that is at a run just then; the scheduler gives the run to another one."""
     with two_workers() as cluster:
