@@ -25,7 +25,7 @@ from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.results import FittedTorque, ReportInput, Result
 from rigrunner.api.rig import RigDescription
-from rigrunner.api.verdict import Decision, Verdict
+from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.kinematics import angular_acceleration, angular_velocity, swing_angle
 
 FREQUENCIES = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0)
@@ -305,14 +305,17 @@ def loaded_result(**changes):
         headline=Estimate(0.7274, 0.0062, 900.0),
         raw_headline=Estimate(3.4567, 0.0123, inf),
         decision=Decision(
-            verdict=Verdict.PASS,
-            reason="0.7274 N·m is within the limit by at least U = 0.0122 N·m.",
-            limit_text="≤ 0.95 N·m",
-            limit_source="demonstration only",
             rule="guard_band_u: pass only if the value is inside by U",
-            probability_of_conformity=1.0,
-            uncompensated=Verdict.FAIL,
-            upper_nm=0.95,
+            parts=(
+                LimitDecision(
+                    verdict=Verdict.PASS,
+                    reason="0.7274 N·m is within the limit by at least U = 0.0122 N·m.",
+                    limits=Limits.between(None, 0.95),
+                    source="demonstration only",
+                    probability=1.0,
+                    uncompensated=Verdict.FAIL,
+                ),
+            ),
         ),
         checks=(
             Check("zero drift", ok=True, text="zero readings of both runs agree within 0.02 N·m"),
@@ -414,3 +417,8 @@ def report_input(result=None, **changes):
         ),
     )
     return replace(report, **changes)
+
+
+def deciding(decision, **changes):
+    """Return a decision by one limit alone, changed."""
+    return replace(decision, parts=(replace(decision.deciding, **changes),))

@@ -94,6 +94,9 @@ def make_page(report: ReportInput) -> Page:
     """Return the page of a report."""
     result, points = report.result, set_points(report)
     warnings = run.warnings(result)
+    decision = None
+    if result.decision is not None:
+        decision = decided.DecisionView(result.decision, complete=not warnings)
     return Page(
         title=result.run.procedure_title,
         run_id=result.run.run_id,
@@ -107,8 +110,8 @@ def make_page(report: ReportInput) -> Page:
         raw=head.raw(result),
         overall=decided.overall(result, report.later_decisions),
         limits=limits_view(result.limits, result.run.measurements),
-        decision=decided.decision(result.decision, complete=not warnings),
-        later_decisions=decided.later(report.later_decisions),
+        decision=decision,
+        later_decisions=tuple(map(decided.LaterView, report.later_decisions)),
         truth=head.truth(result, points),
         meaning=meaning(result) if points else (),
         table=frequency_table(result, points),

@@ -131,15 +131,15 @@ def _limits(axes: Axes, result: Result, *, on_the_right: bool = False) -> None:
 
     Raw peaks stand nearest to the result on the left, where the rig's part is small.
     """
-    decision, mean = result.decision, result.headline
-    if decision is None:
+    if result.decision is None:
         return
-    for value in (decision.lower_nm, decision.upper_nm):
+    limits, mean = result.decision.deciding.limits, result.headline
+    for value in (limits.lower, limits.upper):
         if isfinite(value):
             is_above = mean is None or value >= mean.value
             axes.axhline(value, color=INK, linewidth=1.1, linestyle=(0, (6, 3)), zorder=1)
             axes.annotate(
-                f"limit {decision.limit_text}",
+                f"limit {limits}",
                 (float(on_the_right), value),
                 xycoords=("axes fraction", "data"),
                 xytext=(-4 if on_the_right else 4, 3 if is_above else -3),

@@ -24,7 +24,6 @@ SYMBOLS = {
     Verdict.FAIL: "✗",
 }
 NOT_COMPLETED = "A run that was not completed neither passes nor fails."
-MARGINAL = "Marginal: a difference within the marginal band would change the verdict."
 
 
 @dataclass(frozen=True)
@@ -44,67 +43,88 @@ NO_VERDICT = VerdictView("?", "no verdict")
 
 
 @dataclass(frozen=True)
-class PartRow:
-    """One limit among several, ready to print."""
+class LimitView:
+    """What one limit says of one result, as a page prints it."""
 
-    of: str
-    result: str
-    limit: str
-    verdict: VerdictView
-    probability: str
-    uncompensated: VerdictView
-    marginal: bool
+    found: LimitDecision
 
+    @property
+    def verdict(self) -> VerdictView:
+        """By the rule."""
+        return shown_verdict(self.found.verdict)
 
-@dataclass(frozen=True)
-class LaterView:
-    """A later decision, ready to print."""
+    @property
+    def uncompensated(self) -> VerdictView:
+        """By the same rule, of the raw torque."""
+        return shown_verdict(self.found.uncompensated)
 
-    when: str
-    verdict: VerdictView
-    words: str
-    before: str
-    file: str
+    @property
+    def result(self) -> str:
+        """What was judged."""
+        return "-" if self.found.result is None else str(stated(self.found.result))
+
+    @property
+    def probability(self) -> str:
+        """The probability of conformity."""
+        return _percent(self.found.probability)
+
+    @property
+    def guard_band(self) -> str:
+        """The guard band with its unit; '' where there is none to state."""
+        band = self.found.guard_band
+        return "" if isnan(band) else f"{fixed(band, 4)} {self.found.limits.unit}"
+
+    @property
+    def measurand(self) -> str:
+        """Of what the limit is a limit; '' where it does not say."""
+        if self.found.measurand is None:
+            return ""
+        load = "" if self.found.load_n is None else f" under {self.found.load_n:g} N"
+        return f"{self.found.measurand}{load}"
+
+    @property
+    def risk(self) -> str:
+        """The greatest specific risks that the rule implies."""
+        return "; ".join(self._risks()) or "not determined"
+
+    def _risks(self) -> Iterator[str]:
+        if not isnan(self.found.false_accept_risk):
+            yield f"at most {_percent(self.found.false_accept_risk)} of a false pass"
+        elif not isnan(self.found.guard_band):
+            yield "no value could pass"
+        if not isnan(self.found.false_reject_risk):
+            yield f"at most {_percent(self.found.false_reject_risk)} of a false fail"
 
 
 @dataclass(frozen=True)
 class DecisionView:
-    """The decision, ready to print."""
+    """The decision, as a page prints it; of a run that was not completed there is no verdict."""
 
-    verdict: VerdictView
-    uncompensated: VerdictView
-    reason: str
-    limit: str
-    source: str
-    measurand: str
-    rule: str
-    guard_band: str
-    risk: str
-    probability: str
-    marginal: str
-    parts: tuple[PartRow, ...]
+    found: Decision
+    complete: bool
 
+    @property
+    def deciding(self) -> LimitView:
+        """The limit that decides."""
+        return LimitView(self.found.deciding)
 
-def decision(found: Decision | None, *, complete: bool) -> DecisionView | None:
-    """Return the decision, ready to print; of a run that was not completed there is no verdict."""
-    if found is None:
-        return None
-    stopped = f"{NOT_COMPLETED} On what was recorded the rule would say: {found.verdict}. "
-    several = len(found.parts) > 1
-    return DecisionView(
-        verdict=shown_verdict(found.verdict) if complete else NO_VERDICT,
-        uncompensated=shown_verdict(found.uncompensated),
-        reason=found.reason if complete else stopped + found.reason,
-        limit=found.limit_text,
-        source=found.limit_source,
-        measurand=_measurand(found),
-        rule=found.rule,
-        guard_band="" if isnan(found.guard_band_nm) else f"{fixed(found.guard_band_nm, 4)} N·m",
-        risk=_risk(found),
-        probability=_percent(found.probability_of_conformity),
-        marginal=MARGINAL if found.marginal else "",
-        parts=tuple(map(_part, found.parts)) if several else (),
-    )
+    @property
+    def verdict(self) -> VerdictView:
+        """The verdict, where there is one."""
+        return self.deciding.verdict if self.complete else NO_VERDICT
+
+    @property
+    def reason(self) -> str:
+        """Why, or what the rule would say."""
+        if self.complete:
+            return self.found.reason
+        would = f"On what was recorded the rule would say: {self.found.verdict}."
+        return f"{NOT_COMPLETED} {would} {self.found.reason}"
+
+    @property
+    def parts(self) -> tuple[LimitView, ...]:
+        """Every limit, where there are several."""
+        return tuple(map(LimitView, self.found.parts)) if len(self.found.parts) > 1 else ()
 
 
 @dataclass(frozen=True)
@@ -133,52 +153,21 @@ def overall(result: Result, latest: Sequence[LaterDecision]) -> OverallView | No
     return OverallView(shown_verdict(found), tuple(reasons))
 
 
-def later(found: Sequence[LaterDecision]) -> tuple[LaterView, ...]:
-    """Return the later decisions, ready to print."""
-    return tuple(
-        LaterView(
-            when=each.decided_utc[:19].replace("T", " "),
-            verdict=shown_verdict(Verdict(each.verdict)),
-            words=f"{each.reason} Rule: {each.rule}. Limit: {each.limit_text} "
-            f"({each.limit_source}). Decided by {each.by}: {each.why}",
-            before=f"{each.verdict_before}; {each.rule_before}; {each.limit_before}",
-            file=each.file,
-        )
-        for each in found
-    )
+@dataclass(frozen=True)
+class LaterView:
+    """A later decision, as a page prints it."""
 
+    found: LaterDecision
 
-def _part(found: LimitDecision) -> PartRow:
-    return PartRow(
-        of=found.of,
-        result="-" if found.result is None else str(stated(found.result)),
-        limit=found.limit_text,
-        verdict=shown_verdict(found.verdict),
-        probability=_percent(found.probability_of_conformity),
-        uncompensated=shown_verdict(found.uncompensated),
-        marginal=found.marginal,
-    )
+    @property
+    def when(self) -> str:
+        """The time, to the second."""
+        return self.found.decided_utc[:19].replace("T", " ")
 
-
-def _measurand(found: Decision) -> str:
-    if found.measurand is None:
-        return ""
-    load = "" if found.load_n is None else f" under {found.load_n:g} N"
-    return f"{found.measurand}{load}"
-
-
-def _risk(found: Decision) -> str:
-    """Return the greatest specific risks that the rule implies, in words."""
-    return "; ".join(_risks(found)) or "not determined"
-
-
-def _risks(found: Decision) -> Iterator[str]:
-    if not isnan(found.stated_risk):
-        yield f"at most {_percent(found.stated_risk)} of a false pass"
-    elif not isnan(found.guard_band_nm):
-        yield "no value could pass"
-    if not isnan(found.false_reject_risk):
-        yield f"at most {_percent(found.false_reject_risk)} of a false fail"
+    @property
+    def verdict(self) -> VerdictView:
+        """What was decided."""
+        return shown_verdict(Verdict(self.found.verdict))
 
 
 def shown_verdict(found: Verdict) -> VerdictView:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite, nan
+from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.evidence import Judged
-from rigrunner.api.verdict import MEAN, WORST_FIRST, Decision, LimitDecision, Limits, Verdict
+from rigrunner.api.verdict import MEAN, Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.coverage import probability_within
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from rigrunner.analysis.evidence import Evidence
     from rigrunner.analysis.rules import AppliedRule
@@ -19,32 +19,12 @@ if TYPE_CHECKING:
 
 
 def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Decision:
-    """Return the verdict on a run, and what the rule would say of the raw torque.
-
-    The limit decides whose verdict is worst; among equal ones that with the least probability of
-    conformity.
-    """
-    parts = tuple(_parts(acceptance, rule, evidence))
-    worst = min(parts, key=lambda part: (WORST_FIRST.index(part.verdict), _known(part)))
-    raw = min((part.uncompensated for part in parts), key=WORST_FIRST.index)
+    """Return what every limit says of the results of a run, by the rule that was agreed."""
     return Decision(
-        **{**vars(worst), "uncompensated": raw, "reason": _reason(worst, parts)},
         rule=str(rule),
         rule_in=rule.in_other_languages,
-        parts=parts,
+        parts=tuple(_parts(acceptance, rule, evidence)),
     )
-
-
-def _known(part: LimitDecision) -> float:
-    known = part.probability_of_conformity
-    return known if isfinite(known) else -inf
-
-
-def _reason(worst: LimitDecision, parts: Sequence[LimitDecision]) -> str:
-    if len(parts) == 1 and worst.of == MEAN:
-        return worst.reason
-    where = "The mean" if worst.of == MEAN else f"At {worst.of}"
-    return f"{where}: {worst.reason[:1].lower()}{worst.reason[1:]}"
 
 
 def _parts(
@@ -82,15 +62,13 @@ def _decided(
         of=of,
         verdict=verdict,
         reason=reason,
-        limit_text=str(limits),
-        limit_source=limit.source,
-        lower_nm=limits.lower,
-        upper_nm=limits.upper,
+        limits=limits,
+        source=limit.source,
         result=found,
-        guard_band_nm=rule.guard(limits, known) if known else nan,
-        stated_risk=rule.false_accept_risk(limits, known) if known else nan,
+        guard_band=rule.guard(limits, known) if known else nan,
+        false_accept_risk=rule.false_accept_risk(limits, known) if known else nan,
         false_reject_risk=rule.false_reject_risk(limits, known) if known else nan,
-        probability_of_conformity=probability_within(limits, sure) if sure else nan,
+        probability=probability_within(limits, sure) if sure else nan,
         uncompensated=_verdict(limits, rule, judged.raw, "")[0],
         marginal=bool(sure and rule.is_marginal(limits, sure)),
         measurand=limit.measurand.kind,

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from rigrunner.api.results import JudgedValue, MeasuredLimits, Result
     from rigrunner.api.verdict import Decision, LimitDecision
 
-TORQUE = "N·m"
 MOST_VALUES = 1000
 """So many judged values are listed, those out of limits first: a scan may have many thousands."""
 
@@ -75,29 +74,30 @@ def _judged_value(found: JudgedValue) -> Json:
 def decision(found: Decision) -> Json:
     """Return a decision as plain values: the deciding limit's, with rule and all parts."""
     return {
-        **_limit_decision(found),
+        **_limit_decision(found.deciding),
         "rule": found.rule,
         "parts": [_limit_decision(part) for part in found.parts],
     }
 
 
 def _limit_decision(found: LimitDecision) -> Json:
+    limits, unit = found.limits, found.limits.unit
     return {
         "of": found.of,
         "verdict": str(found.verdict),
         "reason": found.reason,
-        "limit": found.limit_text,
-        "lower_limit": quantity(found.lower_nm, TORQUE),
-        "upper_limit": quantity(found.upper_nm, TORQUE),
-        "limit_source": found.limit_source,
+        "limit": str(limits),
+        "lower_limit": quantity(limits.lower, unit),
+        "upper_limit": quantity(limits.upper, unit),
+        "limit_source": found.source,
         "measurand": _measurand(found),
         "result": estimate(found.result),
-        "guard_band": quantity(found.guard_band_nm, TORQUE),
+        "guard_band": quantity(found.guard_band, unit),
         "stated_risk": {
-            "false_accept": number(found.stated_risk),
+            "false_accept": number(found.false_accept_risk),
             "false_reject": number(found.false_reject_risk),
         },
-        "probability_of_conformity": number(found.probability_of_conformity),
+        "probability_of_conformity": number(found.probability),
         "marginal": found.marginal,
         "verdict_uncompensated": str(found.uncompensated),
     }

@@ -7,9 +7,10 @@ gets, and everything else follows: verdict, reason, risks, and whether the verdi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from math import inf, isinf, nan
+from functools import cached_property
+from math import inf, isfinite, isinf, nan
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -129,16 +130,15 @@ class LimitDecision:
     verdict: Verdict
     reason: str
     """One sentence."""
-    limit_text: str
-    limit_source: str
-    lower_nm: float = -inf
-    upper_nm: float = inf
-    """The limits in N·m; infinite where there is none."""
+    limits: Limits
+    """What the result may be, in the unit of every number here."""
+    source: str
+    """Who says so."""
     result: Estimate | None = None
     """What was judged; None where there is nothing to judge."""
-    guard_band_nm: float = nan
-    """w in N·m: a result passes that is within the limit by at least w; nan where unknown."""
-    stated_risk: float = nan
+    guard_band: float = nan
+    """w: a result passes that is within the limits by at least w; nan where unknown."""
+    false_accept_risk: float = nan
     """The highest probability that an item which this rule passes does not conform.
 
     The specific risk of false acceptance, for this uncertainty (JCGM 106, 3.3.13); nan where
@@ -146,7 +146,7 @@ class LimitDecision:
     """
     false_reject_risk: float = nan
     """The highest probability that an item which this rule fails conforms."""
-    probability_of_conformity: float
+    probability: float = nan
     """That the true value is within the limits (JCGM 106, 7); nan where unknown."""
     uncompensated: Verdict
     """What the same rule would say of the raw torque."""
@@ -157,17 +157,52 @@ class LimitDecision:
     load_n: float | None = None
     """The load that the limit is for, where it names one."""
 
+    @property
+    def badness(self) -> tuple[int, float]:
+        """What sorts the limits of a run, the one that decides first: verdict, probability."""
+        return WORST_FIRST.index(self.verdict), (
+            self.probability if isfinite(self.probability) else -inf
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
-class Decision(LimitDecision):
-    """The verdict on a run: that of the limit that decides, and all the others beside it."""
+class Decision:
+    """The verdict on the results of a run: every limit, and the rule by which it was decided."""
 
     rule: str
     """The rule with its words: 'simple: ...'."""
     rule_in: Mapping[str, str] = field(default_factory=dict)
     """These words in other languages than English, where the rule has them."""
-    parts: tuple[LimitDecision, ...] = ()
-    """Every limit on the mean and on the set-points, the deciding one among them."""
+    parts: tuple[LimitDecision, ...]
+    """Every limit on the mean and on the set-points, at least one."""
+
+    @cached_property
+    def deciding(self) -> LimitDecision:
+        """The limit that decides: the worst, as it stands for the run.
+
+        Among equal verdicts it is the one with the least probability of conformity. Its reason
+        names what it is of where that is not the only mean; what the rule would say of the raw
+        torque is the worst of all limits.
+        """
+        worst_part = min(self.parts, key=lambda part: part.badness)
+        raw = min((part.uncompensated for part in self.parts), key=WORST_FIRST.index)
+        return replace(worst_part, reason=self._reason(worst_part), uncompensated=raw)
+
+    @property
+    def verdict(self) -> Verdict:
+        """That of the limit that decides."""
+        return self.deciding.verdict
+
+    @property
+    def reason(self) -> str:
+        """That of the limit that decides, in one sentence."""
+        return self.deciding.reason
+
+    def _reason(self, part: LimitDecision) -> str:
+        if len(self.parts) == 1 and part.of == MEAN:
+            return part.reason
+        where = "The mean" if part.of == MEAN else f"At {part.of}"
+        return f"{where}: {part.reason[:1].lower()}{part.reason[1:]}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -93,34 +93,34 @@ def conformity_of(
     if decision is None:
         return None
     name, _, words = decision.rule.partition(": ")
-    others = (each for each in decision.parts if each.of != decision.of)
+    first = decision.deciding
+    others = (each for each in decision.parts if each.of != first.of)
     return Conformity(
         verdict=str(decision.verdict),
         rule=name,
         rule_words=words,
         rule_words_in=dict(decision.rule_in),
-        statements=tuple(_statement(each) for each in (decision, *others)),
+        statements=tuple(_statement(each) for each in (first, *others)),
         decided_again=decided_again,
     )
 
 
 def _statement(found: LimitDecision) -> LimitStatement:
-    probability = finite(found.probability_of_conformity)
-    band = finite(found.guard_band_nm)
+    probability, band = finite(found.probability), finite(found.guard_band)
     decimals = 0 if found.result is None else stated(found.result, found.of).decimals
     return LimitStatement(
         of=found.of,
         verdict=str(found.verdict),
         reason=found.reason,
-        limit=found.limit_text,
-        lower_nm=finite(found.lower_nm),
-        upper_nm=finite(found.upper_nm),
-        source=found.limit_source,
+        limit=str(found.limits),
+        lower_nm=finite(found.limits.lower),
+        upper_nm=finite(found.limits.upper),
+        source=found.source,
         measurand="" if found.measurand is None else str(found.measurand),
         load_n=found.load_n,
         guard_band_nm=band,
-        printed_guard_band="" if band is None else f"{printed(band, decimals)} N·m",
-        stated_risk=finite(found.stated_risk),
+        printed_guard_band="" if band is None else f"{printed(band, decimals)} {found.limits.unit}",
+        stated_risk=finite(found.false_accept_risk),
         probability_of_conformity=probability,
         printed_probability="" if probability is None else percent(probability),
         uncompensated=str(found.uncompensated),

@@ -93,8 +93,8 @@ def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_l
 def test_limits_decide_on_the_compensated_torque(loaded, no_load):
     decision = analysed(loaded, no_load, accept=acceptance("0.95 N·m")).decision
     assert decision.verdict is Verdict.PASS
-    assert decision.uncompensated is Verdict.FAIL
-    assert (decision.lower_nm, decision.upper_nm) == (-np.inf, 0.95)
+    assert decision.deciding.uncompensated is Verdict.FAIL
+    assert (decision.deciding.limits.lower, decision.deciding.limits.upper) == (-np.inf, 0.95)
     assert analysed(loaded, no_load, accept=acceptance("0.5 N·m")).decision.verdict is Verdict.FAIL
 
 

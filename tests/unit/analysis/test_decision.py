@@ -61,67 +61,67 @@ def test_a_missing_uncertainty_decides_nothing(u, rule):
     decision = decide(accept(limit(), rule=rule), evidence(u=u))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == "The uncertainty of the result is not known."
-    assert isnan(decision.probability_of_conformity)
-    assert isnan(decision.stated_risk)
-    assert isnan(decision.false_reject_risk)
-    assert isnan(decision.guard_band_nm)
+    assert isnan(decision.deciding.probability)
+    assert isnan(decision.deciding.false_accept_risk)
+    assert isnan(decision.deciding.false_reject_risk)
+    assert isnan(decision.deciding.guard_band)
 
 
 def test_what_forbids_to_decide_is_the_reason():
     decision = decide(accept(limit()), evidence(problem="The check 'clipping' failed: 5 Hz."))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == "The check 'clipping' failed: 5 Hz."
-    assert isnan(decision.probability_of_conformity)
-    assert decision.result == Estimate(0.5, 0.05), "shown all the same"
+    assert isnan(decision.deciding.probability)
+    assert decision.deciding.result == Estimate(0.5, 0.05), "shown all the same"
 
 
 def test_the_raw_torque_is_judged_by_the_same_rule():
     decision = decide(accept(limit(), rule="simple"), evidence())
-    assert (decision.verdict, decision.uncompensated) == (Verdict.PASS, Verdict.FAIL)
+    assert (decision.verdict, decision.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
     without = decide(accept(limit()), evidence(raw=None))
-    assert without.uncompensated is Verdict.INCONCLUSIVE
+    assert without.deciding.uncompensated is Verdict.INCONCLUSIVE
 
 
 def test_the_decision_says_all_that_a_certificate_needs():
     decision = decide(accept(limit(min="0.2 N·m")), evidence())
     assert decision.rule.startswith("guard_band_u: guard band w = U of 95 %")
-    assert decision.limit_text == "0.2 N·m to 0.95 N·m"
-    assert (decision.lower_nm, decision.upper_nm) == (0.2, 0.95)
-    assert decision.guard_band_nm == pytest.approx(1.959963985 * 0.05)
-    assert decision.stated_risk == pytest.approx(0.025, abs=1e-4)
-    assert decision.probability_of_conformity == pytest.approx(1.0, abs=1e-6)
-    assert decision.limit_source == "a test"
-    assert str(decision.measurand) == "load-induced torque at the reversals of a swing"
-    assert decision.load_n is None
+    assert str(decision.deciding.limits) == "0.2 N·m to 0.95 N·m"
+    assert (decision.deciding.limits.lower, decision.deciding.limits.upper) == (0.2, 0.95)
+    assert decision.deciding.guard_band == pytest.approx(1.959963985 * 0.05)
+    assert decision.deciding.false_accept_risk == pytest.approx(0.025, abs=1e-4)
+    assert decision.deciding.probability == pytest.approx(1.0, abs=1e-6)
+    assert decision.deciding.source == "a test"
+    assert str(decision.deciding.measurand) == "load-induced torque at the reversals of a swing"
+    assert decision.deciding.load_n is None
     assert [part.of for part in decision.parts] == ["mean"]
 
 
 def test_each_frequency_is_judged_and_the_worst_decides():
     found = decide(accept(limit(**EACH)), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
     assert [part.verdict for part in found.parts] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
-    assert (found.verdict, found.of) == (Verdict.FAIL, "35 Hz")
+    assert (found.verdict, found.deciding.of) == (Verdict.FAIL, "35 Hz")
     assert found.reason == "At 35 Hz: 1.2000 N·m is 0.2500 N·m outside the limit ≤ 0.95 N·m."
-    assert found.result == Estimate(1.2, 0.05)
+    assert found.deciding.result == Estimate(1.2, 0.05)
 
 
 def test_a_frequency_that_is_named_has_its_own_limit():
     limits = limit(**EACH), limit("1.5 N·m", **EACH, at=["35 Hz"])
     found = decide(accept(*limits), evidence(points={1: 0.5, 35: 1.2}))
     assert found.verdict is Verdict.PASS
-    assert [part.limit_text for part in found.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
+    assert [str(part.limits) for part in found.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
 
 
 def test_mean_and_frequencies_have_limits_of_their_own():
     limits = limit("0.6 N·m"), limit(**EACH)
     found = decide(accept(*limits, rule="simple"), evidence(0.65, points={1: 0.5, 35: 0.8}))
     assert [part.of for part in found.parts] == ["mean", "1 Hz", "35 Hz"]
-    assert (found.verdict, found.of) == (Verdict.FAIL, "mean")
+    assert (found.verdict, found.deciding.of) == (Verdict.FAIL, "mean")
     assert found.reason.startswith("The mean: 0.6500 N·m is")
 
 
 def test_among_equal_verdicts_the_least_probable_decides():
     found = decide(accept(limit(**EACH)), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
-    assert (found.verdict, found.of) == (Verdict.PASS, "35 Hz")
+    assert (found.verdict, found.deciding.of) == (Verdict.PASS, "35 Hz")
 
 
 def test_a_fail_outweighs_what_is_inconclusive():
@@ -145,7 +145,7 @@ def test_no_result_at_all_is_inconclusive_and_says_why():
         decision = decide(accept(each), nothing)
         assert decision.verdict is Verdict.INCONCLUSIVE
         assert "it failed" in decision.reason
-        assert isnan(decision.probability_of_conformity)
+        assert isnan(decision.deciding.probability)
 
 
 BREAKAWAY = limit(
@@ -163,7 +163,7 @@ def test_a_no_load_breakaway_limit_says_nothing_of_a_loaded_swing():
         "The limit is for the no-load torque from rest, and the result is the load-induced torque "
         "at the reversals of a swing under 1000 N: conformity cannot be stated."
     )
-    assert isnan(decision.probability_of_conformity)
+    assert isnan(decision.deciding.probability)
 
 
 def test_a_total_torque_without_load_is_the_no_load_torque():

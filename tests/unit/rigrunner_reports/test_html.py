@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from helpers_html import read_html
-from helpers_report import TRUTH_NM, loaded_result, no_load_result, report_input
+from helpers_report import TRUTH_NM, deciding, loaded_result, no_load_result, report_input
 from rigrunner.api.analysis import Check
 from rigrunner.api.checks import skipped
 from rigrunner.api.verdict import Verdict
@@ -179,9 +179,7 @@ def test_without_a_result_the_reason_stands_in_its_place():
     primary = replace(
         base.compensations["template_inverse"], points=(), not_applicable="no low_pass"
     )
-    decision = replace(
-        base.decision, verdict=Verdict.INCONCLUSIVE, probability_of_conformity=float("nan")
-    )
+    decision = deciding(base.decision, verdict=Verdict.INCONCLUSIVE, probability=float("nan"))
     page = read_html(
         html(
             report_input(

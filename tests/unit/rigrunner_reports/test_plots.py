@@ -9,7 +9,8 @@ import pytest
 from matplotlib import style
 from matplotlib.figure import Figure
 
-from helpers_report import RATIO, TRUTH_NM, loaded_result, no_load_result, report_input
+from helpers_report import RATIO, TRUTH_NM, deciding, loaded_result, no_load_result, report_input
+from rigrunner.api.verdict import Limits
 from rigrunner_reports.plots import canvas
 from rigrunner_reports.plots.cycles import cycle_values
 from rigrunner_reports.plots.fits import fitted_peaks
@@ -77,7 +78,9 @@ def test_methods_of_slow_swings_stand_apart_but_in_their_place(result, points):
 
 def test_a_limit_is_named_on_the_side_where_the_result_is_not(result, points):
     for upper, side in ((0.5, "top"), (0.95, "bottom")):
-        limited = replace(result, decision=replace(result.decision, upper_nm=upper))
+        limited = replace(
+            result, decision=deciding(result.decision, limits=Limits.between(None, upper))
+        )
         for axes in painted(points, limited):
             assert [text.get_va() for text in axes.texts] == [side]
 

@@ -13,6 +13,7 @@ from helpers_report import (
     PAPER_ERRORS,
     TEMPLATE_ERRORS,
     TRUTH_NM,
+    deciding,
     loaded_result,
     no_load_result,
     report_input,
@@ -197,19 +198,19 @@ def test_a_partial_truth_gives_no_error_of_the_mean(result):
     [(1.0, "> 99.99 %"), (0.975, "97.50 %"), (1e-6, "< 0.01 %"), (nan, "not determined")],
 )
 def test_probabilities_are_not_shown_as_certain(result, probability, text):
-    decision = replace(result.decision, probability_of_conformity=probability)
-    assert decided.decision(decision, complete=True).probability == text
+    decision = deciding(result.decision, probability=probability)
+    assert decided.DecisionView(decision, complete=True).deciding.probability == text
 
 
 @pytest.mark.parametrize("verdict", Verdict)
 def test_every_verdict_has_symbol_and_word(result, verdict):
-    shown = decided.decision(replace(result.decision, verdict=verdict), complete=True).verdict
+    shown = decided.DecisionView(deciding(result.decision, verdict=verdict), complete=True).verdict
     assert shown.symbol
     assert shown.word == str(verdict)
 
 
 def test_a_stopped_run_has_no_verdict_but_what_the_rule_would_say(result):
-    shown = decided.decision(result.decision, complete=False)
+    shown = decided.DecisionView(result.decision, complete=False)
     assert shown.verdict.word == "no verdict"
     assert "the rule would say: pass" in shown.reason
 
@@ -344,22 +345,25 @@ def test_an_unfinished_no_load_run_is_said_above_the_number(result):
 
 
 def test_several_limits_are_listed_one_by_one(result):
-    only = result.decision
-    assert decided.decision(replace(only, parts=(only,)), complete=True).parts == ()
-    at_35 = replace(only, of="35 Hz", verdict=Verdict.FAIL, result=Estimate(1.2, 0.01, inf))
-    rows = decided.decision(replace(only, parts=(only, at_35)), complete=True).parts
-    assert [(row.of, row.verdict.word) for row in rows] == [("mean", "pass"), ("35 Hz", "fail")]
+    only, (mean,) = result.decision, result.decision.parts
+    assert decided.DecisionView(only, complete=True).parts == ()
+    at_35 = replace(mean, of="35 Hz", verdict=Verdict.FAIL, result=Estimate(1.2, 0.01, inf))
+    rows = decided.DecisionView(replace(only, parts=(mean, at_35)), complete=True).parts
+    assert [(row.found.of, row.verdict.word) for row in rows] == [
+        ("mean", "pass"),
+        ("35 Hz", "fail"),
+    ]
     assert rows[1].result.startswith("1.200 ± 0.020")
 
 
 def test_the_risk_of_the_rule_is_stated(result):
-    stated = replace(
-        result.decision, guard_band_nm=0.01, stated_risk=0.025, false_reject_risk=0.975
+    stated = deciding(
+        result.decision, guard_band=0.01, false_accept_risk=0.025, false_reject_risk=0.975
     )
-    shown = decided.decision(stated, complete=True)
+    shown = decided.DecisionView(stated, complete=True).deciding
     assert shown.risk == "at most 2.50 % of a false pass; at most 97.50 % of a false fail"
     assert shown.guard_band == "0.0100 N·m"
-    without = decided.decision(result.decision, complete=True)
+    without = decided.DecisionView(result.decision, complete=True).deciding
     assert (without.risk, without.guard_band) == ("not determined", "")
 
 

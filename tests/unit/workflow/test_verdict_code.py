@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_report import loaded_result
+from helpers_report import deciding, loaded_result
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import Verdict
@@ -24,7 +24,9 @@ from rigrunner.workflow.finish import FinishedRun, verdict_code
 )
 def test_a_completed_run_ends_as_its_verdict(verdict, code):
     result = loaded_result()
-    assert verdict_code(replace(result, decision=replace(result.decision, verdict=verdict))) is code
+    assert (
+        verdict_code(replace(result, decision=deciding(result.decision, verdict=verdict))) is code
+    )
 
 
 @pytest.mark.parametrize("outcome", ["aborted", "error", ""])
@@ -55,7 +57,7 @@ def test_a_failed_step_makes_a_pass_undecided_and_leaves_a_fail(
         outcome=Outcome.COMPLETED,
         reason="",
         error=None,
-        result=replace(result, decision=replace(result.decision, verdict=verdict)),
+        result=replace(result, decision=deciding(result.decision, verdict=verdict)),
         passed_over=failed_steps,
     )
     assert finished.exit_code is code
