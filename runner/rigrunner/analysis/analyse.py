@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.asked import settings_as_asked
 from rigrunner.analysis.channels import torque_channel
-from rigrunner.analysis.decision import decide
 from rigrunner.analysis.diagnosis import Diagnosed, diagnose
-from rigrunner.analysis.evidence import (
-    Evidence,
-    Judged,
-    JudgedPoint,
-    failed_decisive,
-    without_scatter,
-)
 from rigrunner.analysis.fitting import first_fit, fitted
 from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_peak_mean
 from rigrunner.analysis.load import with_known_load
@@ -23,11 +15,19 @@ from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import revisions_of
-from rigrunner.analysis.rules import AppliedRule
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.sources import of_this_run, sources
 from rigrunner.analysis.starts import prepare_starts
 from rigrunner.analysis.validation import validate
+from rigrunner.analysis.verdict.decision import decide
+from rigrunner.analysis.verdict.evidence import (
+    Evidence,
+    Judged,
+    JudgedPoint,
+    failed_decisive,
+    without_scatter,
+)
+from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
 from rigrunner.api.results import Result

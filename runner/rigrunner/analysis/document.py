@@ -11,7 +11,6 @@ from math import nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_budget import budget
-from rigrunner.analysis.document_decision import decision, limits, verdict
 from rigrunner.analysis.document_fits import curve_of, fit
 from rigrunner.analysis.document_validation import validation
 from rigrunner.analysis.document_values import (
@@ -20,6 +19,7 @@ from rigrunner.analysis.document_values import (
     plain,
     quantity,
 )
+from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.signal.swings import kept_cycles
 

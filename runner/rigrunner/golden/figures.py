@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document_decision import verdict_in
+from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.set_points import named_by_frequency, told_apart
 

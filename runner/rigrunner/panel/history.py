@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from rigrunner.analysis.document_decision import verdict_in
+from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.panel.errors import not_found
 from rigrunner.panel.view.sections import Value
 from rigrunner.runfile import read

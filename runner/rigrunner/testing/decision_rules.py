@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.rules import AppliedRule
 from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import DecisionRuleRecord

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner import __version__
-from rigrunner.analysis.document_decision import decision as decision_document
+from rigrunner.analysis.verdict.document import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import LaterDecision, Verdict

@@ -5,9 +5,9 @@ from math import inf, isnan, nan
 import pytest
 
 from helpers_analysis import AT_REVERSAL
-from rigrunner.analysis import decision as deciding
-from rigrunner.analysis.evidence import Evidence, Judged, JudgedPoint
-from rigrunner.analysis.rules import AppliedRule
+from rigrunner.analysis.verdict import decision as deciding
+from rigrunner.analysis.verdict.evidence import Evidence, Judged, JudgedPoint
+from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.data import Estimate
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict

@@ -15,7 +15,7 @@ from helpers_analysis import (
     spec,
     swing_point,
 )
-from rigrunner.analysis.evidence import failed_decisive, without_scatter
+from rigrunner.analysis.verdict.evidence import failed_decisive, without_scatter
 from rigrunner.api.analysis import Check, Compensation
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance

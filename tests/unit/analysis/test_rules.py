@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from rigrunner.analysis.rules import AppliedRule
+from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.data import Estimate
 from rigrunner.api.verdict import Limits, Verdict, Zone
 from rigrunner.procedure import Acceptance

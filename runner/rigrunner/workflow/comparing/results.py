@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document_decision import verdict_in
+from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.comparing.tree import Change, changes
 from rigrunner.workflow.set_points import named_by_frequency

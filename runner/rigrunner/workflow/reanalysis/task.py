@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
-from rigrunner.analysis.document_decision import verdict_in
+from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read, read_info
 from rigrunner.workflow.lab_plugins import lab_registry

@@ -5,15 +5,15 @@ from __future__ import annotations
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.evidence import Judged
+from rigrunner.analysis.verdict.evidence import Judged
 from rigrunner.api.verdict import MEAN, Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.coverage import probability_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.analysis.evidence import Evidence
-    from rigrunner.analysis.rules import AppliedRule
+    from rigrunner.analysis.verdict.evidence import Evidence
+    from rigrunner.analysis.verdict.rule import AppliedRule
     from rigrunner.api.data import Estimate
     from rigrunner.procedure import Acceptance, Limit
 
