@@ -191,8 +191,8 @@ def test_a_method_that_does_not_say_what_it_yields_decides_nothing():
 
 def test_a_marginal_verdict_is_marked():
     acceptance = accept(limit(), rule="simple", marginal="0.02 N·m")
-    assert decide(acceptance, evidence(0.94)).marginal
-    assert not decide(acceptance, evidence(0.90)).marginal
+    assert decide(acceptance, evidence(0.94)).deciding.marginal
+    assert not decide(acceptance, evidence(0.90)).deciding.marginal
 
 
 @pytest.mark.parametrize(("value", "verdict"), [(0.95, Verdict.PASS), (0.950001, Verdict.FAIL)])
