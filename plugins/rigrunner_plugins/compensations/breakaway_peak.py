@@ -12,6 +12,7 @@ from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import gain, reading_effects
+from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations.limits import load
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ class BreakawayPeak:
         effects = (
             scatter_effect("scatter between starts", raw),
             *reading_effects(sweep.instrument, zeroed=True),
+            *transducer_effects(sweep.instrument, raw.value - rig, (raw.value,), slow=1.0),
             Effect(limited("fixture friction", rig, value=rig), -1.0),
         )
         scales = (gain(sweep.instrument), *((load(sweep.rig),) if point.load_n > 0 else ()))

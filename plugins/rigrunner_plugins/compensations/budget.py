@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.signal.filters import corner_hz
 from rigrunner.signal.inputs import bounded_effect, limited, model_of, scattered
 from rigrunner.signal.repeatability import jackknife_error
 from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
+from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations.bearing import starting_torque
 from rigrunner_plugins.compensations.identification import Identified, vector, with_vector
 from rigrunner_plugins.compensations.limits import load
@@ -105,7 +107,14 @@ class Budget:
             Effect(limited("sensor drift", accuracy.drift), 1 / (2 * cycles)),
             Effect(limited("sensor offset", accuracy.offset), 0.0),
             *one_figure(self.instrument),
+            *self._stated(found, slow=1 / (2 * cycles)),
         )
+
+    def _stated(self, found: Evaluated, *, slow: float) -> tuple[Effect, ...]:
+        """Return what the register states of the transducer besides its accuracy."""
+        runs = (found.pair.loaded, found.pair.no_load)
+        readings = [float(np.abs(run.torque_nm).max()) for run in runs]
+        return transducer_effects(self.instrument, found.torque_nm, readings, slow=slow)
 
     def _learned(self, pair: Pair) -> tuple[Effect, ...]:
         """Return fn, z, J, share and delay, with their covariance from the no-load sweep."""
@@ -136,11 +145,11 @@ class Budget:
         )
 
     def _low_pass(self, found: Evaluated) -> Effect:
-        rig, corner_hz = self.refiltered, self.rig.line.low_pass.corner
-        limit_hz = rig.line.low_pass.corner - corner_hz
+        rig, corner = self.refiltered, corner_hz(self.rig.line.low_pass)
+        limit_hz = corner_hz(rig.line.low_pass) - corner
         torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
         slope = (torque - found.maximum_nm) / limit_hz if limit_hz > 0 else 0.0
-        return Effect(limited("low-pass filter", limit_hz, "Hz", corner_hz), slope)
+        return Effect(limited("low-pass filter", limit_hz, "Hz", corner), slope)
 
     def _angle_scale(self, found: Evaluated) -> Effect:
         """Return what a swing larger than the angle channel shows does: J is learned anew."""

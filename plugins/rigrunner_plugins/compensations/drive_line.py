@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.signal import response
+from rigrunner.signal.filters import response_of
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import LowPass
+    from rigrunner.signal.filters import Filter
     from rigrunner.signal.response import Waveform
 
 HARMONICS = 24
@@ -46,12 +47,12 @@ class DriveLine:
     inertia_kgm2: float
     share: float
     delay_s: float
-    low_pass: LowPass
+    low_pass: Filter
     harmonics: int = HARMONICS
 
     def channel(self, frequency_hz: Array) -> response.Response:
         """Return the response of the torque channel: the register's low-pass filter, and delay."""
-        low_pass = response.butterworth(frequency_hz, self.low_pass.corner, self.low_pass.order)
+        low_pass = response_of(self.low_pass, frequency_hz)
         if not self.delay_s:
             return low_pass  # most lines have none, and its exponential takes as long as the rest
         return np.asarray(low_pass * np.exp(-2j * pi * frequency_hz * self.delay_s))

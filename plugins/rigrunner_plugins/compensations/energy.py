@@ -11,6 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rigrunner.api.analysis import Compensation, Trace
 from rigrunner.api.uncertainty import Effect
 from rigrunner.signal.averaging import mean_and_without_each
@@ -19,6 +21,7 @@ from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences, jackknife_error
 from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
 from rigrunner.signal.swings import kept_cycles, with_swings
+from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.limits import load, stated
 from rigrunner_plugins.compensations.matching import pairs
@@ -64,11 +67,13 @@ class Energy:
         runs = [mean_and_without_each(run.torque_nm, run.kept) for run in (loaded, no_load)]
         means = [mean for mean, _ in runs]
         without_each = [running_torque(swing, replicates) for _, replicates in runs]
+        readings = [float(np.abs(mean).max()) for mean in means]
         raw, rig = (float(running_torque(swing, mean)) for mean in means)
         effects = (
             scattered("repeatability, loaded", *jackknife_error(without_each[0])),
             scattered("repeatability, no load", *jackknife_error(without_each[1])),
             *self._limits(sweep, raw - rig, rig),
+            *transducer_effects(sweep.instrument, raw - rig, readings, slow=0.0),
         )
         scales = (gain(sweep.instrument), load(sweep.rig))
         point = compensated_point(

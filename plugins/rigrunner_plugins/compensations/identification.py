@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import SwingPoint
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import LowPass
+    from rigrunner.signal.filters import Filter
     from rigrunner_plugins.compensations.harmonics import Complex, Observed
     from rigrunner_plugins.compensations.swing import Swing
 
@@ -78,7 +78,7 @@ class Identified:
 
 
 @lru_cache(maxsize=4)
-def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: LowPass) -> Identified:
+def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> Identified:
     """Return drive line and support friction; raise DataError for too few frequencies.
 
     A delay that is not significant is taken as none, for it looks much like where the friction
@@ -117,7 +117,7 @@ def _search(
     return _identified(observed, line, friction, jacobian, residual)
 
 
-def _start(observed: Observed, low_pass: LowPass) -> DriveLine:
+def _start(observed: Observed, low_pass: Filter) -> DriveLine:
     """Return the best of a coarse search; J from the highest frequency's first harmonic."""
     top = int(np.argmax(observed.frequency_hz))
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2

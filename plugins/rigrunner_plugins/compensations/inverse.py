@@ -42,7 +42,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
     from rigrunner.api.data import Array
-    from rigrunner.api.instruments import LowPass, TorqueInstrument
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.signal.filters import Filter
     from rigrunner_plugins.compensations.bearing import MeanSwing
     from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.identification import Identified
@@ -95,8 +96,8 @@ class Inverse(ABC):
         rig = identify(sweep.no_load, swing, low_pass)
         larger = make_swing(ratio * (1 + sweep.rig.angle_tolerance))
         rescaled = identify(sweep.no_load, larger, low_pass)
-        wider = low_pass.corner * (1 + self.settings.low_pass_tolerance)
-        refiltered = identify(sweep.no_load, swing, low_pass.model_copy(update={"corner": wider}))
+        wider = low_pass.scaled(1 + self.settings.low_pass_tolerance)
+        refiltered = identify(sweep.no_load, swing, wider)
         settings = known(self.settings, sweep.rig)
         budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
         templates, loaded_line = self.templates(sweep, rig), line_under_load(sweep.loaded, rig)
@@ -160,7 +161,7 @@ class Inverse(ABC):
         return point, _Diagnosis(asymmetry, running, tuple(_scattered(found)), spring, other)
 
 
-def _low_pass(instrument: TorqueInstrument) -> LowPass:
+def _low_pass(instrument: TorqueInstrument) -> Filter:
     if instrument.low_pass is None:
         raise DataError(
             f"the register has no low_pass for {instrument.channel} (serial {instrument.serial}), "

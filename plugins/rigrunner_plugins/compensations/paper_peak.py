@@ -8,6 +8,7 @@ stroke, and maxima at two phases have no difference that means a torque.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from rigrunner.signal.inputs import model_of
 from rigrunner.signal.peaks import mean_peak, peak_points, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.limits import load
 from rigrunner_plugins.compensations.paper_equation import published_curve
@@ -80,11 +82,15 @@ class PaperPeak:
         frequency = point.frequency_hz.value
         peak = mean_peak(point)
         value, fit = _rig_part(curve, frequency)
+        readings = (peak.value, value) if self._refit else (peak.value,)
         effects = (
             scatter_effect("scatter between cycles", peak),
             *fit,
             frequency_effect("frequency", _slope(curve, frequency), point.frequency_hz),
-            *difference_effects(sweep.instrument, runs=2 if self._refit else 1),
+            *difference_effects(sweep.instrument, runs=len(readings)),
+            *transducer_effects(
+                sweep.instrument, peak.value - value, readings, slow=sqrt(len(readings))
+            ),
             *self._published_gain(sweep.instrument, peak.value),
         )
         scales = (gain(sweep.instrument),) if self._refit else ()

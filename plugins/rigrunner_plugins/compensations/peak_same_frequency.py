@@ -16,6 +16,7 @@ from rigrunner.signal.inputs import model_of
 from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.sensor import difference_effects, gain
+from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.limits import load
 from rigrunner_plugins.compensations.matching import peak_pairs
@@ -64,6 +65,9 @@ def _point(sweep: Sweep, loaded: PeakPoint, no_load: PeakPoint) -> CompensatedPo
         scatter_effect("scatter between cycles, no load", rig),
         _frequency(loaded, no_load, sweep.no_load),
         *difference_effects(sweep.instrument, runs=2),
+        *transducer_effects(
+            sweep.instrument, raw.value - rig.value, (raw.value, rig.value), slow=sqrt(2)
+        ),
     )
     scales = (gain(sweep.instrument), load(sweep.rig))
     return compensated_point(

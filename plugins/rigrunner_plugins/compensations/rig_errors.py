@@ -42,8 +42,7 @@ class RigErrors:
         corner, inertia, friction = rng.uniform(-1, 1, 3)
         low_pass = sweep.instrument.low_pass
         assert low_pass is not None  # noqa: S101  (the rig was learned with it)
-        wider = low_pass.corner * (1 + self.settings.low_pass_tolerance * corner)
-        filtered = low_pass.model_copy(update={"corner": float(wider)})
+        filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
         instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
         mismatch = self.settings.inertia_mismatch * inertia * self.rig.line.inertia_kgm2
         growth = self.settings.support_load_dependence * friction

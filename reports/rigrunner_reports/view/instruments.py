@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.quantity import readable
+from rigrunner.api.transducer import TemperatureError
 from rigrunner_reports.numbers import plain, with_sign
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument, LowPass, OtherInstrument
+    from rigrunner.api.instruments import Instrument, OtherInstrument
+    from rigrunner.api.transducer import StatedError
 
 Facts = tuple[tuple[str, str], ...]
 
@@ -87,7 +89,10 @@ def _torque_facts(run: RunData, each: TorqueInstrument) -> Iterator[tuple[str, s
     zero = run.zeros.get(each.channel)
     yield "Full scale", f"{plain(each.full_scale)} N·m"
     yield "Accuracy", _accuracy(each)
-    yield "Low-pass filter", _low_pass(each.low_pass)
+    for name, stated in each.errors or ():
+        if stated is not None:
+            yield name.replace("_", " ").capitalize(), _error(stated)
+    yield "Low-pass filter", _low_pass(each)
     yield "Zero taken off", "not zeroed" if zero is None else f"{with_sign(zero, 4)} N·m"
 
 
@@ -103,6 +108,11 @@ def _accuracy(each: TorqueInstrument) -> str:
     )
 
 
+def _error(each: StatedError) -> str:
+    over = f" per {each.per}, within {each.within}" if isinstance(each, TemperatureError) else ""
+    return f"±{each.limit}{over}, {each.distribution} ({each.source})"
+
+
 def _stated(each: OtherInstrument | Instrument) -> str:
     stated = getattr(each, "accuracy", None)
     if stated:
@@ -110,7 +120,6 @@ def _stated(each: OtherInstrument | Instrument) -> str:
     return "as of the calibration points" if each.points else "not stated"
 
 
-def _low_pass(each: LowPass | None) -> str:
-    if each is None:
-        return "not stated"
-    return f"{each.type.capitalize()}, order {each.order}, {plain(each.corner)} Hz"
+def _low_pass(each: TorqueInstrument) -> str:
+    known = each.low_pass
+    return "not stated" if known is None else known.described[0].upper() + known.described[1:]

@@ -9,6 +9,7 @@ from rigrunner.signal.mean_model import mean_model, mean_of_models
 from rigrunner.signal.peaks import mean_peak, scatter_effect
 from rigrunner.signal.propagation import propagate
 from rigrunner.signal.sensor import gain, reading_effects
+from rigrunner.signal.transducer import transducer_effects
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,5 +43,6 @@ def _raw_model(point: PeakPoint, instrument: TorqueInstrument, *, zeroed: bool) 
     effects = (
         scatter_effect("scatter between cycles", peak),
         *reading_effects(instrument, zeroed=zeroed),
+        *transducer_effects(instrument, peak.value, (peak.value,), slow=1.0),
     )
     return model_of(peak.value, effects, scales=(gain(instrument),))

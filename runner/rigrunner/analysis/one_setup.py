@@ -88,5 +88,4 @@ def _of_transducer(theirs: TorqueInstrument, ours: TorqueInstrument) -> Iterator
 
 
 def _filter(instrument: TorqueInstrument) -> str:
-    known = instrument.low_pass
-    return "none" if known is None else f"{known.type} {known.order}, {known.corner:g} Hz"
+    return "none" if instrument.low_pass is None else instrument.low_pass.described

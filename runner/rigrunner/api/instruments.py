@@ -17,15 +17,16 @@ from rigrunner.api.calibration import (
     TorqueAccuracy,
     limit_of_error,
 )
+from rigrunner.api.filters import AnyFilter
 from rigrunner.api.member import Member
 from rigrunner.api.settings import (
-    Frequency,
     IsoDate,
     ListOf,
     PlainText,
     Settings,
     Torque,
 )
+from rigrunner.api.transducer import TransducerErrors
 from rigrunner.api.units import QuantityError, kinds
 
 if TYPE_CHECKING:
@@ -52,17 +53,6 @@ def _no_mapping(value: object) -> object:
         )
         raise QuantityError("what a certificate says stands in keys of its own", hint=hint)
     return value
-
-
-class LowPass(Settings):
-    """The filter between transducer and converter."""
-
-    type: Literal["butterworth"] = "butterworth"
-    """The filter's characteristic."""
-    order: Annotated[int, Field(ge=1, le=8)] = 2
-    """Its order."""
-    corner: Annotated[Frequency, Field(gt=0)]
-    """Where its gain is down by 3 dB."""
 
 
 class Instrument(Settings):
@@ -149,7 +139,9 @@ class TorqueInstrument(Instrument):
     """Its nominal torque."""
     accuracy_: Annotated[StatedTorqueAccuracy | None, Field(alias="accuracy")] = None
     """Its limits of error; needless where there are calibration points."""
-    low_pass: LowPass | None = None
+    errors: TransducerErrors | None = None
+    """What its certificate or data sheet states besides, each with its source."""
+    low_pass: AnyFilter | None = None
     """Methods that undo the filter need it."""
 
     def _objections(self) -> Iterator[str]:

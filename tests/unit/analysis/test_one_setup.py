@@ -6,7 +6,7 @@ import pytest
 
 from helpers_analysis import RIG, instrument, run_of, swing_point
 from rigrunner.analysis.one_setup import setup_check, unloaded_check
-from rigrunner.api.instruments import LowPass
+from rigrunner.api.filters import LowPass
 
 CHANNEL = "tester.torque"
 PEAKS = [1.0] * 6
@@ -28,10 +28,13 @@ def test_the_same_register_is_one_set_up():
         (with_transducer(serial="T-2"), "its torque transducer is 'T-2', but 'T-1' is needed"),
         (with_transducer(certificate="C-8"), "its transducer's certificate is 'C-8', but ''"),
         (with_transducer(full_scale=20.0), "its full scale is '20 N·m', but '10 N·m'"),
-        (with_transducer(low_pass=None), "its low-pass filter is 'none', but 'butterworth 2, 1000"),
+        (
+            with_transducer(low_pass=None),
+            "its low-pass filter is 'none', but 'butterworth, order 2, 1000",
+        ),
         (
             with_transducer(low_pass=LowPass(corner="300 Hz")),
-            "its low-pass filter is 'butterworth 2, 300 Hz'",
+            "its low-pass filter is 'butterworth, order 2, 300 Hz'",
         ),
         (
             run_of(rig=RIG.model_copy(update={"eccentric": 0.003})),

@@ -55,8 +55,8 @@ CASES = [
      "0.003 is not a number with a unit", "write it as '0.003 %' or '0.003 1'"),
     ("order: 2", "order: 9", "9,", "instruments[0].low_pass.order",
      "got 9, allowed is 8 or less", ""),
-    ("butterworth", "bessel", "bessel", "instruments[0].low_pass.type",
-     "got 'bessel', allowed is 'butterworth'", ""),
+    ("butterworth", "elliptic", "elliptic", "instruments[0].low_pass.type",
+     "got 'elliptic', allowed is 'butterworth', 'bessel' or 'chebyshev'", ""),
 ]  # fmt: skip
 
 

@@ -38,7 +38,7 @@ def test_the_latest_fitting_no_load_run_is_taken(finished):
         (
             (),
             [("corner: 1 kHz", "corner: 300 Hz")],
-            "its low-pass filter is 'butterworth 2, 1000 Hz', but 'butterworth 2, 300 Hz'",
+            "its low-pass filter is 'butterworth, order 2, 1000 Hz', but 'butterworth, order 2, 3",
         ),
         ((), [("eccentric: 2 mm", "eccentric: 3 mm")], "its eccentric is 2 mm, but 3 mm is needed"),
         ([(FEW_FREQUENCIES, "[8 Hz, 12 Hz]")], (), "it has no recording at 12 Hz"),

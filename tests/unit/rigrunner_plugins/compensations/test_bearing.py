@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.instruments import LowPass
+from rigrunner.api.filters import LowPass
 from rigrunner.signal.response import Waveform
 from rigrunner_plugins.compensations.bearing import (
     MeanSwing,

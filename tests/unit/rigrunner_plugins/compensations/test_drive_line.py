@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rigrunner.api.instruments import LowPass
+from rigrunner.api.filters import LowPass
 from rigrunner.signal.response import Waveform, raised_cosine
 from rigrunner_plugins.compensations.drive_line import (
     HARMONICS,

@@ -1,0 +1,122 @@
+"""The low-pass filter between transducer and converter, as a register describes it."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from rigrunner.api.settings import Angle, Frequency, ListOf, PlainText, Settings
+
+
+class LowPass(Settings):
+    """An analogue filter of a named characteristic."""
+
+    type: Literal["butterworth", "bessel", "chebyshev"] = "butterworth"
+    """The filter's characteristic."""
+    order: Annotated[int, Field(ge=1, le=8)] = 2
+    """Its order."""
+    corner: Annotated[Frequency, Field(gt=0)]
+    """Where its gain is down by 3 dB."""
+    ripple_db: Annotated[float | None, Field(gt=0, le=3)] = None
+    """By how many dB the gain of a Chebyshev filter (type I) ripples in its pass band."""
+
+    @model_validator(mode="after")
+    def _ripples(self) -> Self:
+        if (self.type == "chebyshev") != (self.ripple_db is not None):
+            raise ValueError("ripple_db belongs to chebyshev, and chebyshev needs it")
+        return self
+
+    @property
+    def described(self) -> str:
+        """The filter in a few words."""
+        ripple = "" if self.ripple_db is None else f", {self.ripple_db:g} dB ripple"
+        return f"{self.type}, order {self.order}, {self.corner:g} Hz{ripple}"
+
+    def scaled(self, factor: float) -> LowPass:
+        """Return the same filter at frequencies that are higher by a factor."""
+        return self.model_copy(update={"corner": self.corner * factor})
+
+
+class Fir(Settings):
+    """A digital filter by its taps, with the delay that they have."""
+
+    type: Literal["fir"]
+    """By its impulse response."""
+    taps: Annotated[ListOf[float], Field(min_length=1, max_length=4096)]
+    """One for each sample; the gain at rest is taken for 1, whatever their sum."""
+    rate: Annotated[Frequency, Field(gt=0)]
+    """The rate of the samples that it filters."""
+
+    @model_validator(mode="after")
+    def _passes_what_rests(self) -> Self:
+        if abs(sum(self.taps)) <= 1e-6 * sum(abs(tap) for tap in self.taps):
+            raise ValueError("the taps add up to 0: such a filter shows no torque at rest")
+        return self
+
+    @property
+    def described(self) -> str:
+        """The filter in a few words."""
+        return f"FIR of {len(self.taps)} taps at {self.rate:g} Hz"
+
+    def scaled(self, factor: float) -> Fir:
+        """Return the same filter at frequencies that are higher by a factor."""
+        return self.model_copy(update={"rate": self.rate * factor})
+
+
+class ResponsePoint(Settings):
+    """The response at one frequency, over that at rest."""
+
+    frequency: Annotated[Frequency, Field(gt=0)]
+    """Of a sine."""
+    gain: Annotated[float, Field(gt=0)]
+    """Amplitude out over amplitude in, over that at rest."""
+    phase: Angle
+    """By how much the output leads the input: negative where it lags."""
+
+
+class MeasuredResponse(Settings):
+    """A filter, or a whole measuring chain, by its measured frequency response."""
+
+    type: Literal["measured"]
+    """By a table."""
+    response: Annotated[ListOf[ResponsePoint], Field(min_length=2)]
+    """At ascending frequencies, close enough that the phase changes by less than half a turn."""
+    source: Annotated[PlainText, Field(min_length=1, max_length=80)]
+    """Who measured it, and when."""
+
+    @model_validator(mode="after")
+    def _ascends(self) -> Self:
+        hertz = [point.frequency for point in self.response]
+        if any(after <= before for before, after in itertools.pairwise(hertz)):
+            raise ValueError("the frequencies of the response must ascend")
+        return self
+
+    @property
+    def described(self) -> str:
+        """The filter in a few words."""
+        last = self.response[-1].frequency
+        return f"measured up to {last:g} Hz ({self.source})"
+
+    def scaled(self, factor: float) -> MeasuredResponse:
+        """Return the same filter at frequencies that are higher by a factor."""
+        moved = tuple(
+            point.model_copy(update={"frequency": point.frequency * factor})
+            for point in self.response
+        )
+        return self.model_copy(update={"response": moved})
+
+
+def _kind(value: object) -> str:
+    kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
+    return str(kind) if kind in {"fir", "measured"} else "named"
+
+
+AnyFilter = Annotated[
+    Annotated[LowPass, Tag("named")]
+    | Annotated[Fir, Tag("fir")]
+    | Annotated[MeasuredResponse, Tag("measured")],
+    Discriminator(_kind),
+]
+"""A filter of any kind: `butterworth` unless `type` says something else."""

@@ -1,0 +1,74 @@
+"""What the errors that a register states of a torque transducer come to in a result.
+
+Repeatability, hysteresis and resolution act on each reading on its own: in how far two runs have
+them in common, nobody states. Creep and the zero's temperature effect change slowly: what of a slow
+change reaches the result, the method says. The sensitivity's temperature effect acts as the gain.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+from rigrunner.api.uncertainty import Distribution, Effect, Input
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.transducer import StatedError
+
+OVER_U = {
+    Distribution.RECTANGULAR: sqrt(3),
+    Distribution.TRIANGULAR: sqrt(6),
+    Distribution.ARCSINE: sqrt(2),
+    Distribution.NORMAL: 2.0,
+}
+"""Half-width over standard uncertainty (JCGM 101:2008, 6.4); of the normal one k = 2."""
+
+
+def transducer_effects(
+    instrument: TorqueInstrument, result_nm: float, readings_nm: Sequence[float], *, slow: float
+) -> tuple[Effect, ...]:
+    """Return a line of the budget for each error that the register states, with its source.
+
+    `readings_nm` has the largest torque of each run that the result is made of; `slow` is the
+    sensitivity of the result to an offset that changes slowly.
+    """
+    errors = instrument.errors
+    if errors is None:
+        return ()
+    each_on_its_own = sqrt(sum(reading**2 for reading in readings_nm)), sqrt(len(readings_nm))
+    slowly = slow * max(abs(reading) for reading in readings_nm), slow
+    as_the_gain = abs(result_nm), sqrt(len(readings_nm))
+    acting = (
+        ("repeatability", errors.repeatability, each_on_its_own, 1.0),
+        ("hysteresis", errors.hysteresis, each_on_its_own, 1.0),
+        ("resolution", errors.resolution, each_on_its_own, 0.5),
+        ("creep", errors.creep, slowly, 1.0),
+        ("temperature effect on zero", errors.temperature_zero, slowly, 1.0),
+        ("temperature effect on sensitivity", errors.temperature_sensitivity, as_the_gain, 1.0),
+    )
+    return tuple(
+        effect
+        for name, stated, sensitivities, share in acting
+        if stated is not None
+        for effect in _effects(name, stated, instrument.full_scale, sensitivities, share)
+    )
+
+
+def _effects(
+    name: str,
+    stated: StatedError,
+    full_scale: float,
+    sensitivities: tuple[float, float],
+    share: float,
+) -> Iterator[Effect]:
+    shape = Distribution(stated.distribution)
+    limits = zip(stated.half_width(full_scale), ("1", "N·m"), sensitivities, strict=True)
+    for half_width, unit, sensitivity in limits:
+        if half_width > 0:
+            u = share * half_width / OVER_U[shape]
+            named = f"transducer {name} ({stated.source})"
+            known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
+            yield Effect(known, -sensitivity)
