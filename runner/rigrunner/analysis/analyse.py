@@ -11,6 +11,7 @@ from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.fitting import first_fit, fitted
 from rigrunner.analysis.headline import budget_of_mean, compensated_mean, raw_peak_mean
 from rigrunner.analysis.load import with_known_load
+from rigrunner.analysis.named_study import with_study
 from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
@@ -195,9 +196,10 @@ class _Analysis:
     ) -> Compensation:
         method = self._make("compensation", reference)
         try:
-            return compensated(method, self._sweep(loaded, no_load))
+            found = compensated(method, self._sweep(loaded, no_load))
         except DataError as error:
             return Compensation(self.measurand.name, (), not_applicable=str(error))
+        return with_study(found, self.run.rig.gauge_study)
 
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.gauge import NamedStudy
 from rigrunner.api.settings import (
     Angle,
     Frequency,
@@ -64,6 +65,10 @@ class RigDescription(Settings):
         Ratio,
         Field(ge=0, description="limit of error of the load; by default class 0.5 of ISO 7500-1"),
     ] = 0.005
+    gauge_study: Annotated[
+        NamedStudy | None,
+        Field(description="whose scatter between mountings and operators enters every result"),
+    ] = None
     inertia_mismatch: Annotated[
         Ratio | None,
         Field(ge=0, description="limit of what the inertia may differ by between the two runs"),

@@ -158,12 +158,26 @@ class Components:
 
 
 @dataclass(frozen=True)
+class Known:
+    """How well a component of a gauge study is known."""
+
+    low: float
+    """The ends of its confidence interval, as standard deviations."""
+    high: float
+    confidence: float
+    degrees_of_freedom: float
+    """By Satterthwaite; 0 where the component was found to be 0."""
+
+
+@dataclass(frozen=True)
 class GaugeAnalysis:
     """The full table of a gauge study, whether the interaction was pooled, the components."""
 
     table: tuple[Row, ...]
     pooled: bool
     components: Components
+    known: Mapping[str, Known] = field(default_factory=dict)
+    """By the names of the components; a pooled interaction is not among them."""
 
 
 @dataclass(frozen=True, kw_only=True)

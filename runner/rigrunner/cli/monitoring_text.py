@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         CapabilityStudy,
         GaugeStudy,
         Index,
+        Known,
         Study,
         Trend,
         TrendSeries,
@@ -140,27 +141,39 @@ def _interval(index: Index) -> str:
 
 def _components(study: GaugeStudy) -> str:
     found = study.analysis.components
-    header = ["component", "deviation", "% of variance", "% of total"]
+    header = ["component", "deviation", "% of variance", "% of total", "95 % interval, dof"]
     parts = [
-        ("gauge R&R", found.gauge),
-        ("  repeatability", found.repeatability),
-        ("  reproducibility", found.reproducibility),
-        ("    operator", found.operator),
-        ("    part x operator", found.interaction),
-        ("part", found.part),
-        ("total", found.total),
+        ("gauge R&R", found.gauge, "gauge"),
+        ("  repeatability", found.repeatability, "repeatability"),
+        ("  reproducibility", found.reproducibility, "reproducibility"),
+        ("    operator", found.operator, "operator"),
+        ("    part x operator", found.interaction, "interaction"),
+        ("part", found.part, "part"),
+        ("total", found.total, ""),
     ]
     rows = [
-        [name, f"{s:.4g}", f"{100 * s**2 / found.total**2:.1f}", f"{100 * s / found.total:.1f}"]
-        for name, s in parts
+        [
+            name,
+            f"{s:.4g}",
+            f"{100 * s**2 / found.total**2:.1f}",
+            f"{100 * s / found.total:.1f}",
+            _known(study.analysis.known.get(key)),
+        ]
+        for name, s, key in parts
     ]
     if study.tolerance is not None:
         header.append("% of tolerance")
         rows = [
             [*row, f"{600 * s / study.tolerance:.1f}"]
-            for row, (_, s) in zip(rows, parts, strict=True)
+            for row, (_, s, _) in zip(rows, parts, strict=True)
         ]
-    return table(header, rows, "lrrrr"[: len(header)])
+    return table(header, rows, "lrrrlr"[: len(header)])
+
+
+def _known(found: Known | None) -> str:
+    if found is None:
+        return ""
+    return f"{found.low:.3g} to {found.high:.3g}, {found.degrees_of_freedom:.3g}"
 
 
 def _verdicts(study: GaugeStudy) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """Gauge repeatability and reproducibility by analysis of variance, crossed and balanced.
 
-AIAG, Measurement Systems Analysis, 4th edition (2010), chapter III, section B and appendix A;
-intervals after Burdick, Borror and Montgomery, Design and Analysis of Gauge R&R Studies (2005).
+AIAG, Measurement Systems Analysis, 4th edition (2010), chapter III, section B and appendix A.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from scipy import stats
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Components, GaugeAnalysis, Row
+from rigrunner.trends.gauge_intervals import known
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -47,7 +47,7 @@ def gauge_rr(readings: npt.ArrayLike) -> GaugeAnalysis:
         interaction=sqrt(interaction),
         part=sqrt(max(0.0, (part.mean_square - against) / (operators * trials))),
     )
-    return GaugeAnalysis(rows, pooled, found)
+    return GaugeAnalysis(rows, pooled, found, known(rows[:4], values.shape, pooled=pooled))
 
 
 def _table(values: npt.NDArray[np.float64]) -> tuple[Row, ...]:

@@ -1,0 +1,80 @@
+"""What a gauge study found enters the uncertainty where the station names it, once in a mean."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from helpers_analysis import analysed, recording, run_of
+from rigrunner.api.gauge import NamedStudy
+
+FREQUENCIES = (2.0, 4.0, 6.0, 8.0, 10.0)
+SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
+STUDY = NamedStudy.model_validate(
+    {
+        "source": "SSPB-GRR of October 2026",
+        "between_mountings": {"u": "30 mN·m", "degrees_of_freedom": 60},
+        "reproducibility": {"u": "40 mN·m", "degrees_of_freedom": 4.5},
+    }
+)
+LINES = {
+    "scatter between mountings (SSPB-GRR of October 2026)": 0.03,
+    "reproducibility (SSPB-GRR of October 2026)": 0.04,
+}
+
+
+def run(extra_nm=0.0, load_n=0.0, study=None, **changes):
+    peaks = ((0.9 + 0.02 * f + 0.004 * f**2 + extra_nm, f) for f in FREQUENCIES)
+    made = run_of(*(recording(p + SCATTER, f, load_n=load_n) for p, f in peaks), **changes)
+    return replace(made, rig=made.rig.model_copy(update={"gauge_study": study}))
+
+
+def result(study):
+    return analysed(run(0.7, 1000.0, study), run(run_id="run-0", procedure_id="SSPB-NLI"))
+
+
+def test_it_is_in_every_point_and_once_in_the_mean():
+    plain, named = result(None), result(STUDY)
+    for before, after in zip(
+        plain.compensations["paper_peak"].points,
+        named.compensations["paper_peak"].points,
+        strict=True,
+    ):
+        lines = {each.name: each for each in after.components if each.name in LINES}
+        assert {name: each.u for name, each in lines.items()} == pytest.approx(LINES)
+        assert all(each.common for each in lines.values())
+        assert after.torque.value == before.torque.value
+        assert after.torque.u == pytest.approx(np.hypot(before.torque.u, 0.05), rel=1e-9)
+    assert named.headline.value == plain.headline.value
+    assert named.headline.u == pytest.approx(np.hypot(plain.headline.u, 0.05), rel=1e-9)
+
+
+def test_few_operators_leave_few_degrees_of_freedom():
+    """By Welch and Satterthwaite, with the two lines far above all others' scatter."""
+    found = result(STUDY).headline
+    expected = found.u**4 / (0.03**4 / 60 + 0.04**4 / 4.5)
+    assert found.dof == pytest.approx(expected, rel=0.02)
+
+
+def test_a_study_that_found_nothing_adds_nothing():
+    nothing = NamedStudy.model_validate(
+        {"source": "x", "reproducibility": {"u": "0 N·m", "degrees_of_freedom": 2}}
+    )
+    assert result(nothing).headline == result(None).headline
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"between_mountings": {"u": "30 mN·m", "degrees_of_freedom": 60}},
+        {"source": "x", "reproducibility": {"u": "30 mN·m"}},
+        {"source": "x", "reproducibility": {"u": "-1 mN·m", "degrees_of_freedom": 3}},
+        {"source": "x", "reproducibility": {"u": "1 mN·m", "degrees_of_freedom": 0}},
+    ],
+)
+def test_a_study_says_what_it_found_and_how_surely(bad):
+    with pytest.raises(ValidationError):
+        NamedStudy.model_validate(bad)
