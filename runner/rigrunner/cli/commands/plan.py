@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.api.member import Member
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
@@ -89,6 +88,7 @@ def _torque_row(torque: PredictedTorque) -> list[str]:
 
 def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
+    from rigrunner.api.member import Member
     from rigrunner.plan.actions import Ramp, Scan, SetDrive
 
     reached: dict[Member, list[float]] = {}
