@@ -5,8 +5,10 @@ A check that quietly stops to apply would prove nothing any more, and nobody wou
 
 from __future__ import annotations
 
+from rigrunner.registry import load_registry
 from rigrunner.testing import checks, conform
 
+REGISTRY = load_registry()
 _UNITS = {"wrong_unit_refused"}  # it has no settings with units
 _SETTINGS = {"wrong_type_refused", *_UNITS}  # it has none that are typed
 _STREAM = {
@@ -92,10 +94,6 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
         "pauses_and_goes_on",
     },
     ("device", "visa"): _READ_BY_VALUE,
-    ("decision_rule", "guard_band_fraction"): _UNITS,
-    ("decision_rule", "guard_band_u"): _SETTINGS,
-    ("decision_rule", "non_binary"): _SETTINGS,
-    ("decision_rule", "simple"): _SETTINGS,
     ("fit", "aicc"): {*_UNITS, *_FIT_EXAMPLES},
     ("fit", "basis"): _UNITS,
     ("fit", "expression"): _UNITS,
@@ -113,6 +111,14 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("outlier_rule", "mad"): {*_UNITS, *_RULE_EXAMPLES},
     ("outlier_rule", "none"): {*_SETTINGS, *_RULE_EXAMPLES, "finds_a_gross_error"},
     ("outlier_rule", "pauta"): {*_SETTINGS, *_RULE_EXAMPLES},
+}
+
+
+NOT_APPLICABLE |= {
+    ("decision_rule", name): _UNITS
+    if REGISTRY.settings_of("decision_rule", name).model_fields
+    else _SETTINGS
+    for name in REGISTRY.names("decision_rule")
 }
 
 

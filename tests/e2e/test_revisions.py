@@ -1,4 +1,4 @@
-"""A laboratory's own rule improves: what `verify` says of documents of the version before.
+"""A laboratory's own rules improve: what `verify` says of documents of the version before.
 
 Two versions of one distribution with a plugin, each in a folder of its own as pip would install it;
 each program is a process that finds one of them, or neither.
@@ -6,6 +6,7 @@ each program is a process that finds one of them, or neither.
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -19,9 +20,31 @@ from helpers_cli import Called
 TESTS = Path(__file__).parents[1]
 RULE = '''
 from rigrunner.api.analysis import Rejection
-from rigrunner.api.hooks import OutlierRuleRecord, hookimpl
+from rigrunner.api.hooks import DecisionRuleRecord, OutlierRuleRecord, hookimpl
+from rigrunner.api.verdict import Verdict, Zone
 
 api_version = 1
+
+
+class AsAgreed:
+    """Version 1 wants a distance of 0.01 N·m, version 2 one of 0.02 N·m."""
+
+    words = {"en": "as agreed with the customer", "de": "wie mit dem Kunden vereinbart"}
+
+    def __call__(self, limits, estimate):
+        return [Zone(Verdict.PASS, 0.01 * {revision}, "w")]
+
+
+@hookimpl
+def rigrunner_decision_rules():
+    return [
+        DecisionRuleRecord(
+            name="lab_limit",
+            help="Passes what is within the limit by what was agreed.",
+            factory=lambda _: AsAgreed(),
+            revision={revision},
+        )
+    ]
 
 
 def keep_all_but_the_largest(values):
@@ -49,8 +72,11 @@ from helpers_workflow import quick_procedure, run
 
 folder = Path(sys.argv[1])
 change = ("outliers: {grubbs: {alpha: 0.05}}", "outliers: lab_rule")
-for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
-    finished = run(quick_procedure(folder, name, change), folder / "runs")
+limit = ("rule: guard_band_u", "rule: lab_limit")
+for name, changes in {
+    "no_load_inertia_sweep": [change], "starting_torque_1000n": [change, limit]
+}.items():
+    finished = run(quick_procedure(folder, name, *changes), folder / "runs")
     assert finished.error is None, finished.error
 issue(finished.folder, letterhead(folder / "lab"), folder / "out")
 print(finished.folder)
@@ -131,8 +157,9 @@ def test_by_the_revision_that_made_it_it_matches(laboratory):
 def test_by_another_revision_its_numbers_are_not_recomputed(laboratory, version, said):
     for words in (laboratory.certificate, [laboratory.run]):
         done = laboratory.verify(version, *words)
-        wanted = f"NUMBERS NOT RECOMPUTED: outlier rule 'lab_rule' revision 1, {said}"
+        wanted = f"NUMBERS NOT RECOMPUTED: decision rule 'lab_limit' revision 1, {said}"
         assert (done.code, done.out.startswith(wanted)) == (13, True), done
+        assert f"outlier rule 'lab_rule' revision 1, {said}" in done.out
         assert "held     manifest of the run file" in done.out
     (_, *words) = laboratory.certificate
     done = laboratory.verify(version, laboratory.certificate[0], *words)
@@ -156,3 +183,19 @@ def test_numbers_of_the_other_revision_would_have_differed(laboratory):
         for version in (1, 2)
     }
     assert found[1] != found[2]
+
+
+def test_a_decision_rule_of_the_laboratory_stands_in_result_and_certificate(laboratory):
+    result = json.loads((laboratory.run / "result.json").read_text("utf-8"))
+    (document,) = (laboratory.folder / "out").glob("*.json")
+    certificate = json.loads(document.read_text("utf-8"))
+    rule = "lab_limit: as agreed with the customer"
+    assert result["decision"]["rule"] == rule
+    assert result["decision"]["guard_band"] == {"value": 0.01, "unit": "N·m"}
+    assert result["revisions"]["decision_rule lab_limit"] == 1
+    assert certificate["conformity"]["rule"] == "lab_limit"
+    assert certificate["conformity"]["rule_words_in"] == {"de": "wie mit dem Kunden vereinbart"}
+    assert certificate["evidence"]["revisions"]["decision_rule lab_limit"] == 1
+    assert rule in (laboratory.run / "report.html").read_text("utf-8")
+    page = document.with_suffix(".html").read_text("utf-8")
+    assert "as agreed with the customer" in page

@@ -41,6 +41,9 @@ pytestmark = pytest.mark.figures
 EVIL = "'\"></td><script>alert(1)</script><img src=x onerror=alert(1)>{{ 7*7 }}"
 AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
 
+ISSUED_RULES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
+"""Of certificates that were issued: their pages are made again; other rules bring their words."""
+
 
 @pytest.fixture(scope="module")
 def source(quick):
@@ -113,11 +116,23 @@ def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
     wanted = {f"deviation.{kind}" for kind in get_args(DeviationKind)}
     wanted |= {f"specimen.{code}" for code in options(Restriction, "code")}
     wanted |= {f"verdict.{verdict}" for verdict in Verdict}
-    wanted |= {f"rule.{rule}" for rule in load_registry().names("decision_rule")}
+    wanted |= {f"rule.{rule}" for rule in ISSUED_RULES}
     wanted |= {f"rejected.{what}" for what in options(RejectedCycle, "what")}
     states = set(options(InstrumentEntry, "calibration")) - {"calibrated"}
     wanted |= {f"instruments.{state}" for state in states}
     assert wanted <= set(shipped("en"))
+
+
+@pytest.mark.parametrize(("language", "words"), [("en", "as agreed"), ("de", "wie vereinbart")])
+def test_a_rule_of_a_plugin_is_printed_in_its_own_words(source, lab, language, words):
+    decision = replace(
+        source.result.decision, rule="own: as agreed", rule_in={"de": "wie vereinbart"}
+    )
+    own = replace(source, result=replace(source.result, decision=decision))
+    assert words in read_html(rendered(own, lab, language)).words
+    letterhead = read_letterhead(lab, language)
+    assert '"rule_words_in"' in certificate_json(certificate_of(own, letterhead))
+    assert '"rule_words_in"' not in certificate_json(certificate_of(source, letterhead))
 
 
 def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
