@@ -294,6 +294,39 @@ OTHERS = {
             ["returned a FitRecord, needed is a DeviceRecord", "from the hook for a fit"],
         ),
     },
+    "rule": {
+        "forgetting to return": (
+            [("        return [\n            Zone", "        [\n            Zone")],
+            ["gave None, needed are zones"],
+        ),
+        "the worst verdict first": (
+            [
+                ("Verdict.PASS, guard", "Verdict.INCONCLUSIVE, guard"),
+                ("Verdict.INCONCLUSIVE, -guard", "Verdict.PASS, -guard"),
+            ],
+            ["'pass' farther out than 'inconclusive', which is worse"],
+        ),
+        "margins that do not fall": (
+            [("Verdict.INCONCLUSIVE, -guard", "Verdict.INCONCLUSIVE, guard")],
+            ["zones whose margins do not fall"],
+        ),
+        "a zone of what fails": (
+            [("Verdict.INCONCLUSIVE, -guard", "Verdict.FAIL, -guard")],
+            ["the verdict <Verdict.FAIL: 'fail'> of a zone"],
+        ),
+        "words in German alone": (
+            [('            "en": f', '            "fr": f')],
+            ["needed are {'en': ...}"],
+        ),
+        "a pass outside the limits": (
+            [("Verdict.PASS, guard, width", "Verdict.PASS, -guard / 2, width")],
+            ["passes", "passes_outside=True"],
+        ),
+        "a distance for all units": (
+            [("self.settings.share * expanded(estimate),", "0.01 * self.settings.share,")],
+            ["in mN·m"],
+        ),
+    },
     "outlier-rule": {
         "forgetting to return": (
             [("        return [\n            Rejection", "        [\n            Rejection")],

@@ -35,7 +35,8 @@ def lab(tmp_path_factory):
         f"    - template_inverse\n    - {NAMES['compensation']}\n",
     )
     no_load = quick_procedure(folder, "no_load_inertia_sweep", rule, fit)
-    loaded = quick_procedure(folder, "starting_torque_1000n", rule, fit, method)
+    limit = ("rule: guard_band_u", f"rule: {{{NAMES['rule']}: {{share: 0.5}}}}")
+    loaded = quick_procedure(folder, "starting_torque_1000n", rule, fit, method, limit)
     for procedure in (no_load, loaded):
         words = ["--station", station, "--unattended", "--runs", folder / "runs"]
         called = call("run", procedure, *words)
@@ -53,6 +54,16 @@ def test_the_new_rule_and_the_new_fit_are_in_the_result(lab):
     assert NAMES["outlier-rule"] in json.dumps(result["analysis"])
     fits = {each["name"]: each for each in result["fits"]}
     assert fits[NAMES["fit"]]["curve"]["formula"] == "T = c0 + c1 f"
+
+
+def test_the_new_decision_rule_decides(lab):
+    _, (_, loaded) = lab
+    result = analysed(loaded)
+    found = result["decision"]
+    assert found["rule"].startswith(f"{NAMES['rule']}: guard band w = 0.5 U")
+    half = result["headline"]["compensated"]["expanded_uncertainty_95"] / 2
+    assert found["guard_band"]["value"] == pytest.approx(half)
+    assert result["revisions"][f"decision_rule {NAMES['rule']}"] == 1
 
 
 def test_the_new_compensation_stands_beside_the_others(lab):
