@@ -60,6 +60,7 @@ _FILES = {"examples_are_read", "missing_columns_are_named", "cut_files_refused"}
 _TRUTH = {"truth_is_within_its_interval", "truth_is_within_it_on_another_rig"}
 _FIT_EXAMPLES = {"published_examples_hold"}
 _RULE_EXAMPLES = {"published_rejections_hold"}
+_AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("certificate_format", "html"): _SETTINGS,
@@ -111,6 +112,22 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("outlier_rule", "mad"): {*_UNITS, *_RULE_EXAMPLES},
     ("outlier_rule", "none"): {*_SETTINGS, *_RULE_EXAMPLES, "finds_a_gross_error"},
     ("outlier_rule", "pauta"): {*_SETTINGS, *_RULE_EXAMPLES},
+    ("step", "ask"): {*_UNITS, *_AT_ONCE_DONE},
+    ("step", "call"): {
+        *_UNITS,
+        *_AT_ONCE_DONE,
+        "is_planned",
+        "takes_its_time",
+        "leaves_the_rig_safe",
+    },
+    ("step", "confirm"): {*_UNITS, *_AT_ONCE_DONE},
+    ("step", "measure"): _AT_ONCE_DONE,
+    ("step", "note"): {*_UNITS, *_AT_ONCE_DONE},
+    ("step", "repeat"): _UNITS,
+    ("step", "scan"): _AT_ONCE_DONE,
+    ("step", "set"): _AT_ONCE_DONE,
+    ("step", "sweep"): _UNITS,
+    ("step", "zero"): _AT_ONCE_DONE,
 }
 
 

@@ -13,18 +13,14 @@ from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
-from rigrunner.plan.actions import (
-    Ask,
-    Confirm,
-    Phase,
-    Plan,
-    PlannedStep,
-    Record,
-    SetDrive,
-    Settle,
-    Zero,
-)
+from rigrunner.plan.actions import Phase, Plan, PlannedStep
 from rigrunner.rig import Rig
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
+from rigrunner.steps.record import Record
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
+from rigrunner.steps.zero import Zero
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

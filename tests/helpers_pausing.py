@@ -9,7 +9,9 @@ from helpers_devices import FakeTester, Listener, plan_of, record, run
 from rigrunner.api.events import Samples, StepStarted
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Choice, Decision
-from rigrunner.plan.actions import Phase, Plan, PlannedStep, SetDrive, Settle, Terms
+from rigrunner.plan.actions import Phase, Plan, PlannedStep, Terms
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -180,7 +180,7 @@ def _range(schema: Schema) -> str:
 def _title(name: str) -> str:
     for part in LONG:
         name = name.replace(part, " " if name.rpartition(part)[0] else "")
-    return " ".join(name.replace("__", " ").split())
+    return " ".join(name.removesuffix("Step").replace("__", " ").split()) or name
 
 
 def _capital(text: str) -> str:

@@ -78,8 +78,6 @@ def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, 
     return tuple(one for one in sinks if one is not sink)
 
 
-_new, _set = object.__new__, object.__setattr__
-"""To make an event as its `__init__` would; looked up once, since there are thousands a second."""
 SET_BACK = timedelta(seconds=1)
 """A time server moves a clock by less."""
 
@@ -87,10 +85,8 @@ SET_BACK = timedelta(seconds=1)
 class Emit(Protocol):
     """Puts an event on the bus."""
 
-    def __call__(
-        self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
-    ) -> None:
-        """Stamp and hand out an event of that kind; `whole`: of which all fields are given."""
+    def __call__(self, kind: type[Event], /, **fields: Any) -> None:
+        """Stamp and hand out an event of that kind."""
         ...
 
 
@@ -103,17 +99,11 @@ class Emitter:
 
     def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
         self._stamp = EventStamp(clock, first_seq, self._tell_set_back)
-        self._on, self._hand_out = self._stamp.on, bus.emit
+        self._hand_out = bus.emit
 
-    def __call__(
-        self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
-    ) -> None:
-        """Emit one event; an Alarm follows for each guarded sink that failed on it.
-
-        `whole`: all of its fields, as `EventStamp.on` has them; it belongs to the event then.
-        """
-        event = self._stamp(kind, **fields) if whole is None else self._on(kind, whole)
-        if dropped := self._hand_out(event):
+    def __call__(self, kind: type[Event], /, **fields: Any) -> None:
+        """Emit one event; an Alarm follows for each guarded sink that failed on it."""
+        if dropped := self._hand_out(self._stamp(kind, **fields)):
             for text in dropped:
                 self(Alarm, source="event sink", text=text)
 
@@ -145,8 +135,6 @@ class EventStamp:
         self._utc = ""
         self._from_s = self._until_s = math.inf
         """Between which times of the monotonic clock that text holds."""
-        self._seen: set[type[Event]] = set()
-        """The kinds of which a whole one was looked at."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
@@ -154,25 +142,6 @@ class EventStamp:
         if not self._from_s <= now_s < self._until_s:
             self._look(now_s)
         return kind(seq=next(self._seq), monotonic_s=now_s, utc=self._utc, **fields)
-
-    def on(self, kind: type[_E], whole: dict[str, Any]) -> _E:
-        """Return the same of all fields, in their order: for those of which there are very many.
-
-        The stamp stands before the others, to be filled in. The __init__ of a frozen dataclass sets
-        each field on its own, in four times the time. What is given is looked at when the first
-        event of a kind is made.
-        """
-        whole["monotonic_s"] = now_s = self._monotonic_s()
-        if not self._from_s <= now_s < self._until_s:
-            self._look(now_s)
-        whole["seq"], whole["utc"] = next(self._seq), self._utc
-        if kind not in self._seen:
-            if list(whole) != list(vars(kind(**whole))):
-                raise TypeError(f"{kind.__name__} is not whole: {', '.join(whole)}")
-            self._seen.add(kind)
-        event = _new(kind)
-        _set(event, "__dict__", whole)
-        return event
 
     def _look(self, now_s: float) -> None:
         latest, now = self._latest, self._clock.utc()

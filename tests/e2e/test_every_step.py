@@ -9,7 +9,9 @@ import pytest
 from helpers_every_step import planned_moment, run_with_fault
 from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.events import InterlockTripped, MadeSafe, RunEnded, StepEnded, StepStarted
-from rigrunner.plan.actions import Phase, Record, Scan
+from rigrunner.plan.actions import Phase
+from rigrunner.steps.record import Record
+from rigrunner.steps.scan import Scan
 
 PROCEDURES = ("no_load_inertia_sweep", "starting_torque_1000n")
 FAULTS = {

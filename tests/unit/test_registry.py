@@ -246,7 +246,7 @@ NOT_SAID = (
 )
 def test_a_plugin_made_for_another_api_is_disabled_and_says_what_to_do(entry, line, reason):
     registry = load_registry([entry("aged_" + str(abs(hash(line))), declaring(line))])
-    assert registry.plugins == ()
+    assert {each.kind for each in registry.plugins} == {"step"}  # of the language itself
     assert [each.reason for each in registry.disabled] == [reason.format(__version__)]
 
 

@@ -16,6 +16,7 @@ import pluggy
 from rigrunner.api.analysis.requirements import Requirements
 from rigrunner.api.errors import PluginError
 from rigrunner.api.settings import Settings
+from rigrunner.api.steps import StepSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -262,8 +263,35 @@ class EventSinkRecord(PluginRecord):
     """Makes the listener, of the settings."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class StepRecord(PluginRecord):
+    """A kind of step, under its name in procedures; its settings are StepSettings.
+
+    `help` says in one line what it does, its model and the docstrings there how it is told: the
+    schema for editors and the pages of the language are made of them.
+    """
+
+    factory: Callable[[Any, Any], None]
+    """Plans it: `factory(settings, planning)` writes down each action by `planning`, a Planning."""
+    example: str = ""
+    """How it is written, in a line."""
+
+    @property
+    def steps_model(self) -> type[StepSettings]:
+        """The model of the settings; PluginError if that is none of a step."""
+        model = self.settings_model
+        if not issubclass(model, StepSettings):
+            raise PluginError(f"the settings of the step '{self.name}' are no StepSettings")
+        return model
+
+
 class HookSpecs:
     """The hooks; each returns any number of records."""
+
+    @hookspec
+    def rigrunner_steps(self) -> Iterable[StepRecord]:
+        """Return the kinds of steps that this plugin brings."""
+        raise NotImplementedError
 
     @hookspec
     def rigrunner_devices(self) -> Iterable[DeviceRecord]:

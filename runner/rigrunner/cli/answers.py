@@ -12,7 +12,7 @@ from rigrunner.procedure.answers import AnswerError
 if TYPE_CHECKING:
     from rigrunner.cli.progress import ProgressSink
     from rigrunner.cli.stopping import SignalStop
-    from rigrunner.plan.actions import Ask, Confirm
+    from rigrunner.engine.answers import Ask, Confirm
 
 _YES, _NO = ("y", "yes"), ("n", "no")
 

@@ -7,7 +7,50 @@ from typing import TYPE_CHECKING, Protocol
 from rigrunner.api.errors import UsageError
 
 if TYPE_CHECKING:
-    from rigrunner.plan.actions import Ask, Confirm
+    from rigrunner.procedure.answers import Expected
+
+
+class Confirm(Protocol):
+    """What a person is to confirm."""
+
+    @property
+    def text(self) -> str:
+        """The question."""
+        ...
+
+    @property
+    def picture(self) -> str:
+        """The path of a picture to show; empty for none."""
+        ...
+
+    @property
+    def unattended(self) -> bool | None:
+        """The answer where nobody is there; None for none."""
+        ...
+
+
+class Ask(Protocol):
+    """What a person is asked."""
+
+    @property
+    def text(self) -> str:
+        """The question."""
+        ...
+
+    @property
+    def picture(self) -> str:
+        """The path of a picture to show; empty for none."""
+        ...
+
+    @property
+    def unattended(self) -> str | None:
+        """The answer where nobody is there; None for none."""
+        ...
+
+    @property
+    def expected(self) -> Expected:
+        """What is allowed as an answer."""
+        ...
 
 
 class AnswerSource(Protocol):

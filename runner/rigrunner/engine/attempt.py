@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError, DeviceError
-from rigrunner.engine.found import NONE, NOTHING
-from rigrunner.engine.steps import action_name
-from rigrunner.plan.actions import Measure, Record, Scan
+from rigrunner.api.steps import NONE, NOTHING
 
 if TYPE_CHECKING:
-    from rigrunner.engine.found import Measured
+    from rigrunner.api.steps import Found
     from rigrunner.plan.actions import PlannedStep
 
 
@@ -24,57 +21,35 @@ class Attempt:
     def __init__(self, index: int, step: PlannedStep, number: int, total: int) -> None:
         self.step = step
         self.number = number
-        self.action = action = step.action
-        self.recording = self._measurement = ""
+        self.action = step.action.again(total)
+        self.recording = self.action.recording
         self._index = index
-        self._name = action_name(action)
-        self._setpoints = self._units = NONE
-        self._limits = step.limits
-        if isinstance(action, Measure):
-            self._measurement = action.name
-            self._setpoints, self._units = action.setpoints, action.units
-        elif isinstance(action, Record):
-            if total > 1:  # each try makes a recording of its own
-                self.action = action = replace(action, name=f"{action.name}_try{total}")
-            self.recording = action.name
-            self._setpoints, self._units = action.setpoints, action.units
-        elif isinstance(action, Scan):
-            self._setpoints, self._units = action.setpoints, action.units
-
-    @property
-    def reads(self) -> bool:
-        """Whether the step reads what belongs to where the drives stand."""
-        return isinstance(self.action, (Measure, Record, Scan))
+        self._table = self.action.table
+        self._setpoints, self._units = self.action.known
 
     def started(self) -> dict[str, Any]:
-        """Return all fields of its StepStarted, whose stamp is to be filled in."""
+        """Return the fields of its StepStarted, but for the stamp."""
         return {
-            "seq": 0,
-            "monotonic_s": 0.0,
-            "utc": "",
             "step": self.step.path,
             "index": self._index,
-            "action": self._name,
+            "action": self.action.kind,
             "text": self.step.text,
             "recording": self.recording,
             "setpoints": self._setpoints,
             "units": self._units,
-            "limits": self._limits,
+            "limits": self.step.limits,
         }
 
-    def ended(self, found: Measured = NOTHING, *, ok: bool) -> dict[str, Any]:
-        """Return all fields of its StepEnded, whose stamp is to be filled in."""
+    def ended(self, found: Found = NOTHING, *, ok: bool) -> dict[str, Any]:
+        """Return the fields of its StepEnded, but for the stamp."""
         return {
-            "seq": 0,
-            "monotonic_s": 0.0,
-            "utc": "",
             "step": self.step.path,
             "index": self._index,
-            "action": self._name,
+            "action": self.action.kind,
             "ok": ok,
             "recording": self.recording,
-            "measurement": self._measurement,
-            "setpoints": self._setpoints if self._measurement else NONE,
+            "measurement": self._table,
+            "setpoints": self._setpoints if self._table else NONE,
             "values": found.values,
             "statistics": found.statistics,
             "units": found.units,

@@ -34,12 +34,3 @@ def remarks_on(
 def missed_text(remarks: Sequence[Remark]) -> str:
     """Return which values are out of limits, as one text; '' for none."""
     return "; ".join(text for kind, text in remarks if kind is LimitMissed)
-
-
-Clear = tuple[str, float, float]
-"""A value, and the least and the greatest of which nothing is to be said."""
-
-
-def clear_ranges(limits: Sequence[ValueLimit]) -> tuple[Clear, ...]:
-    """Return for each limit between which values nothing is to be said, to be asked often."""
-    return tuple((each.of, *each.clear) for each in limits)

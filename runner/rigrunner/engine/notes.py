@@ -57,12 +57,10 @@ class Notes:
         """What the run went on after, though it is not as it should be."""
         return tuple(self._passed_over)
 
-    def tell(
-        self, kind: type[Event], whole: dict[str, Any] | None = None, /, **fields: Any
-    ) -> None:
+    def tell(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit what must not raise: a sink that fails now is an error beside the first."""
         try:
-            self._emit(kind, whole, **fields)
+            self._emit(kind, **fields)
         except Exception as error:  # noqa: BLE001  (a failed sink gets no more events: this ends)
             self.note("event sink", error)
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 from math import isclose
 from typing import TYPE_CHECKING
 
-from rigrunner.plan.actions import Measure, Phase, Ramp, Record, Scan, SetDrive, Settle, Zero
+from rigrunner.api.member import Member
+from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from rigrunner.plan.actions import PlannedStep
-
-LEADING = (SetDrive, Ramp, Scan)
-"""The kinds of steps that lead a drive."""
-_READING = (Record, Measure, Scan, Zero)
 
 
 def point_at(steps: Sequence[PlannedStep], index: int) -> range:
@@ -46,13 +43,13 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
     What was paused has to settle again before the step is done, unless the step sets a drive.
     """
     found: list[int] = []
-    if isinstance(steps[index].action, LEADING):
+    if steps[index].action.led:
         return found
     for at in range(index - 1, -1, -1):
         action = steps[at].action
-        if isinstance(action, LEADING):
+        if action.led:
             break
-        if isinstance(action, Settle):
+        if action.settles:
             found.insert(0, at)
     return found
 
@@ -70,18 +67,17 @@ def may_be_skipped(
     That is not so if a step that would be left out leads a drive elsewhere than it stands, and the
     drive is not led anew before something is read.
     """
-    point, left = point_at(steps, index), dict[tuple[str, str], float]()
+    point, left = point_at(steps, index), dict[Member, float]()
     for step in steps[index : point.stop]:
-        if isinstance(action := step.action, LEADING):
-            drive = (action.role, action.drive)
+        if drive := step.action.led:
             left.pop(drive, None)
             if step.phase is not Phase.TEARDOWN:  # the teardown of a call is done all the same
-                left[drive] = action.ends[-1]
+                left[drive] = step.action.passes[-1]
     for step in steps[point.stop :]:
-        if isinstance(action := step.action, LEADING):
-            left.pop((action.role, action.drive), None)
-        if isinstance(action, _READING):
-            return all(isclose(standing(*drive), value) for drive, value in left.items())
+        if drive := step.action.led:
+            left.pop(drive, None)
+        if step.action.reads:
+            return all(isclose(standing(d.role, d.name), value) for d, value in left.items())
     return True
 
 

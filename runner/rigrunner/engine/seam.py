@@ -10,14 +10,15 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import Alarm, Intervention, StepEnded, StepStarted
 from rigrunner.engine.notes import GOES_ON
 from rigrunner.engine.pausing import Choice
-from rigrunner.engine.points import LEADING, point_at
-from rigrunner.plan.actions import Ask, Measure, Phase, Ramp, Record, Scan, SetDrive, Zero
+from rigrunner.engine.points import point_at
+from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.events import Event
-    from rigrunner.plan.actions import Action, PlannedStep
+    from rigrunner.api.member import Member
+    from rigrunner.plan.actions import PlannedStep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,21 +80,24 @@ def _refused(message: str) -> DataError:
 
 
 def _may_come_again(step: PlannedStep, *, done: bool) -> bool:
-    """Say whether a step that was begun may stand before the rest: see `brought_back` for scans."""
-    return step.terms.repeatable or (done and isinstance(step.action, Scan))
+    """Say whether a step that was begun may stand before the rest: see `brought_back`."""
+    return step.terms.repeatable or (done and step.action.brings_back is not None)
 
 
 def brought_back(step: PlannedStep) -> PlannedStep:
     """Return what brings the rig to where a completed step left it: of a scan its last set-point.
 
-    What the scan found stands; but setup is done once more as it is, with what it measures.
+    What such a step found stands; but setup is done once more as it is, with what it measures.
     """
+    action = step.action
     is_setup = step.phase is Phase.SETUP and step.terms.repeatable
-    if is_setup or not isinstance(step.action, Scan):
+    if is_setup or action.brings_back is None or action.led is None:
         return step
-    last = step.action.last
-    text = f"Set {step.action.member} to {last.value:g} {last.unit}, where the scan left it"
-    return replace(step, action=last, text=text, estimated_s=0.0)  # its way is not known
+    value, unit = action.passes[-1], action.known[1][action.led]
+    text = f"Set {action.led} to {value:g} {unit}, where the {action.kind} left it"
+    return replace(
+        step, action=action.brings_back, text=text, estimated_s=0.0
+    )  # its way is not known
 
 
 def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[dict[str, float]]]:
@@ -101,25 +105,12 @@ def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[d
     standing: dict[str, dict[str, float]] = {}
     found: dict[str, list[dict[str, float]]] = {}
     for index, step in enumerate(steps[: seam.start]):
-        match step.action:
-            case SetDrive(role, drive, value) | Ramp(role, drive, end=value):
-                standing.setdefault(role, {})[drive] = value
-            case Scan(role=role, drive=drive, values=values):
-                standing.setdefault(role, {})[drive] = values[-1]
-            case action if index not in seam.before and (role := _streaming(action)):
-                found.setdefault(role, []).append(dict(standing.get(role, {})))
+        action = step.action
+        if action.led:
+            standing.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
+        if index not in seam.before and (role := action.streamed):
+            found.setdefault(role, []).append(dict(standing.get(role, {})))
     return found
-
-
-def _streaming(action: Action) -> str:
-    """Return the role that an action streams from; an empty text for none."""
-    match action:
-        case Record(role=role) | Zero(role=role):
-            return role
-        case Measure(channels=channels, sample_rate_hz=rate) if rate:
-            return channels[0].role
-        case _:
-            return ""
 
 
 def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
@@ -165,11 +156,7 @@ def _is_final(step: PlannedStep) -> bool:
 def _again(steps: Sequence[PlannedStep], start: int, done: set[int]) -> list[int]:
     """Return setup, the last zero of each channel, and how the drives stood then and at the end."""
     own = [at for at in range(start) if steps[at].phase is Phase.SETUP]
-    zeros = {
-        (zero.role, zero.channel): at
-        for at in range(len(own), start)
-        if isinstance(zero := steps[at].action, Zero)
-    }
+    zeros = {zeroed: at for at in range(len(own), start) if (zeroed := steps[at].action.zeroed)}
     led = _led_at(steps, start)
     sets = {at for end in zeros.values() for at in _last_sets(steps, len(own), end).values()}
     last = _last_sets(steps, len(own), start)
@@ -180,7 +167,7 @@ def _again(steps: Sequence[PlannedStep], start: int, done: set[int]) -> list[int
 
 def _is_kept(step: PlannedStep) -> bool:
     """Say whether a completed step keeps its outcome: an answer, or what must not be redone."""
-    return isinstance(step.action, Ask) or not _may_come_again(step, done=True)
+    return step.action.outcome_stands or not _may_come_again(step, done=True)
 
 
 def _led_before(steps: Sequence[PlannedStep], start: int, before: Sequence[int]) -> set[int]:
@@ -188,28 +175,24 @@ def _led_before(steps: Sequence[PlannedStep], start: int, before: Sequence[int])
     led = _led_at(steps, start)
     found = {at for drive, at in _last_sets(steps, 0, start).items() if drive not in led}
     for zero in before:
-        if isinstance(steps[zero].action, Zero):
+        if steps[zero].action.zeroed:
             found |= set(_last_sets(steps, 0, zero).values())
     return found
 
 
-def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[tuple[str, str], int]:
-    """Return by role and drive the step that last led it, before `end`."""
-    return {
-        (action.role, action.drive): at
-        for at in range(first, end)
-        if isinstance(action := steps[at].action, LEADING)
-    }
+def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[Member, int]:
+    """Return by drive the step that last led it, before `end`."""
+    return {drive: at for at in range(first, end) if (drive := steps[at].action.led)}
 
 
-def _led_at(steps: Sequence[PlannedStep], start: int) -> set[tuple[str, str]]:
+def _led_at(steps: Sequence[PlannedStep], start: int) -> set[Member]:
     """Return the drives that a set-point leads itself, with the steps that it begins with."""
-    led: set[tuple[str, str]] = set()
+    led: set[Member] = set()
     for step in steps[start:]:
-        if not isinstance(step.action, LEADING):
+        if not step.action.led:
             break
-        led.add((step.action.role, step.action.drive))
-        if isinstance(step.action, Scan):
+        led.add(step.action.led)
+        if step.action.reads:
             break
     return led
 

@@ -5,22 +5,32 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
+from math import ceil
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import AbortedError, DeviceTimeoutError
+from rigrunner.api.errors import AbortedError, DataError, DeviceTimeoutError
 from rigrunner.api.events import Alarm, Intervention, Note
+from rigrunner.engine.limits import missed_text, remarks_on
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
+from rigrunner.engine.streams import checked_stream
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.devices import StopToken
+    from rigrunner.api.data import Block
+    from rigrunner.api.devices import Clock, StopToken
+    from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.member import Member
     from rigrunner.bus import Emit
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.drive_watch import DriveWatch
     from rigrunner.engine.interlocks import Guard
     from rigrunner.engine.pausing import Pauses
     from rigrunner.rig import Rig
+
+_NAP_S = 0.1
+"""How long a wait goes on before the stop token is looked at again."""
+_MOST_RAMP_STEPS = 1000
 
 
 @dataclass(frozen=True)
@@ -129,6 +139,107 @@ class Session:
         """Put on record what else a person did."""
         for each in telling.told():
             self.emit(Intervention, **asdict(each))
+
+    @property
+    def clock(self) -> Clock:
+        """The rig's clock."""
+        return self.rig.clock
+
+    def note(self, step: str, text: str) -> None:
+        """Put a remark on record."""
+        self.emit(Note, step=step, text=text)
+
+    def judge(
+        self, step: str, limits: Sequence[ValueLimit], values: Mapping[str, float], where: str = ""
+    ) -> str:
+        """Put on record which values are out of limits or marginal; return the former in words."""
+        remarks = list(remarks_on(limits, values, where))
+        for kind, text in remarks:
+            self.emit(kind, step=step, text=text)
+        return missed_text(remarks)
+
+    def naps(self, duration_s: float) -> Iterator[None]:
+        """Yield while a time passes, often enough for the stop token to be looked at."""
+        clock = self.rig.clock
+        until_s = clock.monotonic_s() + duration_s
+        while (left_s := until_s - clock.monotonic_s()) > 0:
+            self.check()
+            yield
+            clock.sleep(min(left_s, _NAP_S))
+
+    def wait(self, duration_s: float) -> None:
+        """Let a time pass; raise what keeps the step from going on."""
+        for _ in self.naps(duration_s):
+            pass
+
+    def read(self, channels: Sequence[Member]) -> dict[str, float]:
+        """Return the present value of each channel, in their order."""
+        return self.reader(channels)()
+
+    def reader(self, channels: Sequence[Member]) -> Callable[[], dict[str, float]]:
+        """Return what reads channels as `read` does, again and again."""
+        names: dict[str, list[str]] = {}
+        for each in channels:
+            names.setdefault(each.role, []).append(each.name)
+        readers = [self.rig.reader(role, of_role) for role, of_role in names.items()]
+        if len(readers) == 1:
+            return readers[0]
+
+        def read() -> dict[str, float]:
+            found = {name: value for each in readers for name, value in each().items()}
+            return {member: found[member] for member in channels}
+
+        return read
+
+    def stream(self, role: str, channels: Sequence[str], duration_s: float) -> Iterator[Block]:
+        """Yield the blocks of a device, checked, with their channels named 'role.channel'."""
+        return checked_stream(self, role, channels, duration_s)
+
+    def stream_means(
+        self, role: str, channels: Sequence[str], duration_s: float
+    ) -> dict[str, float]:
+        """Return the mean of each channel over a time, by 'role.channel'."""
+        totals: dict[str, float] = {}
+        count = 0
+        for block in self.stream(role, channels, duration_s):
+            count += block.samples
+            for name, values in block.channels.items():
+                totals[name] = totals.get(name, 0.0) + float(values.sum())
+        if not count:
+            raise DataError(f"{role}: no sample of {', '.join(channels)} came in {duration_s:g} s")
+        return {name: total / count for name, total in totals.items()}
+
+    def lead(self, role: str, drive: str, value: float) -> float:
+        """Bring a drive to its set-point: at once, or led there where the station says how fast."""
+        rate_per_s = self.rig.led_rate_per_s(role, drive)
+        if rate_per_s is None:
+            return self.set(role, drive, value)
+        start = self.rig.standing(role, drive)
+        return self.ramp(role, drive, start, value, abs(value - start) / rate_per_s)
+
+    def leader(self, role: str, drive: str) -> Callable[[float], float]:
+        """Return what brings a drive to a set-point as `lead` does, again and again."""
+        if self.rig.led_rate_per_s(role, drive) is None:
+            return self.setter(role, drive)
+
+        def lead(value: float) -> float:
+            self.check()
+            return self.lead(role, drive, value)
+
+        return lead
+
+    def ramp(self, role: str, drive: str, start: float, end: float, duration_s: float) -> float:
+        """Set a drive again and again, so that it stays on the line from start to end."""
+        actual = self.set(role, drive, start)
+        clock = self.rig.clock
+        began_s = clock.monotonic_s()
+        steps = min(max(ceil(duration_s / _NAP_S), 1), _MOST_RAMP_STEPS)
+        for step in range(1, steps + 1):
+            share = step / steps
+            actual = self.set(role, drive, start + share * (end - start))
+            self.check()
+            self.wait(began_s + share * duration_s - clock.monotonic_s())
+        return actual
 
     def set(self, role: str, drive: str, value: float) -> float:
         """Set a drive and return its read-back; raise InterlockError if that is forbidden."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from rigrunner.api.data import Array
-    from rigrunner.engine.session import Session
+    from rigrunner.api.devices import StopToken
+    from rigrunner.engine.drive_watch import DriveWatch
+    from rigrunner.engine.interlocks import Guard
+    from rigrunner.rig import Rig
 
 _POSSIBLE_ROUNDING = 1
 """A duration that is no whole number of samples may be rounded down."""
@@ -34,8 +37,36 @@ CLOCKS_DISAGREE = 1e-3
 """Of the time since the first block: two clocks need not run alike."""
 
 
+class Watched(Protocol):
+    """A session of the engine: what a stream needs of it."""
+
+    @property
+    def rig(self) -> Rig:
+        """The devices."""
+        ...
+
+    @property
+    def stop(self) -> StopToken:
+        """Says that the stream is to end."""
+        ...
+
+    @property
+    def guard(self) -> Guard:
+        """Looks at the samples of watched channels."""
+        ...
+
+    @property
+    def drives(self) -> DriveWatch | None:
+        """Watches the drives that were set."""
+        ...
+
+    def check(self) -> None:
+        """Raise what keeps the step from going on."""
+        ...
+
+
 def checked_stream(
-    session: Session, role: str, channels: Sequence[str], duration_s: float
+    session: Watched, role: str, channels: Sequence[str], duration_s: float
 ) -> Generator[Block]:
     """Yield the blocks of a device with channels named 'role.channel'.
 

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm, StepEnded, StepStarted
+from rigrunner.api.steps import NOTHING
 from rigrunner.engine.attempt import Attempt
-from rigrunner.engine.found import NOTHING
-from rigrunner.engine.limits import missed_text, remarks_on
 from rigrunner.engine.notes import GOES_ON, words
 from rigrunner.engine.pausing import PauseWantedError
-from rigrunner.engine.steps import perform
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -48,32 +46,30 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> str | None:
     step, found = attempt.step, NOTHING
     terms = step.terms
     trial = session if terms.timeout_s is None else session.within(terms.timeout_s)
-    session.emit(StepStarted, attempt.started())
-    if attempt.reads:
+    session.emit(StepStarted, **attempt.started())
+    if attempt.action.drives_stay:
         trial = replace(trial, reads=True)
     try:
         trial.check_drives()
-        found = perform(step.path, attempt.action, trial)
+        found = attempt.action.do(step.path, trial)
         trial.check_drives()
         if trial.timeout_s is not None:
             trial.check_time()
     except PauseWantedError as wanted:
-        notes.tell(StepEnded, attempt.ended(found, ok=False))
+        notes.tell(StepEnded, **attempt.ended(found, ok=False))
         raise _unless_repeatable(step, wanted) from wanted
     except BaseException as error:
         session.put_messages()
         again, passed_over = _failed(attempt, error, notes)
-        notes.tell(StepEnded, attempt.ended(found, ok=False))
+        notes.tell(StepEnded, **attempt.ended(found, ok=False))
         if again or passed_over:
             return None if again else ""
         raise
-    session.emit(StepEnded, attempt.ended(found, ok=True))
+    session.emit(StepEnded, **attempt.ended(found, ok=True))
     if not terms.limits:
         return found.missed
-    remarks = list(remarks_on(terms.limits, {**found.values, **found.statistics}))
-    for kind, text in remarks:
-        session.emit(kind, step=step.path, text=text)
-    return missed_text(remarks) if terms.stops_at_limit else ""
+    missed = session.judge(step.path, terms.limits, {**found.values, **found.statistics})
+    return missed if terms.stops_at_limit else ""
 
 
 def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf
-from typing import TYPE_CHECKING
-
-from rigrunner.api.member import Member
-from rigrunner.procedure.answers import Expected
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.member import Member
+    from rigrunner.api.steps import Action
     from rigrunner.api.unit_tables import Unit
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
@@ -28,186 +27,6 @@ class Phase(StrEnum):
 
 
 @dataclass(frozen=True)
-class Confirm:
-    """A person confirms that something is so; 'no' stops the run."""
-
-    text: str
-    unattended: bool | None
-    picture: str = ""
-    """The path of a picture to show; empty for none."""
-
-
-@dataclass(frozen=True)
-class Ask:
-    """A person is asked for a value; `into` names the input that it becomes."""
-
-    text: str
-    into: str
-    unattended: str | None
-    picture: str = ""
-    """The path of a picture to show; empty for none."""
-    expected: Expected = field(default_factory=Expected)
-
-
-@dataclass(frozen=True)
-class Note:
-    """A remark is put on record."""
-
-    text: str
-
-
-@dataclass(frozen=True)
-class Zero:
-    """A channel is read at rest; beyond `within` (SI unit of the channel) the step has failed."""
-
-    role: str
-    channel: str
-    unit: str
-    within: float
-    duration_s: float
-
-    @property
-    def member(self) -> Member:
-        """The channel."""
-        return Member(self.role, self.channel)
-
-
-@dataclass(frozen=True)
-class SetDrive:
-    """One drive gets a set-point, in its SI unit."""
-
-    role: str
-    drive: str
-    value: float
-    unit: str
-
-    @property
-    def member(self) -> Member:
-        """The drive, 'role.drive'."""
-        return Member(self.role, self.drive)
-
-    @property
-    def ends(self) -> tuple[float, ...]:
-        """The set-points that it is left at."""
-        return (self.value,)
-
-
-@dataclass(frozen=True)
-class Ramp:
-    """One drive is brought to a start and led to an end, in its SI unit, over a time."""
-
-    role: str
-    drive: str
-    start: float
-    end: float
-    unit: str
-    duration_s: float
-
-    @property
-    def member(self) -> Member:
-        """The drive, 'role.drive'."""
-        return Member(self.role, self.drive)
-
-    @property
-    def ends(self) -> tuple[float, ...]:
-        """The set-points that it is left at."""
-        return (self.end,)
-
-
-@dataclass(frozen=True)
-class Wait:
-    """Time passes, whatever the rig does."""
-
-    duration_s: float
-
-
-@dataclass(frozen=True)
-class Settle:
-    """Time passes until the motion is steady."""
-
-    duration_s: float
-
-
-@dataclass(frozen=True)
-class Record:
-    """Channels of one device are recorded."""
-
-    name: str
-    role: str
-    channels: tuple[str, ...]
-    duration_s: float
-    setpoints: Mapping[str, float]
-    """Every drive that the procedure has set by then: 'role.drive' to value in SI units."""
-    units: Mapping[str, str]
-    """The unit of each channel and drive: 'role.name' to symbol."""
-    cycle_frequency_hz: float | None = None
-    """The set frequency of the cyclic motion; None where there is none."""
-    sample_rate_hz: float | None = None
-    """As the device states it before it is connected; None where it cannot."""
-    statistics: tuple[str, ...] = ()
-    """The statistics of its samples that have limits, as 'role.name.statistic'."""
-
-
-@dataclass(frozen=True)
-class Measure:
-    """Channels are read once, or averaged over a time."""
-
-    name: str
-    """Of the table of which the values are a row."""
-    channels: tuple[Member, ...]
-    """Of one role where they are averaged."""
-    duration_s: float
-    """How long to average; 0: read once."""
-    setpoints: Mapping[str, float]
-    """As of a recording."""
-    units: Mapping[str, str]
-    """As of a recording."""
-    sample_rate_hz: float | None = None
-    """Of the stream that is averaged; None: the channels are read, again and again."""
-
-
-@dataclass(frozen=True)
-class Scan:
-    """One drive goes through set-points; at each one channels are read once: a row of a table."""
-
-    name: str
-    """Of the table."""
-    role: str
-    drive: str
-    values: tuple[float, ...]
-    """The set-points in order, in the SI unit of the drive."""
-    channels: tuple[Member, ...]
-    settle_s: float
-    """How long to wait at each set-point; 0: not at all."""
-    setpoints: Mapping[str, float]
-    """As of a recording, without this drive."""
-    units: Mapping[str, str]
-    """As of a recording."""
-    limits: tuple[ValueLimit, ...] = ()
-    """What the values of each row may be."""
-    stops_at_limit: bool = True
-    """Whether the first value out of limits ends the scan and the run."""
-
-    @property
-    def member(self) -> Member:
-        """The drive, 'role.drive'."""
-        return Member(self.role, self.drive)
-
-    @property
-    def ends(self) -> tuple[float, ...]:
-        """The set-points that it is left at."""
-        return self.values
-
-    @property
-    def last(self) -> SetDrive:
-        """What leads the drive to where the scan leaves it."""
-        return SetDrive(self.role, self.drive, self.values[-1], self.units[self.member])
-
-
-Action = Confirm | Ask | Note | Zero | SetDrive | Ramp | Wait | Settle | Record | Measure | Scan
-
-
-@dataclass(frozen=True)
 class Terms:
     """When a step counts as done, and what follows if it is not."""
 
@@ -218,7 +37,7 @@ class Terms:
     goes_on: bool = False
     """Whether the run goes on after the last failure."""
     limits: tuple[ValueLimit, ...] = ()
-    """What its values may be; of a scan the action has them."""
+    """What its values may be; an action that judges them itself has them."""
     stops_at_limit: bool = True
     """Whether a value out of limits ends the run."""
     repeatable: bool = True
@@ -246,7 +65,7 @@ class PlannedStep:
     @property
     def limits(self) -> tuple[ValueLimit, ...]:
         """What the values may be that it finds."""
-        return self.action.limits if isinstance(self.action, Scan) else self.terms.limits
+        return self.action.judged or self.terms.limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -278,11 +97,55 @@ class Interlock:
     overridable: bool = False
 
 
+class Recording(Protocol):
+    """An action that records channels of one device."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def role(self) -> str:
+        """The role of the device."""
+        ...
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Their names in that role."""
+        ...
+
+    @property
+    def duration_s(self) -> float:
+        """How long it lasts."""
+        ...
+
+    @property
+    def setpoints(self) -> Mapping[str, float]:
+        """Every drive that is set by then, 'role.drive', in SI units."""
+        ...
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The unit of each channel and drive."""
+        ...
+
+    @property
+    def cycle_frequency_hz(self) -> float | None:
+        """The set frequency of the cyclic motion; None for none."""
+        ...
+
+    @property
+    def sample_rate_hz(self) -> float | None:
+        """As the device states it before it is connected."""
+        ...
+
+
 @dataclass(frozen=True)
 class Recorded:
     """A recording with the place that asks for it."""
 
-    record: Record
+    record: Recording
     document: Document
     path: Path
     conditions: Sequence[str] = ()

@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import LONGEST_S, readable
-from rigrunner.plan.actions import PlannedStep, Terms
+from rigrunner.plan.actions import PlannedStep
 
 if TYPE_CHECKING:
-    from rigrunner.plan.actions import Action, Phase, Recorded
+    from pathlib import Path as Folder
+
+    from rigrunner.api.steps import Action
+    from rigrunner.plan.actions import Phase, Recorded, Terms
     from rigrunner.plan.bench import Bench
     from rigrunner.plan.drives import DriveStates
     from rigrunner.yamlfile import Document
@@ -59,6 +62,8 @@ class Scene:
     """What it takes to plan the steps of one procedure file."""
 
     document: Document
+    folder: Folder
+    """Where the files are that it names."""
     bench: Bench
     drives: DriveStates
     problems: Problems
@@ -68,26 +73,12 @@ class Scene:
         """Add a problem with the value (or key) at a path of this file."""
         self.problems.add(self.document, path, message, hint, key=key)
 
-    def emit(
-        self,
-        place: Place,
-        action: Action,
-        text: str,
-        seconds: float = 0.0,
-        terms: Terms | None = None,
-    ) -> None:
+    def emit(self, place: Place, action: Action, text: str, seconds: float, terms: Terms) -> None:
         """Write down one step; one that takes longer than any may is a problem."""
         if seconds > LONGEST_S:
             most = readable(LONGEST_S, "time")
             self.complain(place.path, f"it would take {seconds:.3g} s, allowed is at most {most}")
         step = PlannedStep(
-            place.label,
-            place.phase,
-            action,
-            text,
-            seconds,
-            terms or Terms(),
-            place.calls,
-            place.points,
+            place.label, place.phase, action, text, seconds, terms, place.calls, place.points
         )
         self.draft.steps.append(step)

@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
 from rigrunner.api.units import unit
-from rigrunner.plan.actions import Measure, Record, Scan
 from rigrunner.procedure.limits import add_other_measurands, limits_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.plan.actions import Plan
+    from rigrunner.plan.actions import Plan, Recording
     from rigrunner.procedure import LoadedProcedure, MeasurandLookup
 
 
@@ -31,9 +30,9 @@ def check_limits(procedure: LoadedProcedure, plan: Plan | None, lookup: Measuran
 
 def _check_frequencies(procedure: LoadedProcedure, plan: Plan, problems: Problems) -> None:
     """Add a problem for every named frequency at which nothing is recorded."""
-    if any(isinstance(step.action, (Measure, Scan)) for step in plan.steps):
+    if any(step.action.rows for step in plan.steps):
         return
-    there = sorted({hz for record in _records(plan) for hz in _frequencies(record)})
+    there = sorted({hz for each in plan.recordings for hz in _frequencies(each.record)})
     for path, limit in limits_of(procedure):
         missing = limit.missing(there)
         if missing:
@@ -42,23 +41,18 @@ def _check_frequencies(procedure: LoadedProcedure, plan: Plan, problems: Problem
             problems.add(procedure.document, (*path, "at"), message, hint)
 
 
-def _records(plan: Plan) -> Iterator[Record]:
-    for step in plan.steps:
-        if isinstance(step.action, Record):
-            yield step.action
-
-
 def _loads(procedure: LoadedProcedure, plan: Plan | None) -> list[float]:
     """Return the set loads of what is judged, as far as the procedure sets them, in N."""
     if plan is None:
         return []
     no_load = procedure.model.analysis.no_load
-    loads = [record.setpoints.get(Member(record.role, "load")) for record in _records(plan)]
+    records = [each.record for each in plan.recordings]
+    loads = [each.setpoints.get(Member(each.role, "load")) for each in records]
     known = [load for load in loads if load is not None]
     return [load for load in known if load > 0] if no_load and no_load.is_this_run else known
 
 
-def _frequencies(record: Record) -> Iterator[float]:
+def _frequencies(record: Recording) -> Iterator[float]:
     for name, value in record.setpoints.items():
         if unit(record.units[name]).dimension == "frequency":
             yield value

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
 from rigrunner.api.units import unit
-from rigrunner.plan.actions import Measure, Scan
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
-    from rigrunner.plan.actions import Record, Recorded
+    from rigrunner.plan.actions import Recorded, Recording
     from rigrunner.plan.draft import Draft
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
@@ -28,7 +27,7 @@ def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems)
     """Add a problem for all that would keep the analysis from using what is recorded."""
     if not analyses(procedure):
         return
-    measures = any(isinstance(step.action, (Measure, Scan)) for step in draft.steps)
+    measures = any(step.action.rows for step in draft.steps)
     if not draft.wanted and not measures:
         message = "there is no recording to analyse"
         problems.add(procedure.document, ("analysis",), message, "add a record step", key=True)
@@ -58,7 +57,7 @@ def check_register(station: LoadedStation, draft: Draft, problems: Problems) -> 
             _check_instrument(station, Member(recorded.record.role, name), recorded, problems)
 
 
-def channels_of(record: Record, dimension: str) -> list[str]:
+def channels_of(record: Recording, dimension: str) -> list[str]:
     """Return the names of the recorded channels of a dimension, such as 'torque'."""
     return [
         name
@@ -67,7 +66,7 @@ def channels_of(record: Record, dimension: str) -> list[str]:
     ]
 
 
-def motion_channels(record: Record) -> list[str]:
+def motion_channels(record: Recording) -> list[str]:
     """Return the names of the recorded channels that show the crank phase of a swing."""
     return [
         *channels_of(record, "angle"),

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
-from rigrunner.plan.actions import Record
 from rigrunner.plan.needs import channels_of
 from rigrunner.signal.kinematics import max_acceleration, max_speed
 
 if TYPE_CHECKING:
     from rigrunner.api.rig import RigDescription
-    from rigrunner.plan.actions import Plan
+    from rigrunner.plan.actions import Plan, Recording
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
 
@@ -54,7 +53,7 @@ def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> P
     acceptance = procedure.model.acceptance
     limits = acceptance.all_limits if acceptance else ()
     bearing_nm = max((each.max or 0.0 for each in limits), default=0.0)
-    records = [step.action for step in plan.steps if isinstance(step.action, Record)]
+    records = [each.record for each in plan.recordings]
     torques = tuple(
         PredictedTorque(
             record.name,
@@ -81,6 +80,6 @@ def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float:
     return inertia_nm + rig.support_friction + damping_nm
 
 
-def _bytes(record: Record) -> int:
+def _bytes(record: Recording) -> int:
     samples = round(record.duration_s * (record.sample_rate_hz or 0.0))
     return samples * len(record.channels) * _BYTES_PER_SAMPLE

@@ -22,7 +22,6 @@ from rigrunner.api.analysis.requirements import (
 )
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member
-from rigrunner.plan.actions import Measure, Scan
 from rigrunner.plan.needs import TORQUE, channels_of, motion_channels
 from rigrunner.yamlfile.problems import Problems
 
@@ -358,21 +357,13 @@ def _point(recorded: Recorded) -> Point:
 def _rows(plan: Plan) -> Iterator[Point]:
     """Yield the rows of tables that have a torque, in motion."""
     for step in plan.steps:
-        action = step.action
-        if not isinstance(action, (Measure, Scan)):
+        rows = step.action.rows
+        if rows is None:
             continue
-        roles = {each.role for each in action.channels if action.units.get(each) == TORQUE}
-        for setpoints in _setpoints(action):
+        roles = {each.role for each in rows.channels if rows.units.get(each) == TORQUE}
+        for setpoints in rows.setpoints:
             for role in roles:
                 frequency_hz = setpoints.get(Member(role, "frequency"), 0.0)
                 if frequency_hz > 0:
                     loaded = setpoints.get(Member(role, "load"), 0.0) > 0
                     yield Point(frequency_hz, loaded, shows_phase=False)
-
-
-def _setpoints(action: Measure | Scan) -> Iterator[Mapping[str, float]]:
-    if isinstance(action, Measure):
-        yield action.setpoints
-        return
-    for value in action.values:
-        yield {**action.setpoints, action.member: value}

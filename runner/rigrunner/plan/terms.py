@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.limits import ValueLimit
@@ -13,30 +12,33 @@ if TYPE_CHECKING:
 
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
+    from rigrunner.api.steps import StepSettings
     from rigrunner.plan.draft import Place, Scene
-    from rigrunner.procedure import doings
-    from rigrunner.procedure.options import Band, Bounds
+    from rigrunner.procedure.options import Band, Bounds, RecordedBand
     from rigrunner.yamlfile.document import Path
 
-    Judged = doings.Zero | doings.Record | doings.Measure
-    Tried = doings.Set | doings.Ramp | doings.Scan | Judged
 
-
-def tried_terms(step: Tried, place: Place, seconds: float, scene: Scene) -> Terms:
-    """Return the terms of a step that takes so long; a time-out that is too short is a problem."""
-    if step.timeout is not None and step.timeout < seconds:
-        message = f"got {step.timeout:g} s, but the step takes {seconds:.3g} s"
-        scene.complain((*place.path, "timeout"), message)
-    return Terms(step.timeout, step.retries + 1, repeatable=step.repeatable)
-
-
-def judged_terms(
-    step: Judged, place: Place, seconds: float, limits: Iterable[ValueLimit], scene: Scene
+def terms_of(
+    step: StepSettings,
+    place: Place,
+    seconds: float,
+    scene: Scene,
+    limits: Iterable[ValueLimit] | None,
 ) -> Terms:
-    """Return the terms of a step whose values have these limits."""
-    terms, limits = tried_terms(step, place, seconds, scene), tuple(limits)
-    stops = step.on_fail == "stop"
-    return replace(terms, goes_on=not stops, limits=limits, stops_at_limit=stops)
+    """Return the terms of a step that takes so long; a time-out that is too short is a problem.
+
+    They are its fields `timeout`, `retries` and `repeatable`, as far as its kind has them; where
+    its values have limits, or may have, also `on_fail`.
+    """
+    timeout_s = getattr(step, "timeout", None)
+    if timeout_s is not None and timeout_s < seconds:
+        message = f"got {timeout_s:g} s, but the step takes {seconds:.3g} s"
+        scene.complain((*place.path, "timeout"), message)
+    tries, repeatable = getattr(step, "retries", 0) + 1, getattr(step, "repeatable", True)
+    if limits is None:
+        return Terms(timeout_s, tries, repeatable=repeatable)
+    stops = getattr(step, "on_fail", "stop") == "stop"
+    return Terms(timeout_s, tries, not stops, tuple(limits), stops, repeatable)
 
 
 def planned_limits(
@@ -55,20 +57,24 @@ def planned_limits(
 
 
 def recorded_limits(
-    record: doings.Record, place: Place, beside: Sequence[str], scene: Scene
+    bands: Mapping[Member, RecordedBand],
+    channels: Sequence[Member],
+    beside: Sequence[str],
+    place: Place,
+    scene: Scene,
 ) -> Iterator[ValueLimit]:
-    """Yield the limits of a recording: of samples that it records, and of values read `beside`.
+    """Yield the limits of a recording: of samples of its channels, and of values read `beside`.
 
     What does not fit them is a problem.
     """
-    for member, band in record.limits.items():
+    for member, band in bands.items():
         path = (*place.path, "limits", member)
         channel = scene.bench.channel(member, path, key=True)
         if channel is None:
             continue
-        recorded = member in record.channels
+        recorded = member in channels
         if not recorded and member not in beside:
-            _refuse_unfound(member, (*record.channels, *beside), path, scene)
+            _refuse_unfound(member, (*channels, *beside), path, scene)
             continue
         if not recorded and band.statistics:
             name, hint = next(iter(band.statistics)), "limit it by min and max, or record it"

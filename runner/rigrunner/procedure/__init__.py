@@ -20,6 +20,7 @@ from rigrunner.procedure.loading import (
 )
 from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.questions import Input
+from rigrunner.procedure.steps import Step, step_kinds
 from rigrunner.procedure.texts import texts_digest
 
 __all__ = [
@@ -38,9 +39,11 @@ __all__ = [
     "NoLoadSpec",
     "PluginRef",
     "Procedure",
+    "Step",
     "analysis_contradictions",
     "check_measurands",
     "load_procedure",
     "parse_procedure",
+    "step_kinds",
     "texts_digest",
 ]

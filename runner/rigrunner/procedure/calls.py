@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.procedure.files import FileBesideError, file_beside, picture_beside
 from rigrunner.procedure.loading import InconsistentProcedureError, parse_procedure
-from rigrunner.procedure.steps import AskStep, CallStep, ConfirmStep
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.reader import MAX_BYTES, read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Mapping
     from pathlib import Path
 
     from rigrunner.procedure.loading import LoadedProcedure
     from rigrunner.procedure.references import Given
+    from rigrunner.procedure.steps import Kinds, Step
     from rigrunner.yamlfile.document import Path as DocumentPath
 
 MAX_CALLS = 200
@@ -26,18 +26,20 @@ MAX_CHARACTERS = MAX_BYTES
 """Of all files together, each counted as often as it is called: a single one may be as long."""
 
 
-def load_procedure(path: Path) -> LoadedProcedure:
+def load_procedure(path: Path, kinds: Kinds | None = None) -> LoadedProcedure:
     """Return the procedure in that file with those that it calls.
 
-    Raises InvalidFileError with all that is wrong, in any of the files.
+    `kinds` are the kinds of steps that it may have; left out, those that are installed. Raises
+    InvalidFileError with all that is wrong, in any of the files.
     """
-    return _Loader().load(path, {}, ())
+    return _Loader(kinds).load(path, {}, ())
 
 
 @dataclass(eq=False)
 class _Loader:
     """Loads a procedure and what it calls; counts the calls, and what is read for them."""
 
+    kinds: Kinds | None = None
     calls: int = 0
     characters: int = 0
 
@@ -47,7 +49,7 @@ class _Loader:
         text = read_text(path)
         self.characters += len(text)
         try:
-            loaded = parse_procedure(text, str(path), given)
+            loaded = parse_procedure(text, str(path), given, self.kinds)
         except InconsistentProcedureError as error:
             loaded, contradiction = error.loaded, error
         problems: dict[Problem, None] = {}
@@ -55,8 +57,9 @@ class _Loader:
         for at, step in steps_of(loaded.model):
             try:
                 _check_picture(step, at, loaded)
-                if isinstance(step, CallStep):
-                    called[at] = self._called(step, at, loaded, (*callers, path))
+                call = step.settings.calls()
+                if call is not None:
+                    called[at] = self._called(*call, (*at, step.kind), loaded, (*callers, path))
             except InvalidFileError as error:
                 problems.update(dict.fromkeys(error.problems))
         whole = replace(loaded, called=called)
@@ -67,10 +70,15 @@ class _Loader:
         return whole
 
     def _called(
-        self, step: CallStep, at: DocumentPath, caller: LoadedProcedure, callers: tuple[Path, ...]
+        self,
+        name: str,
+        values: Mapping[str, Any],
+        at: DocumentPath,
+        caller: LoadedProcedure,
+        callers: tuple[Path, ...],
     ) -> LoadedProcedure:
-        named_at = (*at, "call", "procedure")
-        path = _beside(step.call.procedure, named_at, caller)
+        named_at = (*at, "procedure")
+        path = _beside(name, named_at, caller)
         chain = [each.resolve() for each in callers]
         if path.resolve() in chain:
             way = " calls ".join(each.name for each in (*callers, path))
@@ -79,7 +87,7 @@ class _Loader:
         if self.calls > MAX_CALLS or self.characters > MAX_CHARACTERS:
             most = f"{MAX_CALLS} calls, or {MAX_CHARACTERS:,} characters in all that is called"
             raise _refused(caller, named_at, f"more than {most}")
-        given = {name: (caller.document, (*at, "call", "with", name)) for name in step.call.with_}
+        given = {each: (caller.document, (*at, "with", each)) for each in values}
         called = self.load(path, given, callers)
         _check_roles(called, caller, named_at)
         return called
@@ -93,19 +101,12 @@ def _check_roles(called: LoadedProcedure, caller: LoadedProcedure, at: DocumentP
             raise _refused(caller, at, message, hint)
 
 
-def _check_picture(step: object, at: DocumentPath, loaded: LoadedProcedure) -> None:
-    for key, name in _pictures(step):
+def _check_picture(step: Step, at: DocumentPath, loaded: LoadedProcedure) -> None:
+    for key, name in step.settings.pictures():
         try:
             picture_beside(loaded.folder, name)
         except FileBesideError as error:
-            raise _refused(loaded, (*at, key, "picture"), error.message, error.hint) from error
-
-
-def _pictures(step: object) -> Iterator[tuple[str, str]]:
-    if isinstance(step, ConfirmStep) and step.confirm.picture:
-        yield "confirm", step.confirm.picture
-    if isinstance(step, AskStep) and step.ask.picture:
-        yield "ask", step.ask.picture
+            raise _refused(loaded, (*at, step.kind, key), error.message, error.hint) from error
 
 
 def _beside(name: str, at: DocumentPath, caller: LoadedProcedure) -> Path:

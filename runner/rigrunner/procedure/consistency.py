@@ -6,7 +6,6 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import Problem
-from rigrunner.procedure.steps import AskStep
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.document import dotted
 
@@ -95,15 +94,15 @@ def _repeated(plugins: Sequence[PluginRef]) -> list[int]:
 
 def _answers(procedure: Procedure) -> Iterator[Complaint]:
     for path, step in steps_of(procedure):
-        if isinstance(step, AskStep) and step.ask.into in procedure.inputs:
-            message = f"the input '{step.ask.into}' is asked at the start already"
-            yield (*path, "ask", "into"), message, "choose another name, or drop the input"
+        name = step.settings.answered()
+        if name in procedure.inputs:
+            message = f"the input '{name}' is asked at the start already"
+            yield (*path, step.kind, "into"), message, "choose another name, or drop the input"
 
 
 def _tries(procedure: Procedure) -> Iterator[Complaint]:
     for path, step in steps_of(procedure):
-        keyword = next(iter(type(step).model_fields))
-        doing = getattr(step, keyword)
-        if getattr(doing, "retries", 0) and not doing.repeatable:
+        retries = getattr(step.settings, "retries", 0)
+        if retries and not getattr(step.settings, "repeatable", True):
             message = "the step is tried again, but is not repeatable"
-            yield (*path, keyword, "retries"), message, "leave one of them out"
+            yield (*path, step.kind, "retries"), message, "leave one of them out"

@@ -11,6 +11,7 @@ from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure.consistency import inconsistencies
 from rigrunner.procedure.model import Procedure
 from rigrunner.procedure.references import resolve, with_given
+from rigrunner.procedure.steps import KINDS, STORED
 from rigrunner.procedure.texts import texts_digest
 from rigrunner.yamlfile import parse, validate
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.api.errors import Problem
     from rigrunner.procedure.questions import Input
     from rigrunner.procedure.references import Given
+    from rigrunner.procedure.steps import Kinds
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path as DocumentPath
 
@@ -78,13 +80,22 @@ class InconsistentProcedureError(InvalidFileError):
         self.loaded = loaded
 
 
-def parse_procedure(text: str, name: str, given: Given | None = None) -> LoadedProcedure:
+def parse_procedure(
+    text: str,
+    name: str,
+    given: Given | None = None,
+    kinds: Kinds | None = None,
+    *,
+    stored: bool = False,
+) -> LoadedProcedure:
     """Return the procedure in a text; `name` stands for the file in messages.
 
-    What it calls is not looked up. Raises InvalidFileError with all that is wrong.
+    `kinds` are the kinds of steps that it may have; left out, those that are installed. `stored`:
+    of a run that was done, whose kinds may be missing here. What it calls is not looked up. Raises
+    InvalidFileError with all that is wrong.
     """
     document = resolve(with_given(parse(text, name), given or {}))
-    model = validate(Procedure, document)
+    model = validate(Procedure, document, context={KINDS: kinds, STORED: stored})
     digest = hashlib.sha256(text.encode()).hexdigest()
     loaded = LoadedProcedure(model, document, digest, text)
     problems = inconsistencies(model, document)

@@ -8,7 +8,14 @@ from pydantic import Field, model_validator
 
 from rigrunner.api.limits import STATISTICS
 from rigrunner.api.member import Member
-from rigrunner.api.settings import AnyQuantity, Difference, PositiveDuration, Settings, YesNo
+from rigrunner.api.settings import (
+    AnyQuantity,
+    Difference,
+    ListOf,
+    PositiveDuration,
+    Settings,
+    YesNo,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,6 +43,10 @@ OnFail = Annotated[
         " run, or the next step."
     ),
 ]
+
+
+Cycles = Annotated[int, Field(ge=1, le=1_000_000)]
+Channels = Annotated[ListOf[Member], Field(min_length=1)]
 
 
 class Band(Settings):

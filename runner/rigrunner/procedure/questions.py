@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings
 from rigrunner.api.units import unit
 from rigrunner.procedure.answers import AnswerError, Expected
-from rigrunner.yamlfile.names import Name, Text
+from rigrunner.yamlfile.names import Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,33 +75,6 @@ class Input(Question):
 
     ask: Text
     """The question to a person."""
-
-
-class Ask(Question):
-    """A person is asked for a value, which becomes the input named by `into`."""
-
-    text: Text
-    """The question."""
-    into: Name
-    """The input that the answer becomes."""
-    picture: Picture = None
-
-
-class Confirm(Settings):
-    """A person confirms that something is so; 'no' stops the run."""
-
-    text: Text
-    """What is to be confirmed."""
-    picture: Picture = None
-    unattended: YesNo | None = None
-    """The answer with `--unattended`; without one the step cannot be done then."""
-
-
-class Note(Settings):
-    """A remark is put on record, for those who read the report."""
-
-    text: Text
-    """The remark."""
 
 
 def _crossed(low: Quantity | None, high: Quantity | None) -> bool:

@@ -1,153 +1,113 @@
-"""The steps of a procedure: each a mapping with one key, which says what it does."""
+"""The steps of a procedure: each a mapping with one key, which names its kind."""
 
 from __future__ import annotations
 
 import difflib
-from typing import Annotated, Any
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import SchemaValidator, core_schema
 
-from rigrunner.api.member import Member
-from rigrunner.api.settings import AnyQuantity, ListOf, Settings
-from rigrunner.procedure.doings import Measure, Ramp, Record, Scan, Set, Settle, Wait, Zero
-from rigrunner.procedure.questions import Ask, Confirm, Note
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.steps import StepSettings
 from rigrunner.procedure.refusals import refused
-from rigrunner.yamlfile.names import Name, Text
+from rigrunner.registry import load_registry
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pydantic import BaseModel, GetCoreSchemaHandler
+
+    from rigrunner.api.steps import Planning
+    from rigrunner.registry import Registry
 
 Scalar = str | bool | int | float
 Parameter = Scalar | list[Scalar]
+KINDS = "step kinds"
+"""The key of the kinds in the context of a validation."""
+
+STORED = "stored"
+"""The key in it that says that the text is of a stored run, whose kinds may be missing here."""
+
+Kinds = dict[str, StepRecord]
 
 
-class Sweep(Settings):
-    """A drive goes through a list of set-points; at each the steps are done."""
-
-    set: Member
-    """Role and drive, such as tester.frequency."""
-    over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
-    """The set-points, in the order in which they are gone through."""
-    steps: Annotated[ListOf[Step], Field(min_length=1)]
-    """What is done at each."""
-
-
-class Repeat(Settings):
-    """Steps are done several times."""
-
-    times: Annotated[int, Field(ge=1, le=100_000)]
-    """How often."""
-    steps: Annotated[ListOf[Step], Field(min_length=1)]
-    """What is done each time."""
+def step_kinds(registry: Registry) -> Kinds:
+    """Return the kinds of steps that a registry has, by name; raise PluginError for two of one."""
+    found = {}
+    for name in registry.names("step"):
+        record = registry.find("step", name).record
+        if isinstance(record, StepRecord):
+            found[name] = record
+    return found
 
 
-class Call(Settings):
-    """The steps of another procedure are done: its setup, main and teardown."""
-
-    procedure: Text
-    """The file, beside this one or in a folder below."""
-    with_: Annotated[dict[Name, Parameter], Field(alias="with", default_factory=dict)]
-    """Values for its parameters, in the place of its own."""
+@cache
+def installed_kinds() -> Kinds:
+    """Return the kinds that are installed: of a procedure whose station is not known."""
+    return step_kinds(load_registry())
 
 
-class ConfirmStep(Settings):
-    """`confirm: {text: ..., unattended: yes}`."""
+@dataclass(frozen=True)
+class Step:
+    """One step: its kind, and what that is told."""
 
-    confirm: Confirm
+    kind: str
+    settings: StepSettings
+    record: StepRecord = field(compare=False, repr=False)
 
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps within it."""
+        return getattr(self.settings, "steps", ())
 
-class AskStep(Settings):
-    """`ask: {text: ..., into: name}`."""
+    @classmethod
+    def inside(cls, kind: str) -> type[BaseModel] | None:
+        """Return the model under a key that names a kind; None for any other."""
+        record = installed_kinds().get(kind)
+        return None if record is None else record.steps_model
 
-    ask: Ask
-
-
-class NoteStep(Settings):
-    """`note: {text: ...}`."""
-
-    note: Note
-
-
-class ZeroStep(Settings):
-    """`zero: {channel: role.name, within: 0.05 N·m}`."""
-
-    zero: Zero
-
-
-class SetStep(Settings):
-    """`set: {role.drive: 1000 N}`; several drives are set in the order in which they stand."""
-
-    set: Set
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: object, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Let a model read it, by the kinds in the context of the validation."""
+        return core_schema.with_info_plain_validator_function(_read)
 
 
-class RampStep(Settings):
-    """`ramp: {drive: role.drive, to: 1000 N, rate: 100 N/s}` or `time: 10 s`."""
-
-    ramp: Ramp
-
-
-class WaitStep(Settings):
-    """`wait: {time: 5 min}`."""
-
-    wait: Wait
+def _refuse(settings: StepSettings, planning: Planning) -> None:  # noqa: ARG001  (not known)
+    """Refuse to plan a step whose kind is not installed here."""
+    planning.complain((), "the kind of this step is not installed here")
 
 
-class SettleStep(Settings):
-    """`settle: {cycles: 5}` or `settle: {time: 2 s}`."""
-
-    settle: Settle
+_MISSING = StepRecord(name="missing", help="", settings=StepSettings, factory=_refuse)
 
 
-class SweepStep(Settings):
-    """`sweep: {set: role.drive, over: [1 Hz, 2 Hz], steps: [...]}`."""
-
-    sweep: Sweep
-
-
-class RepeatStep(Settings):
-    """`repeat: {times: 3, steps: [...]}`."""
-
-    repeat: Repeat
-
-
-class RecordStep(Settings):
-    """`record: {channels: [role.name], cycles: 30}` or `duration: 10 s`."""
-
-    record: Record
-
-
-class MeasureStep(Settings):
-    """`measure: {channels: [role.name]}`, read once, or averaged with `duration: 2 s`."""
-
-    measure: Measure
-
-
-class ScanStep(Settings):
-    """`scan: {set: role.drive, over: [1 N, 2 N], channels: [role.name]}`."""
-
-    scan: Scan
-
-
-class CallStep(Settings):
-    """`call: {procedure: file.yaml, with: {name: value}}`."""
-
-    call: Call
-
-
-STEPS = (
-    *("confirm", "ask", "note", "zero", "set", "ramp", "wait", "settle"),
-    *("sweep", "repeat", "record", "measure", "scan", "call"),
-)
-
-
-def _kind(value: object) -> str | None:
-    if isinstance(value, Settings):
-        return next(iter(type(value).model_fields))
-    return next(iter(value)) if isinstance(value, dict) else None
-
-
-def _one_known_key(value: Any) -> Any:
-    """Refuse what is no mapping with one known key before any alternative is tried."""
-    if isinstance(value, Settings):
+def _read(value: Any, info: core_schema.ValidationInfo) -> Step:
+    if isinstance(value, Step):
         return value
-    known = f"allowed is one of: {', '.join(STEPS)}"
+    context = info.context or {}
+    kinds: Mapping[str, StepRecord] = context.get(KINDS) or installed_kinds()
+    if context.get(STORED) and isinstance(value, dict) and not value.keys() & kinds.keys():
+        return Step(next(iter(value)), StepSettings(), _MISSING)
+    kind = _known_key(value, kinds)
+    record = kinds[kind]
+    read = _reader(kind, record.steps_model).validate_python(value, context=context)
+    return Step(kind, read[kind], record)
+
+
+@cache
+def _reader(key: str, model: type[StepSettings]) -> SchemaValidator:
+    """Return what reads a step with its key, so that a mistake has the place with the key."""
+    model.model_rebuild()
+    held = core_schema.typed_dict_field(model.__pydantic_core_schema__)
+    return SchemaValidator(core_schema.typed_dict_schema({key: held}))
+
+
+def _known_key(value: object, kinds: Mapping[str, object]) -> str:
+    """Return the one key; refuse what is no mapping with one key that names a kind."""
+    known = f"allowed is one of: {', '.join(kinds)}"
     if not isinstance(value, dict):
         raise refused(f"a step is a mapping with one key, such as 'settle: ...'; {known}")
     keys = [str(key) for key in value]
@@ -155,29 +115,9 @@ def _one_known_key(value: Any) -> Any:
         got = " and ".join(f"'{key}'" for key in keys[:5]) or "none"
         hint = "begin each step with its own '-'" if keys else ""
         raise refused(f"a step has one key, got {got}; {known}", hint)
-    if keys[0] not in STEPS:
-        near = difflib.get_close_matches(keys[0], STEPS, n=1)
+    if keys[0] not in kinds:
+        near = difflib.get_close_matches(keys[0], kinds, n=1)
         raise refused(
             f"unknown step '{keys[0][:40]}'; {known}", f"did you mean '{near[0]}'?" if near else ""
         )
-    return value
-
-
-Step = Annotated[
-    Annotated[ConfirmStep, Tag("confirm")]
-    | Annotated[AskStep, Tag("ask")]
-    | Annotated[NoteStep, Tag("note")]
-    | Annotated[ZeroStep, Tag("zero")]
-    | Annotated[SetStep, Tag("set")]
-    | Annotated[RampStep, Tag("ramp")]
-    | Annotated[WaitStep, Tag("wait")]
-    | Annotated[SettleStep, Tag("settle")]
-    | Annotated[SweepStep, Tag("sweep")]
-    | Annotated[RepeatStep, Tag("repeat")]
-    | Annotated[RecordStep, Tag("record")]
-    | Annotated[MeasureStep, Tag("measure")]
-    | Annotated[ScanStep, Tag("scan")]
-    | Annotated[CallStep, Tag("call")],
-    Discriminator(_kind),
-    BeforeValidator(_one_known_key),
-]
+    return keys[0]

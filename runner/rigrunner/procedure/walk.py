@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.procedure.steps import RepeatStep, SweepStep
-
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
@@ -26,8 +24,4 @@ def _steps(steps: Sequence[Step], path: Path) -> Iterator[tuple[Path, Step]]:
     for index, step in enumerate(steps):
         at = (*path, index)
         yield at, step
-        match step:
-            case SweepStep(sweep=sweep):
-                yield from _steps(sweep.steps, (*at, "sweep", "steps"))
-            case RepeatStep(repeat=repeat):
-                yield from _steps(repeat.steps, (*at, "repeat", "steps"))
+        yield from _steps(step.steps, (*at, step.kind, "steps"))

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 HOOK_OF_KIND = {
+    "step": "rigrunner_steps",
     "device": "rigrunner_devices",
     "outlier_rule": "rigrunner_outlier_rules",
     "fit": "rigrunner_fits",
@@ -47,13 +48,17 @@ HOOK_OF_KIND = {
 }
 
 
+_OWN = Installed("rigrunner", "rigrunner.steps.hooks", "")
+"""What belongs to the language itself, by the same door."""
+
+
 def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
     """Return the registry of all installed plugins, the built-ins by the same door as others.
 
     `entries` are the entry points to load; left out, those of every installed distribution.
     """
     found = installed() if entries is None else [Installed.of(entry) for entry in entries]
-    return _loaded(_source(each) for each in sorted(found, key=lambda each: each.name))
+    return _loaded(_source(each) for each in (_OWN, *sorted(found, key=lambda each: each.name)))
 
 
 def with_drop_ins(registry: Registry, folder: Path) -> Registry:
@@ -114,7 +119,8 @@ def _module(source: _Source) -> object:
         if declared is not None:
             check_api_version(declared)
         raise
-    check_api_version(getattr(module, "api_version", None))
+    if source.place != _OWN.place:
+        check_api_version(getattr(module, "api_version", None))
     return module
 
 

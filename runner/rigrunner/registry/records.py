@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _PREFIX = "rigrunner_"
 RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
+    "step": hooks.StepRecord,
     "device": hooks.DeviceRecord,
     "outlier_rule": hooks.OutlierRuleRecord,
     "fit": hooks.FitRecord,
@@ -30,6 +31,10 @@ RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
     "importer": hooks.ImporterRecord,
     "event_sink": hooks.EventSinkRecord,
 }
+
+
+_GIVEN = {"device": ("context",), "step": ("planning",)}
+"""What the factory of a kind is given beside its settings."""
 
 
 def check_hook_names(module: object, known: Collection[str]) -> None:
@@ -103,12 +108,12 @@ def _check(record: PluginRecord, hook: str) -> None:
 def _check_factory(kind: str, record: PluginRecord, hook: str) -> None:
     """Raise PluginError unless the factory can be called with what it will be given."""
     factory = record.factory  # type: ignore[attr-defined]  # every kind has one
-    given = ("settings", "context") if kind == "device" else ("settings",)
+    given = ("settings", *_GIVEN.get(kind, ()))
     name = getattr(factory, "__name__", type(factory).__name__)
     problem = call_problem(factory, f"its factory {name}", given)
-    if not problem and parameters(factory)[:2] == ("context", "settings"):
+    if not problem and given[1:] and parameters(factory)[:2] == given[::-1]:
         place = place_of(factory)
-        problem = f"its factory {name} takes context and settings in the wrong order ({place})"
+        problem = f"its factory {name} takes {given[1]} and settings in the wrong order ({place})"
     if problem:
         hint = f"write `def __init__(self, {', '.join(given)})`, or a function of these"
         raise PluginError(f"the record {record.name!r} of {hook}: {problem}", hint=hint)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rigrunner.api.devices import Wire
     from rigrunner.engine import AnswerSource
-    from rigrunner.plan.actions import Ask, Confirm
+    from rigrunner.engine.answers import Ask, Confirm
 
 
 class TapedAnswers:

@@ -15,6 +15,7 @@ from rigrunner.testing import (
     making,
     outlier_rules,
     settings,
+    steps,
 )
 from rigrunner.testing.compensation import CHECKS as COMPENSATION_CHECKS
 from rigrunner.testing.compensation import CompensationSubject
@@ -41,12 +42,14 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "certificate_format": FORMAT_CHECKS,
     "study_format": FORMAT_CHECKS,
     "event_sink": event_sinks.CHECKS,
+    "step": steps.CHECKS,
 }
 
 
 def checks(kind: str) -> tuple[AnyCheck, ...]:
     """Return all checks for plugins of that kind, 'device', 'fit', ..., in their order."""
-    return (*settings.CHECKS, *making.CHECKS, *OF_KIND.get(kind, ()))
+    made = () if kind == "step" else making.CHECKS  # it makes nothing, but a plan
+    return (*settings.CHECKS, *made, *OF_KIND.get(kind, ()))
 
 
 def subject(

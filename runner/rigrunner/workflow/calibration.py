@@ -12,7 +12,6 @@ from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import readable
 from rigrunner.api.units import unit
-from rigrunner.plan.actions import Measure, Ramp, Record, Scan, SetDrive
 from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from datetime import date
 
     from rigrunner.api.instruments import Instrument
+    from rigrunner.plan.actions import Recording
     from rigrunner.workflow.prepare import Planned
     from rigrunner.yamlfile.document import Path
 
@@ -162,11 +162,11 @@ class _Register:
         """Yield what the drive of the same name is set to; zero needs no calibration point."""
         for step in self.planned.plan.steps:
             action = step.action
-            if isinstance(action, (SetDrive, Ramp, Scan)) and action.member == channel:
-                yield from (_Use(f"{channel} is set to", value) for value in action.ends if value)
+            if action.led == channel:
+                yield from (_Use(f"{channel} is set to", value) for value in action.passes if value)
 
-    def _recordings(self) -> Iterator[Record]:
-        return (s.action for s in self.planned.plan.steps if isinstance(s.action, Record))
+    def _recordings(self) -> Iterator[Recording]:
+        return (each.record for each in self.planned.plan.recordings)
 
     def _is_simulated(self, channel: Member) -> bool:
         return self.planned.registry.is_simulated(*self._source(channel))
@@ -211,21 +211,19 @@ def entering_channels(planned: Planned) -> tuple[Member, ...]:
     """
     analysed = not planned.procedure.model.analysis.asks_nothing
     found: dict[Member, None] = {}
+    recordings = {each.record.name: each.record for each in planned.plan.recordings}
     for step in planned.plan.steps:
-        action = step.action
-        if isinstance(action, Record):
-            names = [Member(action.role, each) for each in action.channels if each != INDEX]
+        if record := recordings.get(step.action.recording):
+            names = [Member(record.role, each) for each in record.channels if each != INDEX]
             found.update(dict.fromkeys(names))
             if analysed:
-                found.update(dict.fromkeys(_read_loads(planned, action.role)))
-        elif isinstance(action, (Measure, Scan)):
-            torque = [each for each in action.channels if _dimension(action, each) == "torque"]
-            found.update(dict.fromkeys(torque if analysed else action.channels))
+                found.update(dict.fromkeys(_read_loads(planned, record.role)))
+        if rows := step.action.rows:
+            torque = [
+                each for each in rows.channels if unit(rows.units[each]).dimension == "torque"
+            ]
+            found.update(dict.fromkeys(torque if analysed else rows.channels))
     return tuple(found)
-
-
-def _dimension(action: Measure | Scan, channel: Member) -> str:
-    return unit(action.units[channel]).dimension
 
 
 def _read_loads(planned: Planned, role: str) -> list[Member]:

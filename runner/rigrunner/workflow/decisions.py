@@ -153,7 +153,7 @@ def decide_again(
 
 def _procedure(stored: StoredRun) -> Procedure:
     header = stored.header
-    return parse_procedure(header.procedure_text, header.procedure_id).model
+    return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
 
 
 def _refuse(

@@ -6,8 +6,8 @@ import difflib
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, Problem, UsageError
-from rigrunner.plan.questions import question_of
 from rigrunner.procedure.answers import AnswerError
+from rigrunner.steps.ask import question_of
 from rigrunner.yamlfile import read
 
 if TYPE_CHECKING:

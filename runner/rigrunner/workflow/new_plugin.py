@@ -32,6 +32,7 @@ KINDS = {
     "rule": "decision_rule",
     "importer": "importer",
     "report": "report_format",
+    "step": "step",
 }
 """The kinds that can be made, by the word for them, with the registry's own name."""
 _NUMPY = {"fit", "outlier_rule", "compensation", "importer"}

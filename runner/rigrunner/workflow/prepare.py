@@ -18,7 +18,7 @@ from rigrunner.plan import (
     make_plan,
     predict,
 )
-from rigrunner.procedure import InconsistentProcedureError, load_procedure
+from rigrunner.procedure import InconsistentProcedureError, load_procedure, step_kinds
 from rigrunner.rig.messages import DeviceMessages
 from rigrunner.station import InconsistentStationError, load_station
 from rigrunner.workflow.approval import approval_state
@@ -82,14 +82,17 @@ def plan_run_in(
 
     Without `time_limits` no call of a device is ever given up: for a debugger.
     """
-    problems = _Problems()
-    loaded_procedure = problems.without(lambda: load_procedure(procedure))
-    loaded_station = problems.without(lambda: load_station(station))
+    problems, of_station = _Problems(), _Problems()
+    loaded_station = of_station.without(lambda: load_station(station))
+    if loaded_station is not None:
+        registry = with_lab_plugins(registry, loaded_station, station.parent)
+    kinds = step_kinds(registry)
+    loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds))
+    problems += of_station
     if loaded_procedure is None or loaded_station is None:
         raise InvalidFileError(problems)
     loaded_station = replace(loaded_station, time_limits=time_limits)
     messages = DeviceMessages()
-    registry = with_lab_plugins(registry, loaded_station, station.parent)
     problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
     broken = [role for role in loaded_station.model.devices if problems.has(("devices", role))]
     clock = SimulatedClock() if broken else time(loaded_station, registry)

@@ -78,7 +78,7 @@ def analyse_stored(
     A run without an analysis has a result if its measured values have limits.
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
-    procedure = changes(parse_procedure(text, name).model)
+    procedure = changes(parse_procedure(text, name, stored=True).model)
     spec, limits = procedure.analysis, acceptance or procedure.acceptance
     if not is_analysed(stored, procedure):
         if not any(row.limits for row in stored.measurements):

@@ -14,7 +14,7 @@ from rigrunner.yamlfile.models import known_keys
 from rigrunner.yamlfile.wording import ALLOWED, Finding, describe
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from pydantic_core import ErrorDetails
 
@@ -26,15 +26,21 @@ MARK = "rigrunner"
 """The key that says what a file is, such as 'procedure/1'."""
 
 
-def validate(model_type: type[Model], document: Document, at: Path = ()) -> Model:
+def validate(
+    model_type: type[Model],
+    document: Document,
+    at: Path = (),
+    context: Mapping[str, Any] | None = None,
+) -> Model:
     """Return the model of the document, or of its part at that path.
 
-    A part that is absent or empty counts as an empty mapping. Raises InvalidFileError with every
-    problem: where it stands, which field it is, what was got and what is allowed.
+    A part that is absent or empty counts as an empty mapping; `context` is for its validators.
+    Raises InvalidFileError with every problem: where it stands, which field it is, what was got and
+    what is allowed.
     """
     data = document.part(at)
     try:
-        return model_type.model_validate({} if data is None else data)
+        return model_type.model_validate({} if data is None else data, context=context)
     except ValidationError as error:
         found = [each for each in error.errors(include_url=False) if not _is_echo(each)]
         found = _of_another_kind(found) or found

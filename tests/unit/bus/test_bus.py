@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -10,12 +9,9 @@ from hypothesis import strategies as st
 from helpers_devices import Listener
 from rigrunner.api.events import (
     Alarm,
-    InterlockTripped,
     Note,
     RunEnded,
     RunStarted,
-    StepEnded,
-    StepStarted,
 )
 from rigrunner.bus import Bus, Emitter, EventStamp
 from rigrunner.clock import SimulatedClock, utc_text
@@ -117,61 +113,3 @@ def test_a_clock_whose_seconds_begin_anew_is_looked_at(clock):
     stamp(Note, step="s", text="t")
     clock.utc = lambda: datetime(2026, 3, 1, 0, 1, tzinfo=UTC)
     assert stamp(Note, step="s", text="t").utc == "2026-03-01T00:01:00.000Z"
-
-
-STAMP = {"seq": 0, "monotonic_s": 0.0, "utc": ""}
-KINDS = [
-    (RunStarted, {"run_id": "r", "steps": 1, "estimated_s": 2.0}),
-    (StepStarted, {"step": "main[0].set", "index": 0, "action": "set", "text": "Set it"}),
-    (StepEnded, {"step": "main[0].set", "index": 0, "action": "set", "ok": True}),
-    (
-        InterlockTripped,
-        {"source": "s", "text": "t", "interlock": "i", "does": "abort"} | {"latency_s": 0.1},
-    ),
-    (RunEnded, {"outcome": "completed", "read_back": {"press.load": 0.0}}),
-]
-
-
-@pytest.mark.parametrize(("kind", "given"), KINDS, ids=lambda one: getattr(one, "__name__", ""))
-def test_an_event_is_made_as_its_class_makes_it_every_time(clock, kind, given):
-    stamp = EventStamp(clock)
-    for seq in range(3):
-        plain = kind(seq=seq, monotonic_s=0.0, utc="2026-03-01T00:00:00.000Z", **given)
-        made = stamp(kind, **given)
-        assert made == plain
-        assert vars(made).keys() == vars(plain).keys()
-
-
-@pytest.mark.parametrize("wrong", [{"source": "a"}, {"source": "a", "text": "b", "why": "c"}])
-def test_an_event_with_wrong_fields_is_refused_every_time(clock, wrong):
-    stamp = EventStamp(clock)
-    stamp(Alarm, source="a", text="b")
-    for _ in range(2):
-        with pytest.raises(TypeError):
-            stamp(Alarm, **wrong)
-
-
-@pytest.mark.parametrize(("kind", "given"), KINDS, ids=lambda one: getattr(one, "__name__", ""))
-def test_a_whole_event_is_the_one_that_its_class_makes(clock, kind, given):
-    plain = kind(seq=0, monotonic_s=0.0, utc="2026-03-01T00:00:00.000Z", **given)
-    listener = Listener()
-    emit = Emitter(Bus([listener]), clock)
-    for _ in range(3):
-        emit(kind, vars(plain) | STAMP)
-    assert [replace(one, seq=0) for one in listener.events] == [plain] * 3
-    assert [one.seq for one in listener.events] == [0, 1, 2]
-    assert all(list(vars(one)) == list(vars(plain)) for one in listener.events)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"step": "s", "text": "t", "why": "w"},
-        {"text": "t", "step": "s"},
-        {"step": "s"},
-    ],
-    ids=["too many", "in another order", "not whole"],
-)
-def test_what_is_not_a_whole_event_is_refused(clock, wrong):
-    with pytest.raises(TypeError):
-        Emitter(Bus(), clock)(Note, STAMP | wrong)

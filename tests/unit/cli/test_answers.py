@@ -12,8 +12,9 @@ from rigrunner.api.quantity import parse_quantity
 from rigrunner.cli.answers import TerminalAnswers
 from rigrunner.cli.progress import LineProgress
 from rigrunner.cli.stopping import stop_on_signals
-from rigrunner.plan.actions import Ask, Confirm
 from rigrunner.procedure.answers import Expected
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
 
 GUARDS = Confirm("Guards closed?", unattended=True)
 SERIAL = Ask("Serial number", "specimen", "DEMO-0001")

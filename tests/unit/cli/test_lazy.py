@@ -18,9 +18,9 @@ HELP = ({"click"}, FLOORS)
 """Other packages than those of Python and ours, and the floors of ours."""
 LIST = (
     {"click", "yaml"} | MODELS | PLUGINS,
-    FLOORS | {"interlock", "registry", "station", "yamlfile"},
+    FLOORS | {"interlock", "procedure", "registry", "station", "steps", "yamlfile"},
 )
-CHECK = (LIST[0], FLOORS | {"clock", "interlock", "procedure", "registry", "yamlfile"})
+CHECK = (LIST[0], FLOORS | {"clock", "interlock", "procedure", "registry", "steps", "yamlfile"})
 CHECK_ON_STATION = (
     CHECK[0] | {"numpy"},  # the devices are made, to ask them what they can do
     CHECK[1] | {"analysis", "plan", "rig", "signal", "station"},

@@ -16,8 +16,9 @@ from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import run_by_hand
-from rigrunner.plan.actions import Interlock, Phase, PlannedStep, SetDrive, Terms
+from rigrunner.plan.actions import Interlock, Phase, PlannedStep, Terms
 from rigrunner.rig import Rig
+from rigrunner.steps.set_drives import SetDrive
 
 
 def step(action, **terms):

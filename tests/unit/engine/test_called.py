@@ -9,7 +9,8 @@ import pytest
 from helpers_devices import FakeTester, Listener, run
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import Outcome, StepEnded
-from rigrunner.plan.actions import Phase, Plan, PlannedStep, SetDrive
+from rigrunner.plan.actions import Phase, Plan, PlannedStep
+from rigrunner.steps.set_drives import SetDrive
 
 # name, phase, calls; the names are set-points, so that a device can refuse any of them
 STEPS = (

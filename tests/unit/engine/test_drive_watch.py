@@ -12,8 +12,10 @@ from rigrunner.api.member import Member
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
-from rigrunner.plan.actions import Measure, Scan, SetDrive
 from rigrunner.rig import Rig
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.set_drives import SetDrive
 
 
 class Bench(FakeTester):

@@ -29,10 +29,12 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.watching import Watch
-from rigrunner.plan.actions import Interlock, SetDrive, Settle
+from rigrunner.plan.actions import Interlock
 from rigrunner.rig import Rig
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.station.limits import DriveLimits
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
 
 HOT = Interlock(
     name="hot",

@@ -23,19 +23,13 @@ from rigrunner.api.units import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
 from rigrunner.engine.points import point_at, settles_before
-from rigrunner.plan.actions import (
-    Interlock,
-    Phase,
-    Plan,
-    PlannedStep,
-    Ramp,
-    Scan,
-    SetDrive,
-    Settle,
-    Terms,
-    Zero,
-)
+from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
 from rigrunner.runfile.attempts import measured
+from rigrunner.steps.ramp import Ramp
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
+from rigrunner.steps.zero import Zero
 
 SECOND = "main[0].sweep[1]"
 ZERO = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.2)

@@ -20,8 +20,11 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.engine import StopNow, UnattendedAnswers
-from rigrunner.plan.actions import Ask, Confirm, SetDrive, Settle
 from rigrunner.procedure.answers import Expected
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
 
 CALLS = 40
 """More than the device calls of the plan's setup and main."""

@@ -27,18 +27,12 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Choice, UnattendedAnswers, find_seam, run_plan, streams_before
 from rigrunner.engine.seam import brought_back
-from rigrunner.plan.actions import (
-    Interlock,
-    Phase,
-    Plan,
-    PlannedStep,
-    Scan,
-    SetDrive,
-    Settle,
-    Terms,
-)
+from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.runfile.attempts import measured
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
 
 LOADS = (10.0, 20.0, 30.0)
 UNITS = {"tester.load": "N", "tester.torque": "N·m", "tester.frequency": "Hz"}

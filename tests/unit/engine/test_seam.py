@@ -20,7 +20,10 @@ from rigrunner.api.events import (
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.member import Member
 from rigrunner.engine import Choice, find_seam, streams_before
-from rigrunner.plan.actions import Measure, SetDrive, Terms, Zero
+from rigrunner.plan.actions import Terms
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.zero import Zero
 
 SECOND = "main[0].sweep[1]"
 

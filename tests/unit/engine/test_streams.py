@@ -11,7 +11,7 @@ from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceRejectedError
 from rigrunner.api.events import Alarm, Outcome, Samples, StepEnded
 from rigrunner.engine import streams
-from rigrunner.plan.actions import Zero
+from rigrunner.steps.zero import Zero
 
 
 def outcome_of(spoil, action=None):

@@ -30,19 +30,14 @@ from rigrunner.api.quantity import parse_quantity
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
-from rigrunner.plan.actions import (
-    Measure,
-    Phase,
-    Plan,
-    PlannedStep,
-    Ramp,
-    SetDrive,
-    Terms,
-    Wait,
-    Zero,
-)
+from rigrunner.plan.actions import Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.runfile.attempts import measured
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.ramp import Ramp
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.wait import Wait
+from rigrunner.steps.zero import Zero
 
 LOAD = Measure(
     "table", (Member("tester", "load"),), 0.0, {"tester.load": 5.0}, {"tester.load": "N"}

@@ -27,7 +27,7 @@ from rigrunner.panel.process.orders import Abort, AskPause, Decide, GiveAnswer, 
 from rigrunner.panel.process.outbox import MOST_CURVES, Outbox
 from rigrunner.panel.process.person import PanelAnswers, PanelPauses
 from rigrunner.panel.process.switch import Switch
-from rigrunner.plan.actions import Confirm
+from rigrunner.steps.confirm import Confirm
 
 KNOWN = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
 BY, WHY = "Ann", "because"

@@ -16,8 +16,9 @@ from helpers_said import sentences
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.panel.jobs.preflight_paper import calibrations
 from rigrunner.panel.jobs.preflight_rig import rig_items
-from rigrunner.plan.actions import Ask, Confirm
 from rigrunner.procedure.answers import AnswerError, Expected
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
 from rigrunner.workflow.locate import find_procedure, find_station
 from rigrunner.workflow.planning import planned_run
 
@@ -25,7 +26,7 @@ ROOT = Path(rigrunner.__file__).parent
 STATIC = ROOT / "panel/static"
 ENGLISH = json.loads((STATIC / "texts/en.json").read_text(encoding="utf-8"))
 SAYS = {key: text for key, text in ENGLISH.items() if key.startswith("says.")}
-STEPS = ["plan/motions.py", "plan/readings.py", "plan/questions.py"]
+STEPS = sorted(f"steps/{each.name}" for each in (ROOT / "steps").glob("*.py"))
 SILENT = {  # modules of the panel that speak to the terminal, or to programs that use the API
     "serve.py", "openapi.py", "operations.py", "requests.py", "answers.py", "app.py", "security.py",
 }  # fmt: skip
@@ -44,7 +45,7 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
     "Measure Q, Q", "mean over Q s", "Record Q of Q, Q (Q s)", "Q cycles at Q Hz", "for a time",
     "Q to Q Q", "Q may be set to Q", "with code Q", "without a word",
     "the process of the run ended Q", "Q or less", "Q or more", "Q to Q", "got 'Q', allowed is Q",
-    "Q, not Q", "an Q", " or 'Q'", "write QQ", "Q: aborted while pausedQ", "Q again", "up to Q",
+    "Q, not Q", " or 'Q'", "write QQ", "Q: aborted while pausedQ", "Q again", "up to Q",
     "from Q to Q", "Q days before this run", "Q day before this run",
     "the calibration of Q was due on Q, Q", "Q is calibrated Q", "Q, but Q Q", "enter it; Q",
     "the swing goes to", "recording Q is expected to reach", "Q is set to",
@@ -56,7 +57,7 @@ PIECES = {  # of sentences: these are put together and translated as a whole, se
 NAMES = {  # of things and threads, and what stands in the log alone
     "panel client Q", "the Q of Q", "no-load run", "zero Q", "interlock Q",
     "from the rig's process",
-    "to the panel", "take over", "kg m2",
+    "to the panel", "take over",
     "a bug in the panel: the screen may be wrong, the run is not",
 }  # fmt: skip
 

@@ -17,9 +17,15 @@ from helpers_language import (
 )
 from rigrunner.api.devices import DriveInfo
 from rigrunner.plan import make_plan, plan_text
-from rigrunner.plan.actions import Ask, Confirm, Phase, Record, SetDrive, Settle, Zero
+from rigrunner.plan.actions import Phase
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
+from rigrunner.steps.record import Record
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
+from rigrunner.steps.zero import Zero
 
 DEVICES = {"tester": TESTER, "room": THERMOMETER, "logger": LOGGER}
 

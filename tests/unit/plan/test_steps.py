@@ -20,23 +20,20 @@ from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.plan import make_plan
-from rigrunner.plan.actions import (
-    Ask,
-    Confirm,
-    Measure,
-    Note,
-    Phase,
-    Ramp,
-    Record,
-    Scan,
-    SetDrive,
-    Settle,
-    Terms,
-    Wait,
-)
+from rigrunner.plan.actions import Phase, Terms
 from rigrunner.procedure import load_procedure, parse_procedure
 from rigrunner.procedure.answers import Expected
 from rigrunner.station import parse_station
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.confirm import Confirm
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.note import Note
+from rigrunner.steps.ramp import Ramp
+from rigrunner.steps.record import Record
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.settle import Settle
+from rigrunner.steps.wait import Wait
 
 MARK = "settle: {cycles: 5}"
 AT = "main[1].sweep.steps[0]"

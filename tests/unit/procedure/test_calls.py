@@ -67,16 +67,16 @@ def test_a_called_procedure_has_the_given_values(files):
     called = load_procedure(files()).called[("main", 1)]
 
     assert called.model.id == "INNER"
-    assert str(called.model.main[0].set.drives["tester.load"]) == "20 N"
-    assert str(called.model.main[1].sweep.over[0]) == "1 Hz"
+    assert str(called.model.main[0].settings.drives["tester.load"]) == "20 N"
+    assert str(called.model.main[1].settings.over[0]) == "1 Hz"
 
 
 def test_lists_and_references_are_handed_on(files):
     outer = calling("{procedure: inner.yaml, with: {load: $pull, values: [2 Hz, 3 Hz]}}")
     called = load_procedure(files(outer)).called[("main", 1)]
 
-    assert str(called.model.main[0].set.drives["tester.load"]) == "30 N"
-    assert [str(each) for each in called.model.main[1].sweep.over] == ["2 Hz", "3 Hz"]
+    assert str(called.model.main[0].settings.drives["tester.load"]) == "30 N"
+    assert [str(each) for each in called.model.main[1].settings.over] == ["2 Hz", "3 Hz"]
 
 
 def test_inputs_of_both_are_asked_and_the_callers_question_goes_first(files):

@@ -8,8 +8,8 @@ from helpers_language import PROCEDURE, edited, only_problem, place_of, problems
 from rigrunner.procedure import parse_procedure
 
 STEPS = (
-    "allowed is one of: confirm, ask, note, zero, set, ramp, wait, settle, sweep, repeat, record,"
-    " measure, scan, call"
+    "allowed is one of: ask, call, confirm, measure, note, ramp, record, repeat, scan, set, settle,"
+    " sweep, wait, zero"
 )
 KEYS = "known keys: "
 

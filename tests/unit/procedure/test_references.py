@@ -62,16 +62,16 @@ def test_a_reference_may_stand_for_any_value():
     )
     model = parse_procedure(text, "p.yaml").model
 
-    assert model.setup[0].confirm.text == "Guards shut"
-    settle, record = model.main[1].sweep.steps
-    assert settle.settle.cycles == 5
-    assert record.record.channels == ("tester.angle",)
+    assert model.setup[0].settings.text == "Guards shut"
+    settle, record = model.main[1].settings.steps
+    assert settle.settings.cycles == 5
+    assert record.settings.channels == ("tester.angle",)
 
 
 def test_a_dollar_within_a_text_is_a_dollar():
     text = edited(PROCEDURE, ("Guards closed", "Pay 5 $load"))
 
-    assert parse_procedure(text, "p.yaml").model.setup[0].confirm.text == "Pay 5 $load"
+    assert parse_procedure(text, "p.yaml").model.setup[0].settings.text == "Pay 5 $load"
 
 
 def test_a_doubled_dollar_begins_a_text_that_is_no_reference():
@@ -83,6 +83,6 @@ def test_a_doubled_dollar_begins_a_text_that_is_no_reference():
     )
     model = parse_procedure(text, "p.yaml").model
 
-    assert model.setup[0].confirm.text == "$load is the load"
+    assert model.setup[0].settings.text == "$load is the load"
     assert model.parameters["price"] == "$5"
-    assert model.setup[1].ask.text == "$5"
+    assert model.setup[1].settings.text == "$5"

@@ -39,6 +39,7 @@ KINDS = (
     "certificate_format",
     "study_format",
     "event_sink",
+    "step",
 )
 
 

@@ -9,7 +9,7 @@ import click
 
 from rigrunner.cli.output import message, result
 
-WORDS = ("device", "fit", "compensation", "outlier-rule", "rule", "importer", "report")
+WORDS = ("device", "fit", "compensation", "outlier-rule", "rule", "importer", "report", "step")
 PLUGINS = "plugins"
 """The lab's own folder, as `rigrunner init` makes it."""
 

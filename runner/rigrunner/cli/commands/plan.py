@@ -89,14 +89,11 @@ def _torque_row(torque: PredictedTorque) -> list[str]:
 def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
     from rigrunner.api.member import Member
-    from rigrunner.plan.actions import Ramp, Scan, SetDrive
 
     reached: dict[Member, list[float]] = {}
     for step in planned.plan.steps:
-        action = step.action
-        if isinstance(action, (SetDrive, Ramp, Scan)):
-            values = [action.start, action.end] if isinstance(action, Ramp) else action.ends
-            reached.setdefault(action.member, []).extend(values)
+        if drive := step.action.led:
+            reached.setdefault(drive, []).extend(step.action.passes)
     narrower = planned.station.model.safety.drives
     drives = {
         Member(role, d.name): d for role, each in planned.devices.items() for d in each.drives

@@ -25,7 +25,10 @@ from rigrunner.panel.view.manual import DriveView, ManualView
 from rigrunner.panel.view.of_plan import plan_view
 from rigrunner.panel.view.of_result import finished_view, live_view
 from rigrunner.plan import Plan, PlannedStep
-from rigrunner.plan.actions import Phase, Record, SetDrive, Terms, Zero
+from rigrunner.plan.actions import Phase, Terms
+from rigrunner.steps.record import Record
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.zero import Zero
 from rigrunner.workflow.by_hand.points import record_by_hand
 from rigrunner.workflow.by_hand.settling import settle_left
 from rigrunner.workflow.noload import no_load_for

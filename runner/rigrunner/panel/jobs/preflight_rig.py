@@ -10,8 +10,8 @@ from rigrunner.api.devices import Readable
 from rigrunner.api.errors import RigrunnerError
 from rigrunner.api.member import Member, role_of
 from rigrunner.panel.view.sections import PreflightItem
-from rigrunner.plan.actions import Zero
 from rigrunner.rig import Patience, Rig, unsafe_text
+from rigrunner.steps.zero import Zero
 from rigrunner.workflow.left_energised import standing_of, what_to_do
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
 
 def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     zeros = {
-        step.action.member: step.action
+        step.action.zeroed: step.action
         for step in planned.plan.steps
         if isinstance(step.action, Zero)
     }

@@ -50,7 +50,9 @@ class LiveAnalysis:
 
 def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     """Return the analysis of a run that goes on; None where its procedure asks for none."""
-    procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+    procedure = parse_procedure(
+        stored.header.procedure_text, stored.header.procedure_id, stored=True
+    ).model
     if procedure.analysis.asks_nothing:
         return None
     spec = procedure.analysis.model_copy(update={"validate_": None})

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock
     from rigrunner.api.events import EventSink
     from rigrunner.engine import Decision, Interference, Paused
+    from rigrunner.engine.answers import Ask, Confirm
     from rigrunner.panel.process.inbox import Inbox
     from rigrunner.panel.process.switch import Switch
-    from rigrunner.plan.actions import Ask, Confirm
 
 YES_NO = Expected(choices=("yes", "no"))
 

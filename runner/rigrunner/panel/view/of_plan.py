@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.panel.view.sections import PlanView, StepView
-from rigrunner.plan.actions import Record, Scan
 
 if TYPE_CHECKING:
     from rigrunner.plan import Plan, PlannedStep
@@ -27,6 +26,6 @@ def _step(index: int, step: PlannedStep) -> StepView:
         text=step.text,
         point=step.points[-1] if step.points else "",
         estimated_s=step.estimated_s,
-        frequency_hz=action.cycle_frequency_hz if isinstance(action, Record) else None,
-        scan_points=len(action.values) if isinstance(action, Scan) else 0,
+        frequency_hz=getattr(action, "cycle_frequency_hz", None),
+        scan_points=len(action.passes) if action.led and action.rows else 0,
     )

@@ -26,10 +26,10 @@ from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.notes import words
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.session import Session
-from rigrunner.engine.steps import perform
-from rigrunner.plan.actions import Measure, SetDrive
 from rigrunner.rig import unsafe_text
 from rigrunner.station.drive_rules import DriveRules
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.set_drives import SetDrive
 from rigrunner.workflow.guardian.guarding import unguarded
 from rigrunner.workflow.left_energised import NOBODY, LeftAsItStandsError, check_left
 from rigrunner.workflow.log import RunLog
@@ -93,7 +93,7 @@ class Jog:
         self.look()
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"
-        measured = self._guarded(what, lambda: perform(_STEP, action, self._session))
+        measured = self._guarded(what, lambda: action.do(_STEP, self._session))
         actual = measured.values[Member(self.role, drive)]
         self._note(f"{what}: reads back {actual:g} {info.unit}")
         return actual
@@ -149,7 +149,7 @@ class Jog:
         units: dict[str, str] = {each: self.channels[each.name].unit for each in members}
         action = Measure(_STEP, tuple(members), duration_s, {}, units, rate_hz)
         what = f"read {', '.join(names)}"
-        found = self._guarded(what, lambda: perform(_STEP, action, self._session)).values
+        found = self._guarded(what, lambda: action.do(_STEP, self._session)).values
         return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
 
     def _rate_hz(self, names: Sequence[str]) -> float | None:

@@ -71,7 +71,8 @@ def _of_parameters(
 def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:
     """Return the sections that say the same once defaults are filled in."""
     try:
-        first, second = parse_procedure(text, name), parse_procedure(other, other_name)
+        first = parse_procedure(text, name, stored=True)
+        second = parse_procedure(other, other_name, stored=True)
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
     return {

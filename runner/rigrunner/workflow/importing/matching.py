@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import unit
-from rigrunner.plan.actions import Ask, Measure, Record, Scan, Zero
 from rigrunner.procedure.answers import AnswerError
+from rigrunner.steps.ask import Ask
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.record import Record
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.zero import Zero
 from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.plan.actions import Action
+    from rigrunner.api.steps import Action
     from rigrunner.procedure.answers import Expected
     from rigrunner.workflow.importing.mapping import (
         ColumnSpec,
@@ -104,7 +108,7 @@ class _Matcher:
 
     def _zeros(self) -> None:
         steps = [step.action for step in self._planned.plan.steps if isinstance(step.action, Zero)]
-        zeroed = [action.member for action in steps]
+        zeroed = [action.zeroed for action in steps]
         for member in self._mapping.zeros:
             if member not in zeroed:
                 hint = suggestion(member, zeroed, "it zeroes")

@@ -21,14 +21,16 @@ from rigrunner.api.events import (
 )
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
+from rigrunner.api.steps import Found
 from rigrunner.api.units import si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
-from rigrunner.engine.found import Measured
 from rigrunner.engine.limits import remarks_on
 from rigrunner.engine.recorded import RecordedStatistics
-from rigrunner.engine.scanning import where_at
-from rigrunner.plan.actions import Measure, Record, Scan, Zero
+from rigrunner.steps.measure import Measure
+from rigrunner.steps.record import Record
+from rigrunner.steps.scan import Scan
+from rigrunner.steps.zero import Zero
 from rigrunner.workflow.importing.columns import Wanted, fault, read_part
 from rigrunner.workflow.importing.mapping import ColumnSpec
 
@@ -125,7 +127,7 @@ class _Import:
         return made, stated
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
-        member = action.member
+        member = action.zeroed
         given, at = next(self._zeros[member]), ("zeros", member)
         value = given.si if isinstance(given, Quantity) else self._mean_at_rest(given, at, member)
         if abs(value) > action.within:
@@ -134,7 +136,7 @@ class _Import:
                 f" more than the {action.within:g} {action.unit} that the procedure allows"
             )
             raise fault(self._checked.mapping, at, message)
-        found = Measured({member: value}, {member: action.unit}, {})
+        found = Found({member: value}, {member: action.unit}, {})
         self._step(index, step, (self._latest, self._latest), found)
 
     def _stated(self) -> dict[str, float]:
@@ -147,15 +149,15 @@ class _Import:
         for point, value in enumerate(action.values):
             values = self._stated()
             where = {"step": step.path, "point": point, "measurement": action.name}
-            setpoints = {**action.setpoints, action.member: value}
+            setpoints = {**action.setpoints, action.led: value}
             self._emit(Scanned, at, **where, setpoints=setpoints, values=values)
-            told = f"at {where_at(action, point)}: "
+            told = f"at {action.where(point)}: "
             for kind, text in remarks_on(action.limits, values, told):
                 self._emit(kind, at, step=step.path, text=text)
         self._emit(StepEnded, at, **attempt.ended(ok=True))
 
     def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
-        found = Measured(self._stated(), action.units, {})
+        found = Found(self._stated(), action.units, {})
         self._step(index, step, (self._latest, self._latest), found)
 
     def _mean_at_rest(self, part: Part, at: DocumentPath, member: Member) -> float:
@@ -189,7 +191,7 @@ class _Import:
         ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
         statistics = RecordedStatistics(action.statistics)
         statistics.take(samples)
-        found = Measured(values, {**action.units, **units}, {}, statistics.found())
+        found = Found(values, {**action.units, **units}, {}, statistics.found())
         self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
         self._latest = max(self._latest, ended)
         self._done += 1
@@ -238,7 +240,7 @@ class _Import:
         index: int,
         step: PlannedStep,
         times: tuple[datetime, datetime],
-        found: Measured,
+        found: Found,
         sampled: _Sampled | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times

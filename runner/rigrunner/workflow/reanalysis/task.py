@@ -79,7 +79,9 @@ class Reanalysis:
             return Reanalysed(asdict(_row(info, None, None, skipped=_unfinished(info))))
         stored = read(path)
         header = stored.header
-        asked = self.changes(parse_procedure(header.procedure_text, header.procedure_id).model)
+        asked = self.changes(
+            parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+        )
         if asked.analysis.asks_nothing:
             reason = "its procedure asks for no analysis"
             return Reanalysed(asdict(_row(info, None, None, skipped=reason)))

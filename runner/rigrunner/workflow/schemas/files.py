@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import TypeAdapter
 
 from rigrunner.api.certificate import Certificate
+from rigrunner.api.hooks import StepRecord
 from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
 from rigrunner.procedure import PluginRef, Procedure
@@ -20,16 +21,17 @@ from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.workflow.importing.mapping import ImportMapping
 from rigrunner.workflow.schemas.settings import SettingsSchema
 from rigrunner.workflow.schemas.shapes import (
+    STEP,
     with_defaults_in_words,
-    with_merged_steps,
     with_references,
     with_shared_quantities,
+    with_shared_steps,
     without_unused,
 )
 from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:
-    from pydantic_core.core_schema import ModelSchema
+    from pydantic_core.core_schema import ModelSchema, PlainValidatorFunctionSchema
 
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.settings import Settings
@@ -61,7 +63,7 @@ def certificate_schema() -> Schema:
 def language_schema(language: Language, registry: Registry) -> Schema:
     """Return the JSON Schema of a language, with the plugins of the registry where it names any."""
     schema = _LanguageSchema(registry).generate(_MODELS[language].__pydantic_core_schema__)
-    schema = with_shared_quantities(with_defaults_in_words(with_merged_steps(schema)))
+    schema = with_shared_quantities(with_defaults_in_words(with_shared_steps(schema)))
     if language == "procedure":
         schema = with_references(schema, literal={"rigrunner", "parameters"})
     return {"$schema": DIALECT, **without_unused(schema)}
@@ -73,6 +75,7 @@ class _LanguageSchema(SettingsSchema):
     def __init__(self, registry: Registry) -> None:
         super().__init__()
         self._registry = registry.with_all_settings()
+        self._knows_steps = False
 
     def model_schema(self, schema: ModelSchema) -> Schema:
         """Return the schema of a model, with the plugins that may stand in it."""
@@ -88,6 +91,31 @@ class _LanguageSchema(SettingsSchema):
         if issubclass(model, ListenerBinding) and self._records("event_sink"):
             found["allOf"] = [self._bound(each) for each in self._records("event_sink")]
         return found
+
+    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
+        """Return the choice between all kinds of steps: nothing else is read by a function alone.
+
+        It is one object with a key for each, of which one is given: an editor then offers the keys,
+        and names the one that it does not know.
+        """
+        if self._knows_steps:
+            return {STEP: True}
+        self._knows_steps = True  # a sweep has steps
+        return {
+            STEP: True,
+            "type": "object",
+            "description": "A step: one key, which says what is done.",
+            "properties": {each.name: self._step(each) for each in self._records("step")},
+            "additionalProperties": False,
+            "minProperties": 1,
+            "maxProperties": 1,
+        }
+
+    def _step(self, record: PluginRecord) -> Schema:
+        found = self.generate_inner(record.settings_model.__pydantic_core_schema__)
+        example = record.example if isinstance(record, StepRecord) else ""
+        written = f" `{example}`." if example else ""
+        return {**found, "description": f"{record.help}{written}"}
 
     def _records(self, kind: str) -> list[PluginRecord]:
         by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}

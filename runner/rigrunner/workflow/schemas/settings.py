@@ -10,7 +10,12 @@ from rigrunner.workflow.schemas.fields import Field, fields_of
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
-    from pydantic_core.core_schema import DictSchema, ModelSchema, NullableSchema
+    from pydantic_core.core_schema import (
+        DictSchema,
+        ModelSchema,
+        NullableSchema,
+        PlainValidatorFunctionSchema,
+    )
 
 Schema = dict[str, Any]
 
@@ -25,6 +30,10 @@ class SettingsSchema(GenerateJsonSchema):
     def nullable_schema(self, schema: NullableSchema) -> Schema:
         """Leave null out: what is not wanted is not written."""
         return self.generate_inner(schema["schema"])
+
+    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
+        """Take what a function alone reads for a mapping: it is a step."""
+        return {"type": "object"}
 
     def dict_schema(self, schema: DictSchema) -> Schema:
         """Refuse a key that does not have the form of those that are allowed."""

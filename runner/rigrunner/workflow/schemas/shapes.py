@@ -11,55 +11,31 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.workflow.schemas.fields import DIMENSION
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator
 
 Schema = dict[str, Any]
 
+STEP = "x-step"
+"""The key in the JSON Schema of a step."""
 _DEFINITIONS = "$defs"
 _POINTER = "#/$defs/"
 _REFERENCE = r"^\$[A-Za-z][A-Za-z0-9_]*$"
-_STEP = "Step"
 
 
-def with_merged_steps(schema: Schema) -> Schema:
-    """Draw the choice between steps, objects of one key each, together into one object.
-
-    An editor then offers the keys, and names the one that it does not know.
-    """
-    definitions = schema[_DEFINITIONS]
-    steps: dict[str, Schema] = {}
+def with_shared_steps(schema: Schema) -> Schema:
+    """Define the choice between kinds of steps once; wherever else it stands, only `STEP` does."""
+    shared: dict[str, Schema] = {}
 
     def change(node: Schema) -> Schema:
-        choices = [definitions.get(_target(each), {}) for each in node.get("oneOf", ())]
-        if not choices or not all(len(choice.get("properties", ())) == 1 for choice in choices):
+        if STEP not in node:
             return node
-        steps[_STEP] = _one_of_keys(choices, definitions)
-        return {"$ref": _POINTER + _STEP}
+        if "properties" in node:
+            shared["Step"] = {key: node[key] for key in node if key != STEP}
+        return {"$ref": f"{_POINTER}Step"}
 
     changed: Schema = _changed(schema, change)
-    changed[_DEFINITIONS] |= steps
+    changed[_DEFINITIONS] |= shared
     return changed
-
-
-def _one_of_keys(choices: Sequence[Schema], definitions: Schema) -> Schema:
-    properties = {
-        key: {**spec, "description": f"{_described(spec, definitions)}{choice['description']}"}
-        for choice in choices
-        for key, spec in choice["properties"].items()
-    }
-    return {
-        "type": "object",
-        "description": "A step: one key, which says what is done.",
-        "properties": properties,
-        "additionalProperties": False,
-        "minProperties": 1,
-        "maxProperties": 1,
-    }
-
-
-def _described(spec: Schema, definitions: Schema) -> str:
-    words = definitions.get(_target(spec), {}).get("description", "")
-    return f"{words} " if words else ""
 
 
 def with_defaults_in_words(schema: Schema) -> Schema:

@@ -148,7 +148,9 @@ def _check_numbers(
     stored, run = checked.stored, checked.path
     again = decided_again(certificate)
     try:
-        procedure = parse_procedure(stored.header.procedure_text, stored.header.procedure_id).model
+        procedure = parse_procedure(
+            stored.header.procedure_text, stored.header.procedure_id, stored=True
+        ).model
     except RigrunnerError as error:
         found.differences.append(f"procedure in the run: it cannot be read: {error}")
         return

@@ -125,7 +125,9 @@ def _other_revisions(
     stored: StoredRun, recorded: Mapping[str, Any], registry: Registry
 ) -> Iterator[str]:
     header = stored.header
-    methods = methods_used(parse_procedure(header.procedure_text, header.procedure_id).model)
+    methods = methods_used(
+        parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+    )
     then = recorded.get("revisions", {})
     return other_revisions(methods, then, header.provenance, registry)
 

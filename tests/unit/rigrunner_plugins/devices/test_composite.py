@@ -31,9 +31,9 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import MadeSafe
 from rigrunner.clock import SimulatedClock
-from rigrunner.plan.actions import SetDrive
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
+from rigrunner.steps.set_drives import SetDrive
 from rigrunner.workflow.provenance import identities, is_simulated
 from rigrunner.yamlfile import parse, validate
 from rigrunner_plugins.devices.composite.device import make

@@ -28,8 +28,8 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import MadeSafe, Outcome, StepStarted
 from rigrunner.clock import WallClock
-from rigrunner.plan.actions import SetDrive
 from rigrunner.rig import Patience, Rig
+from rigrunner.steps.set_drives import SetDrive
 from rigrunner_plugins.devices.modbus.served.inverter import (
     HEARTBEAT,
     NOTHING_HEARD,

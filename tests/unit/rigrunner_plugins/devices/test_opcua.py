@@ -24,8 +24,8 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import Outcome
 from rigrunner.clock import WallClock
-from rigrunner.plan.actions import SetDrive
 from rigrunner.registry import load_registry
+from rigrunner.steps.set_drives import SetDrive
 from rigrunner.testing import subject
 from rigrunner_plugins.devices.opcua.settings import OpcUaSettings
 from rigrunner_plugins.devices.opcua.types import TYPES, encode

@@ -12,7 +12,7 @@ import pytest
 from helpers_docs import ROOT
 from rigrunner.api.hooks import PROJECT, DeviceRecord, FitRecord
 from rigrunner.api.settings import Force, Settings
-from rigrunner.procedure.steps import STEPS
+from rigrunner.procedure.steps import installed_kinds
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from rigrunner.workflow.schemas.files import Language, certificate_schema, language_schema
 
@@ -72,11 +72,13 @@ def test_every_key_has_its_help(language, shipped):
 
 def test_a_step_is_one_object_with_one_of_all_keys(procedure):
     step = procedure["$defs"]["Step"]
-    assert set(step["properties"]) == set(STEPS)
+    assert set(step["properties"]) == set(installed_kinds())
     assert (step["minProperties"], step["maxProperties"]) == (1, 1)
     assert step["additionalProperties"] is False
     assert procedure["properties"]["main"]["items"] == {"$ref": "#/$defs/Step"}
-    assert procedure["$defs"]["Sweep"]["properties"]["steps"]["items"] == {"$ref": "#/$defs/Step"}
+    assert procedure["$defs"]["SweepStep"]["properties"]["steps"]["items"] == {
+        "$ref": "#/$defs/Step"
+    }
 
 
 def test_every_value_may_be_a_reference_but_those_of_the_parameters(procedure):

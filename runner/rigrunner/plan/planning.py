@@ -1,0 +1,143 @@
+"""What a kind of step plans with: its place, the devices, and where the drives stand by then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from rigrunner.api.units import rate_of, unit, units_of
+from rigrunner.plan.actions import Recorded
+from rigrunner.plan.terms import planned_limits, recorded_limits, terms_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from rigrunner.api.devices import ChannelInfo
+    from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.member import Member
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.api.steps import Action, StepSettings
+    from rigrunner.plan.actions import Recording
+    from rigrunner.plan.draft import Place, Scene
+    from rigrunner.procedure.options import Band, RecordedBand
+    from rigrunner.procedure.steps import Step
+
+Key = tuple[str | int, ...]
+
+
+class Walker(Protocol):
+    """Goes through steps that stand within another one."""
+
+    def steps(self, steps: Sequence[Step], place: Place) -> None:
+        """Plan steps of the same procedure."""
+        ...
+
+    def call(self, place: Place) -> None:
+        """Plan the steps of the procedure that the step at a place calls."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Planning:
+    """Plans one step: see `rigrunner.api.steps.Planning`."""
+
+    settings: StepSettings
+    place: Place
+    """Under the key of the step."""
+    scene: Scene
+    walker: Walker
+
+    def emit(
+        self,
+        action: Action,
+        text: str,
+        seconds: float = 0.0,
+        limits: Iterable[ValueLimit] | None = None,
+        at: Place | None = None,
+    ) -> None:
+        """Write down one action, with the terms that the step has; `at`: elsewhere in it."""
+        terms = terms_of(self.settings, self.place, seconds, self.scene, limits)
+        self.scene.emit(at or self.place, action, text, seconds, terms)
+
+    def complain(self, key: Key, message: str, hint: str = "") -> None:
+        """Add a problem with what stands under a key of the step."""
+        self.scene.complain(self.path(*key), message, hint)
+
+    def path(self, *key: str | int) -> Key:
+        """Return where a key of the step stands in the file."""
+        return (*self.place.path, *key)
+
+    def channel(self, member: Member, key: Key) -> ChannelInfo | None:
+        """Return a channel of a device, or None after adding the problem."""
+        return self.scene.bench.channel(member, self.path(*key))
+
+    def units(self, channels: Sequence[Member], key: Key = ("channels",)) -> dict[Member, str]:
+        """Return each channel's unit; none at all where there is a problem with one."""
+        found = {each: self.channel(each, (*key, at)) for at, each in enumerate(channels)}
+        if len(found) < len(channels):
+            self.complain(key, "a channel stands twice", "name it once")
+            return {}
+        units = {member: info.unit for member, info in found.items() if info}
+        return units if len(units) == len(found) else {}
+
+    def must_be_read(self, channels: Iterable[Member]) -> None:
+        """Add a problem for each device of which single values cannot be read."""
+        for role in {each.role for each in channels}:
+            self.scene.bench.must_be_readable(role, self.place.path)
+
+    def fits(self, quantity: Quantity, symbol: str, member: Member, key: Key) -> bool:
+        """Say whether a quantity has the dimension of a unit; add the problem if not."""
+        return self.scene.bench.fits(quantity, symbol, member, self.path(*key))
+
+    def move(self, drive: Member, to: Quantity, named: Key, key: Key) -> tuple[str, float] | None:
+        """Let the plan know that a drive is set: return its unit, and how long that takes in s."""
+        by_key = named == key
+        found = self.scene.drives.resolve(drive, to, self.path(*named), self.path(*key), key=by_key)
+        if found is None:
+            return None
+        return found.unit, self.scene.drives.move(drive, found, to.si)
+
+    def require_rest(self, role: str) -> None:
+        """Add a problem if the role's device swings or turns by then."""
+        self.scene.drives.require_rest(role, self.place.path)
+
+    def setpoints(self) -> dict[str, float]:
+        """Return what each drive was set to by then, in SI units."""
+        return self.scene.drives.values()
+
+    def drive_units(self) -> dict[str, str]:
+        """Return the unit of each drive that was set by then."""
+        return self.scene.drives.units()
+
+    def rate(self, rate: Quantity, symbol: str, member: Member, key: Key) -> float | None:
+        """Return a rate of what has this unit, in SI; None after adding what is wrong with it."""
+        dimension = unit(symbol).dimension
+        wanted = rate_of(dimension)
+        if wanted is None:
+            self.complain(key, f"there is no unit for the rate of a {dimension}", "give a time")
+        elif rate.dimension != wanted:
+            message = f"got '{rate}', a {rate.dimension}; {member} takes a {wanted}"
+            self.complain(key, message, f"write it in {' or '.join(units_of(wanted))}")
+        elif rate.si <= 0:
+            self.complain(key, f"got '{rate}', allowed is more than 0")
+        else:
+            return rate.si
+        return None
+
+    def recorded_limits(
+        self,
+        bands: Mapping[Member, RecordedBand],
+        channels: Sequence[Member],
+        beside: Sequence[Member],
+    ) -> list[ValueLimit]:
+        """Return the limits of samples of channels, and of values that are read `beside`."""
+        return list(recorded_limits(bands, channels, beside, self.place, self.scene))
+
+    def record(self, recording: Recording, beside: Sequence[Member]) -> None:
+        """Take note of a recording, and of what is read beside it."""
+        known = Recorded(recording, self.scene.document, self.place.path, beside)
+        self.scene.draft.recordings.append(known)
+
+    def limits(self, bands: Mapping[Member, Band], found: Sequence[Member]) -> list[ValueLimit]:
+        """Return the limits of the channels `found`; what does not fit them is a problem."""
+        return list(planned_limits(bands, self.place, found, self.scene))

@@ -1,0 +1,83 @@
+"""`ask`: a person is asked for a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from rigrunner.api.events import Answer, Prompt
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.procedure.answers import Expected
+from rigrunner.procedure.questions import Picture, Question
+from rigrunner.yamlfile.names import Name, Text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+    from rigrunner.procedure import Input
+
+
+class AskStep(Question, StepSettings):
+    """A person is asked for a value, which becomes the input named by `into`."""
+
+    text: Text
+    """The question."""
+    into: Name
+    """The input that the answer becomes."""
+    picture: Picture = None
+
+    def pictures(self) -> Iterable[tuple[str, str]]:
+        """Return the picture, if there is one."""
+        return [("picture", self.picture)] if self.picture else []
+
+    def answered(self) -> str:
+        """Return the input that the answer becomes."""
+        return self.into
+
+
+@dataclass(frozen=True)
+class Ask(Action):
+    """A person is asked for a value; `into` names the input that it becomes."""
+
+    kind = "ask"
+    outcome_stands = True
+    text: str
+    into: str
+    unattended: str | None
+    picture: str = ""
+    """The path of a picture to show; empty for none."""
+    expected: Expected = field(default_factory=Expected)
+
+    def do(self, step: str, doing: Session) -> Found:
+        """Ask until there is an answer that is accepted."""
+        expected = self.expected
+        known = {"step": step, "text": self.text, "picture": self.picture}
+        doing.emit(Prompt, **known, choices=expected.choices, expected=expected.words)
+        with doing.rig.person():
+            answer = expected.accept(doing.answers.ask(step, self))
+        doing.emit(Answer, step=step, text=answer, by=doing.answers.by, into=self.into)
+        return NOTHING
+
+
+def question_of(name: str, wanted: Input) -> Ask:
+    """Return the question for an input that is asked at the start."""
+    return Ask(wanted.ask, name, wanted.unattended, expected=wanted.expected)
+
+
+def plan(ask: AskStep, planning: Planning) -> None:
+    """Write down what a person is asked; pictures are in the procedure's folder."""
+    picture = str(planning.scene.folder / ask.picture) if ask.picture else ""
+    planning.emit(Ask(ask.text, ask.into, ask.unattended, picture, ask.expected), ask.text)
+
+
+STEP = StepRecord(
+    name="ask",
+    help="A person is asked for a value, which becomes an input of the run.",
+    settings=AskStep,
+    factory=plan,
+    example="ask: {text: ..., into: name}",
+    trial={"text": "Room temperature", "into": "room", "unattended": "23"},
+)

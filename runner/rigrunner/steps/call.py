@@ -1,0 +1,49 @@
+"""`call`: the steps of another procedure are done."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.steps import StepSettings
+from rigrunner.procedure.steps import Parameter
+from rigrunner.yamlfile.names import Name, Text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.plan.planning import Planning
+
+
+class CallStep(StepSettings):
+    """The steps of another procedure are done: its setup, main and teardown."""
+
+    procedure: Text
+    """The file, beside this one or in a folder below."""
+    with_: Annotated[dict[Name, Parameter], Field(alias="with", default_factory=dict)]
+    """Values for its parameters, in the place of its own."""
+
+    def actions(self) -> int:
+        """Return 0: it gives only what the other procedure has."""
+        return 0
+
+    def calls(self) -> tuple[str, Mapping[str, Any]]:
+        """Return the file and its parameters."""
+        return self.procedure, self.with_
+
+
+def plan(call: CallStep, planning: Planning) -> None:  # noqa: ARG001  (the file is loaded already)
+    """Write down what the other procedure does."""
+    planning.walker.call(planning.place)
+
+
+STEP = StepRecord(
+    name="call",
+    help="The steps of another procedure are done: its setup, main and teardown.",
+    settings=CallStep,
+    factory=plan,
+    example="call: {procedure: file.yaml, with: {name: value}}",
+    trial={"procedure": "other.yaml"},
+)

@@ -1,0 +1,72 @@
+"""`confirm`: a person confirms that something is so."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import AbortedError
+from rigrunner.api.events import Answer, Prompt
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import YesNo
+from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.procedure.questions import Picture
+from rigrunner.yamlfile.names import Text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+
+
+class ConfirmStep(StepSettings):
+    """A person confirms that something is so; 'no' stops the run."""
+
+    text: Text
+    """What is to be confirmed."""
+    picture: Picture = None
+    unattended: YesNo | None = None
+    """The answer with `--unattended`; without one the step cannot be done then."""
+
+    def pictures(self) -> Iterable[tuple[str, str]]:
+        """Return the picture, if there is one."""
+        return [("picture", self.picture)] if self.picture else []
+
+
+@dataclass(frozen=True)
+class Confirm(Action):
+    """A person confirms that something is so; 'no' stops the run."""
+
+    kind = "confirm"
+    text: str
+    unattended: bool | None
+    picture: str = ""
+    """The path of a picture to show; empty for none."""
+
+    def do(self, step: str, doing: Session) -> Found:
+        """Ask; raise AbortedError for a 'no'."""
+        known = {"step": step, "text": self.text, "picture": self.picture}
+        doing.emit(Prompt, **known, choices=("yes", "no"))
+        with doing.rig.person():
+            agreed = doing.answers.confirm(step, self)
+        doing.emit(Answer, step=step, text="yes" if agreed else "no", by=doing.answers.by)
+        if not agreed:
+            raise AbortedError(f"{step}: '{self.text}' was answered with no")
+        return NOTHING
+
+
+def plan(confirm: ConfirmStep, planning: Planning) -> None:
+    """Write down what a person is asked; pictures are in the procedure's folder."""
+    picture = str(planning.scene.folder / confirm.picture) if confirm.picture else ""
+    planning.emit(Confirm(confirm.text, confirm.unattended, picture), confirm.text)
+
+
+STEP = StepRecord(
+    name="confirm",
+    help="A person confirms that something is so; 'no' stops the run.",
+    settings=ConfirmStep,
+    factory=plan,
+    example="confirm: {text: ..., unattended: yes}",
+    trial={"text": "Is the guard closed?", "unattended": True},
+)

@@ -1,0 +1,136 @@
+"""`measure`: channels are read once, or averaged over a time; the values are a row of a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import PositiveDuration
+from rigrunner.api.steps import Action, Found, Rows, StepSettings
+from rigrunner.procedure.options import Channels, Limits, OnFail, Repeatable, Retries, Timeout
+from rigrunner.yamlfile.names import Name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.member import Member
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+
+
+class MeasureStep(StepSettings):
+    """Channels are read once, or averaged over a time; the values are a row of a table."""
+
+    channels: Channels
+    """Roles and channels, such as [tester.load, tester.temperature]."""
+    name: Name = "measured"
+    """Of the table of which the values are a row."""
+    duration: PositiveDuration | None = None
+    """How long to average, over channels of one device; without it they are read once."""
+    limits: Limits = Field(default_factory=dict)
+    timeout: Timeout = None
+    retries: Retries = 0
+    repeatable: Repeatable = True
+    on_fail: OnFail = "stop"
+
+
+@dataclass(frozen=True)
+class Measure(Action):
+    """Channels are read once, or averaged over a time."""
+
+    kind = "measure"
+    reads = drives_stay = True
+    name: str
+    """Of the table of which the values are a row."""
+    channels: tuple[Member, ...]
+    """Of one role where they are averaged."""
+    duration_s: float
+    """How long to average; 0: read once."""
+    setpoints: Mapping[str, float]
+    """As of a recording."""
+    units: Mapping[str, str]
+    """As of a recording."""
+    sample_rate_hz: float | None = None
+    """Of the stream that is averaged; None: the channels are read, again and again."""
+
+    @property
+    def streamed(self) -> str:
+        """The role of the stream that is averaged."""
+        return self.channels[0].role if self.sample_rate_hz else ""
+
+    @property
+    def rows(self) -> Rows:
+        """Its one row."""
+        return Rows(self.name, self.channels, self.units, (self.setpoints,))
+
+    @property
+    def table(self) -> str:
+        """Its table."""
+        return self.name
+
+    @property
+    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+        """Where the drives stand, and the units."""
+        return self.setpoints, self.units
+
+    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
+        """Read, or average."""
+        return Found(self._values(doing), self.units)
+
+    def _values(self, doing: Session) -> Mapping[str, float]:
+        if not self.duration_s:
+            return doing.read(self.channels)
+        if self.sample_rate_hz is not None:
+            names = [each.name for each in self.channels]
+            return doing.stream_means(self.channels[0].role, names, self.duration_s)
+        readings = [doing.read(self.channels) for _ in doing.naps(self.duration_s)]
+        return {name: fmean(reading[name] for reading in readings) for name in self.channels}
+
+
+def plan(measure: MeasureStep, planning: Planning) -> None:
+    """Write down that single values are read, or averaged."""
+    units = planning.units(measure.channels)
+    if not units:
+        return
+    seconds = measure.duration or 0.0
+    rate_hz = _averaging_rate_hz(measure, planning) if seconds else None
+    if rate_hz is None:
+        planning.must_be_read(units)
+    action = Measure(
+        name=measure.name,
+        channels=measure.channels,
+        duration_s=seconds,
+        setpoints=planning.setpoints(),
+        units=planning.drive_units() | units,
+        sample_rate_hz=rate_hz,
+    )
+    how = f"mean over {seconds:.3g} s" if seconds else "once"
+    limits = planning.limits(measure.limits, measure.channels)
+    planning.emit(action, f"Measure {', '.join(measure.channels)}, {how}", seconds, limits)
+
+
+def _averaging_rate_hz(measure: MeasureStep, planning: Planning) -> float | None:
+    """Return the rate of the stream that is averaged; None where there is none."""
+    first, *others = sorted({member.role for member in measure.channels})
+    if others:
+        message = f"channels of two devices in one average: {first}, {', '.join(others)}"
+        hint = "a measure step for each device, or no duration"
+        planning.complain(("channels",), message, hint)
+    bench = planning.scene.bench
+    if not all(bench.streams(member) for member in measure.channels):
+        return None
+    return bench.sample_rate_hz(first, planning.place.path)
+
+
+STEP = StepRecord(
+    name="measure",
+    help="Channels are read once, or averaged over a time; the values are a row of a table.",
+    settings=MeasureStep,
+    factory=plan,
+    example="measure: {channels: [role.name]}`, read once, or averaged with `duration: 2 s",
+    trial={"channels": ["tester.load"]},
+)

@@ -1,0 +1,182 @@
+"""`record`: channels of one device are recorded, over whole cycles or for a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.events import Samples
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import PositiveDuration
+from rigrunner.api.steps import Action, Found, StepSettings
+from rigrunner.procedure.options import (
+    Channels,
+    Cycles,
+    OnFail,
+    RecordedLimits,
+    Repeatable,
+    Retries,
+    Timeout,
+)
+from rigrunner.procedure.refusals import require_one
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.member import Member
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+
+_LEAST_DIGITS = 3
+
+
+class RecordStep(StepSettings):
+    """Channels of one device are recorded: over whole cycles, or for a time."""
+
+    channels: Channels
+    """Roles and channels, such as [tester.angle, tester.torque]."""
+    cycles: Cycles | None = None
+    """How many whole cycles of the motion."""
+    duration: PositiveDuration | None = None
+    """How long."""
+    limits: RecordedLimits = Field(default_factory=dict)
+    timeout: Timeout = None
+    retries: Retries = 0
+    repeatable: Repeatable = True
+    on_fail: OnFail = "stop"
+
+    def recordings(self) -> int:
+        """Return 1."""
+        return 1
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        require_one(self, "cycles", "duration")
+        return self
+
+
+@dataclass(frozen=True)
+class Record(Action):
+    """Channels of one device are recorded."""
+
+    kind = "record"
+    reads = drives_stay = True
+    name: str
+    role: str
+    channels: tuple[str, ...]
+    duration_s: float
+    setpoints: Mapping[str, float]
+    """Every drive that the procedure has set by then: 'role.drive' to value in SI units."""
+    units: Mapping[str, str]
+    """The unit of each channel and drive: 'role.name' to symbol."""
+    cycle_frequency_hz: float | None = None
+    """The set frequency of the cyclic motion; None where there is none."""
+    sample_rate_hz: float | None = None
+    """As the device states it before it is connected; None where it cannot."""
+    statistics: tuple[str, ...] = ()
+    """The statistics of its samples that have limits, as 'role.name.statistic'."""
+
+    @property
+    def streamed(self) -> str:
+        """Its role."""
+        return self.role
+
+    @property
+    def recording(self) -> str:
+        """Its name."""
+        return self.name
+
+    @property
+    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+        """Where the drives stand, and the units."""
+        return self.setpoints, self.units
+
+    def again(self, total: int) -> Record:
+        """Return it with a name of its own: each try makes a recording."""
+        return self if total == 1 else replace(self, name=f"{self.name}_try{total}")
+
+    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
+        """Put each block on record as it comes, and what can be read beside it."""
+        from rigrunner.engine.recorded import RecordedStatistics  # noqa: PLC0415  (numpy: to check a procedure needs none)
+
+        rig = doing.rig
+        conditions, units = rig.conditions(self.role, self.channels)
+        statistics = RecordedStatistics(self.statistics)
+        for block in doing.stream(self.role, self.channels, self.duration_s):
+            doing.emit(Samples, recording=self.name, block=block)
+            statistics.take(block.channels)
+        found, found_units = rig.stream_conditions(self.role)
+        known = {**self.units, **units, **found_units}
+        return Found({**conditions, **found}, known, rig.truth(self.role), statistics.found())
+
+
+def plan(record: RecordStep, planning: Planning) -> None:
+    """Write down that channels of one device are recorded."""
+    role, units = _one_role(record, planning)
+    if not units:
+        return
+    scene = planning.scene
+    duration_s, span = _span(record, role, planning)
+    frequency_hz = scene.drives.known_cycle_frequency_hz(role)
+    names = tuple(member.name for member in record.channels)
+    beside = scene.bench.conditions(role, names)
+    limits = planning.recorded_limits(record.limits, record.channels, beside)
+    draft = scene.draft
+    digits = max(_LEAST_DIGITS, len(str(draft.wanted)))
+    number = f"{len(draft.recordings) + 1:0{digits}d}"
+    action = Record(
+        name=number if frequency_hz is None else f"{number}_{frequency_hz:.6g}Hz",
+        role=role,
+        channels=names,
+        duration_s=duration_s,
+        setpoints=planning.setpoints(),
+        units=planning.drive_units() | units,
+        cycle_frequency_hz=frequency_hz,
+        sample_rate_hz=scene.bench.sample_rate_hz(role, planning.place.path),
+        statistics=tuple(each.of for each in limits if each.of not in beside),
+    )
+    planning.record(action, beside)
+    text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
+    planning.emit(action, text, duration_s, limits)
+
+
+def _one_role(record: RecordStep, planning: Planning) -> tuple[str, dict[Member, str]]:
+    """Return the role and each channel's unit; no units where there is a problem with them."""
+    units = planning.units(record.channels)
+    roles = sorted({member.role for member in record.channels})
+    if len(roles) > 1:
+        message = f"channels of two devices in one recording: {', '.join(roles)}"
+        planning.complain(("channels",), message, "one clock, one device, one record")
+        return roles[0], {}
+    able = [
+        planning.scene.bench.can_record(member, planning.path("channels", index))
+        for index, member in enumerate(record.channels)
+        if member in units
+    ]
+    return roles[0], units if all(able) else {}
+
+
+def _span(record: RecordStep, role: str, planning: Planning) -> tuple[float, str]:
+    """Return how long to record: a cycle more than asked for, so that as many are whole.
+
+    Zero, which no plan is made of, where a problem keeps it from being known.
+    """
+    if record.duration is not None:
+        return record.duration, "for a time"
+    frequency_hz = planning.scene.drives.cycle_frequency_hz(role, planning.path("cycles"))
+    if not frequency_hz or record.cycles is None:
+        return 0.0, ""
+    duration_s = (record.cycles + 1) / frequency_hz
+    return duration_s, f"{record.cycles} cycles at {frequency_hz:.6g} Hz"
+
+
+STEP = StepRecord(
+    name="record",
+    help="Channels of one device are recorded: over whole cycles, or for a time.",
+    settings=RecordStep,
+    factory=plan,
+    example="record: {channels: [role.name], cycles: 30}` or `duration: 10 s",
+    trial={"channels": ["tester.torque"], "duration": "3 s"},
+)

@@ -1,0 +1,48 @@
+"""`repeat`: steps are done several times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import ListOf
+from rigrunner.api.steps import StepSettings
+from rigrunner.procedure.steps import Step
+
+if TYPE_CHECKING:
+    from rigrunner.plan.planning import Planning
+
+
+class RepeatStep(StepSettings):
+    """Steps are done several times."""
+
+    times_: Annotated[int, Field(alias="times", ge=1, le=100_000)]
+    """How often."""
+    steps: Annotated[ListOf[Step], Field(min_length=1)]
+    """What is done each time."""
+
+    def actions(self) -> int:
+        """Return 0: it gives only what stands within it."""
+        return 0
+
+    def times(self) -> int:
+        """Return how often."""
+        return self.times_
+
+
+def plan(repeat: RepeatStep, planning: Planning) -> None:
+    """Write down what is done, for each time."""
+    for index in range(repeat.times_):
+        planning.walker.steps(repeat.steps, planning.place.time(index).inside("steps"))
+
+
+STEP = StepRecord(
+    name="repeat",
+    help="Steps are done several times.",
+    settings=RepeatStep,
+    factory=plan,
+    example="repeat: {times: 3, steps: [...]}",
+    trial={"times": 2, "steps": [{"wait": {"time": "1 s"}}]},
+)

@@ -1,0 +1,210 @@
+"""`scan`: a drive goes through set-points, and at each one channels are read: one table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from rigrunner.api.errors import DataError, DeviceError
+from rigrunner.api.events import Scanned
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.member import Member
+from rigrunner.api.settings import AnyQuantity, ListOf, PositiveDuration
+from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
+from rigrunner.procedure.options import Channels, Limits, Repeatable, Retries, Timeout
+from rigrunner.steps.set_drives import SetDrive
+from rigrunner.yamlfile.names import Name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+
+
+class ScanStep(StepSettings):
+    """A drive goes through set-points, and at each one channels are read: one step, one table.
+
+    What is done at each set-point of a sweep may be anything; a scan only reads, and is as quick as
+    its devices are.
+    """
+
+    set: Member
+    """Role and drive, such as press.load."""
+    over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
+    """The set-points, in the order in which they are gone through."""
+    channels: Channels
+    """Roles and channels, such as [press.torque]; read once at each set-point."""
+    name: Name = "measured"
+    """Of the table of which the values are rows."""
+    settle: PositiveDuration | None = None
+    """How long to wait at each set-point before it is read."""
+    limits: Limits = Field(default_factory=dict)
+    timeout: Timeout = None
+    retries: Retries = 0
+    repeatable: Repeatable = True
+    on_fail: Annotated[
+        Literal["stop", "continue"],
+        Field(
+            description="What follows a value out of its limits: the end of the run, or the next"
+            " point. A device that fails ends the run: the drive would stand elsewhere than the"
+            " steps that follow take for granted."
+        ),
+    ] = "stop"
+
+    def actions(self) -> int:
+        """Return how many set-points there are."""
+        return len(self.over)
+
+
+@dataclass(frozen=True)
+class Scan(Action):
+    """One drive goes through set-points; at each one channels are read once: a row of a table."""
+
+    kind = "scan"
+    reads = drives_stay = True
+    name: str
+    """Of the table."""
+    role: str
+    drive: str
+    values: tuple[float, ...]
+    """The set-points in order, in the SI unit of the drive."""
+    channels: tuple[Member, ...]
+    settle_s: float
+    """How long to wait at each set-point; 0: not at all."""
+    setpoints: Mapping[str, float]
+    """As of a recording, without this drive."""
+    units: Mapping[str, str]
+    """As of a recording."""
+    limits: tuple[ValueLimit, ...] = ()
+    """What the values of each row may be."""
+    stops_at_limit: bool = True
+    """Whether the first value out of limits ends the scan and the run."""
+
+    @cached_property
+    def led(self) -> Member:
+        """The drive."""
+        return Member(self.role, self.drive)
+
+    @property
+    def passes(self) -> tuple[float, ...]:
+        """The set-points."""
+        return self.values
+
+    @property
+    def brings_back(self) -> SetDrive:
+        """What leads the drive to where the scan leaves it: what was read stands."""
+        return SetDrive(self.role, self.drive, self.values[-1], self.units[self.led])
+
+    @property
+    def rows(self) -> Rows:
+        """A row for each set-point."""
+        where = tuple({**self.setpoints, self.led: value} for value in self.values)
+        return Rows(self.name, self.channels, self.units, where)
+
+    @property
+    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+        """Where the other drives stand, and the units."""
+        return self.setpoints, self.units
+
+    @property
+    def judged(self) -> tuple[ValueLimit, ...]:
+        """The limits of each row."""
+        return self.limits
+
+    def where(self, point: int) -> str:
+        """Return 'press.load 20 N (point 2 of 10)'."""
+        number = f"point {point + 1} of {len(self.values)}"
+        return f"{self.led} {self.values[point]:g} {self.units[self.led]} ({number})"
+
+    def do(self, step: str, doing: Session) -> Found:
+        """Do all points, each on record before the next begins; return the values of the last one.
+
+        Between two points is what there is between two steps: the run can be stopped or paused
+        there, and all interlocks are read. The first row out of limits ends it where the procedure
+        says so, and is named in what is returned. Raises what the devices raise, with the
+        set-point.
+        """
+        emit, member = doing.emit, self.led
+        check, move = doing.checker(), doing.leader(self.role, self.drive)
+        read = doing.reader(self.channels)
+        clear = [(each.of, *each.clear) for each in self.limits]
+        values: Mapping[str, float] = NONE
+        for point, value in enumerate(self.values):
+            try:
+                if point:
+                    check()
+                move(value)
+                if self.settle_s:
+                    doing.wait(self.settle_s)
+                values = read()
+            except (DeviceError, DataError) as error:
+                error.message = f"at {self.where(point)}: {error.message}"
+                raise
+            emit(
+                Scanned,
+                step=step,
+                point=point,
+                measurement=self.name,
+                setpoints={**self.setpoints, member: value},
+                values=values,
+            )
+            if any(not low <= values[name] <= high for name, low, high in clear):
+                missed = doing.judge(step, self.limits, values, f"at {self.where(point)}: ")
+                if missed and self.stops_at_limit:
+                    return Found(values, self.units, NONE, missed=missed)
+        return Found(values, self.units, NONE)
+
+
+def plan(scan: ScanStep, planning: Planning) -> None:
+    """Write down that a drive goes through set-points, and what is read at each."""
+    before = planning.setpoints()
+    units, moved_s = planning.units(scan.channels), _through(scan, planning)
+    planning.must_be_read(units)
+    limits = tuple(planning.limits(scan.limits, scan.channels)) if units else ()
+    if not units or moved_s is None:
+        return
+    action = Scan(
+        name=scan.name,
+        role=scan.set.role,
+        drive=scan.set.name,
+        values=tuple(each.si for each in scan.over),
+        channels=scan.channels,
+        settle_s=scan.settle or 0.0,
+        setpoints={member: value for member, value in before.items() if member != scan.set},
+        units=planning.drive_units() | units,
+        limits=limits,
+        stops_at_limit=scan.on_fail == "stop",
+    )
+    least, most, count = (*_ends(scan.over), len(scan.over))
+    span = f"between {least} and {most}, {count} points" if count > 1 else f"at {least}, 1 point"
+    text = f"Scan {scan.set} {span}, reading {', '.join(scan.channels)}"
+    planning.emit(action, text, moved_s + count * (scan.settle or 0.0))
+
+
+def _ends(over: Sequence[Quantity]) -> tuple[Quantity, Quantity]:
+    return min(over, key=lambda each: each.si), max(over, key=lambda each: each.si)
+
+
+def _through(scan: ScanStep, planning: Planning) -> float | None:
+    """Return how long the drive is on its way; None where a set-point is none of its."""
+    moved = [
+        planning.move(scan.set, quantity, ("set",), ("over", index))
+        for index, quantity in enumerate(scan.over)
+    ]
+    return None if None in moved else sum(each[1] for each in moved if each)
+
+
+STEP = StepRecord(
+    name="scan",
+    help="A drive goes through set-points, and at each one channels are read: one table.",
+    settings=ScanStep,
+    factory=plan,
+    example="scan: {set: role.drive, over: [1 N, 2 N], channels: [role.name]}",
+    trial={"set": "tester.load", "over": ["0 N", "100 N"], "channels": ["tester.load"]},
+)

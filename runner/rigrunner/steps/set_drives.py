@@ -1,0 +1,108 @@
+"""`set`: drives get set-points, one after the other, and are read back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, model_validator
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.member import Member
+from rigrunner.api.settings import AnyQuantity
+from rigrunner.api.steps import NONE, Action, Found, StepSettings
+from rigrunner.procedure.options import Repeatable, Retries, Timeout
+
+if TYPE_CHECKING:
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+
+_OPTIONS = ("timeout", "retries", "repeatable")
+
+
+class SetStep(StepSettings):
+    """Drives get a set-point each, in the order in which they stand, and are read back."""
+
+    drives: Annotated[dict[Member, AnyQuantity], Field(min_length=1)]
+    """Role and drive, such as tester.load; written beside the other keys."""
+    timeout: Timeout = None
+    retries: Retries = 0
+    repeatable: Repeatable = True
+
+    def actions(self) -> int:
+        """Return how many drives are set."""
+        return len(self.drives)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sort_out_drives(cls, value: object) -> object:
+        if not isinstance(value, dict):
+            return value
+        options = {key: value[key] for key in _OPTIONS if key in value}
+        drives = {key: value[key] for key in value if key not in options}
+        return {**options, "drives": drives}
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the schema of what is written, where drives stand beside the options."""
+        schema: dict[str, Any] = handler(core_schema)
+        found = handler.resolve_ref_schema(schema)
+        drives = found["properties"].pop("drives")
+        found["patternProperties"] = drives["patternProperties"]
+        found["minProperties"] = drives["minProperties"]
+        found.pop("required", None)
+        return schema
+
+
+@dataclass(frozen=True)
+class SetDrive(Action):
+    """One drive gets a set-point, in its SI unit."""
+
+    kind = "set"
+    role: str
+    drive: str
+    value: float
+    unit: str
+
+    @cached_property
+    def led(self) -> Member:
+        """The drive."""
+        return Member(self.role, self.drive)
+
+    @property
+    def passes(self) -> tuple[float]:
+        """The set-point."""
+        return (self.value,)
+
+    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the drive)
+        """Bring the drive there: at once, or led where the station says how fast."""
+        doing.check()
+        actual = doing.lead(self.role, self.drive, self.value)
+        return Found({self.led: actual}, {self.led: self.unit}, NONE)
+
+
+def plan(targets: SetStep, planning: Planning) -> None:
+    """Write down that drives get set-points, one after the other."""
+    for member, quantity in targets.drives.items():
+        moved = planning.move(member, quantity, (member,), (member,))
+        if moved is not None:
+            action = SetDrive(member.role, member.name, quantity.si, moved[0])
+            at, text = planning.place.inside(member), f"Set {member} to {quantity}"
+            planning.emit(action, text, moved[1], at=at)
+
+
+STEP = StepRecord(
+    name="set",
+    help="Drives get a set-point each, in the order in which they stand, and are read back.",
+    settings=SetStep,
+    factory=plan,
+    example="set: {role.drive: 1000 N}",
+    trial={"tester.load": "100 N"},
+)

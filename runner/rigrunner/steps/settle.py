@@ -1,0 +1,68 @@
+"""`settle`: time passes until the motion is steady."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+from pydantic import model_validator
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import PositiveDuration
+from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.procedure.options import Cycles
+from rigrunner.procedure.refusals import require_one
+
+if TYPE_CHECKING:
+    from rigrunner.api.steps import Doing
+    from rigrunner.plan.planning import Planning
+
+
+class SettleStep(StepSettings):
+    """Time passes until the motion is steady: cycles of it, or a time."""
+
+    cycles: Cycles | None = None
+    """How many cycles of the motion."""
+    time: PositiveDuration | None = None
+    """How long."""
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        require_one(self, "cycles", "time")
+        return self
+
+
+@dataclass(frozen=True)
+class Settle(Action):
+    """Time passes until the motion is steady."""
+
+    kind = "settle"
+    settles = True
+    duration_s: float
+
+    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
+        """Let the time pass."""
+        doing.wait(self.duration_s)
+        return NOTHING
+
+
+def plan(settle: SettleStep, planning: Planning) -> None:
+    """Write down that the motion is given time."""
+    if settle.time is not None:
+        planning.emit(Settle(settle.time), f"Settle for {settle.time:.3g} s", settle.time)
+        return
+    frequency_hz = planning.scene.drives.cycle_frequency_hz(None, planning.path("cycles"))
+    if frequency_hz and settle.cycles:
+        seconds = settle.cycles / frequency_hz
+        text = f"Settle for {settle.cycles} cycles ({seconds:.3g} s)"
+        planning.emit(Settle(seconds), text, seconds)
+
+
+STEP = StepRecord(
+    name="settle",
+    help="Time passes until the motion is steady: cycles of it, or a time.",
+    settings=SettleStep,
+    factory=plan,
+    example="settle: {cycles: 5}` or `settle: {time: 2 s}",
+    trial={"time": "2 s"},
+)

@@ -1,0 +1,62 @@
+"""`sweep`: a drive goes through set-points, and at each one steps are done."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.member import Member
+from rigrunner.api.settings import AnyQuantity, ListOf
+from rigrunner.api.steps import StepSettings
+from rigrunner.procedure.steps import Step
+from rigrunner.steps.set_drives import SetDrive
+
+if TYPE_CHECKING:
+    from rigrunner.plan.planning import Planning
+
+
+class SweepStep(StepSettings):
+    """A drive goes through a list of set-points; at each the steps are done."""
+
+    set: Member
+    """Role and drive, such as tester.frequency."""
+    over: Annotated[ListOf[AnyQuantity], Field(min_length=1)]
+    """The set-points, in the order in which they are gone through."""
+    steps: Annotated[ListOf[Step], Field(min_length=1)]
+    """What is done at each."""
+
+    def actions(self) -> int:
+        """Return how often the drive is set."""
+        return len(self.over)
+
+    def times(self) -> int:
+        """Return how many set-points there are."""
+        return len(self.over)
+
+
+def plan(sweep: SweepStep, planning: Planning) -> None:
+    """Write down that the drive is set, and what is done, for each set-point."""
+    for index, quantity in enumerate(sweep.over):
+        at = planning.place.time(index)
+        moved = planning.move(sweep.set, quantity, ("set",), ("over", index))
+        if moved is not None:
+            action = SetDrive(sweep.set.role, sweep.set.name, quantity.si, moved[0])
+            text = f"Set {sweep.set} to {quantity}"
+            planning.emit(action, text, moved[1], at=at.inside("set"))
+        planning.walker.steps(sweep.steps, at.inside("steps"))
+
+
+STEP = StepRecord(
+    name="sweep",
+    help="A drive goes through a list of set-points; at each the steps are done.",
+    settings=SweepStep,
+    factory=plan,
+    example="sweep: {set: role.drive, over: [1 Hz, 2 Hz], steps: [...]}",
+    trial={
+        "set": "tester.load",
+        "over": ["0 N", "100 N"],
+        "steps": [{"wait": {"time": "1 s"}}],
+    },
+)

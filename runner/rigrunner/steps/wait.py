@@ -1,0 +1,53 @@
+"""`wait`: time passes, whatever the rig does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import PositiveDuration
+from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.yamlfile.names import Text
+
+if TYPE_CHECKING:
+    from rigrunner.api.steps import Doing, Planning
+
+
+class WaitStep(StepSettings):
+    """Time passes, whatever the rig does."""
+
+    time: PositiveDuration
+    """How long."""
+    text: Text | None = None
+    """What for, in words."""
+
+
+@dataclass(frozen=True)
+class Wait(Action):
+    """Time passes, whatever the rig does."""
+
+    kind = "wait"
+    duration_s: float
+
+    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
+        """Let the time pass."""
+        doing.wait(self.duration_s)
+        return NOTHING
+
+
+def plan(wait: WaitStep, planning: Planning) -> None:
+    """Write down that time passes."""
+    text = f"Wait for {wait.time:.3g} s"
+    whole = f"{text}: {wait.text}" if wait.text else text
+    planning.emit(Wait(wait.time), whole, wait.time)
+
+
+STEP = StepRecord(
+    name="wait",
+    help="Time passes, whatever the rig does.",
+    settings=WaitStep,
+    factory=plan,
+    example="wait: {time: 5 min}",
+    trial={"time": "2 s"},
+)

@@ -1,0 +1,98 @@
+"""`zero`: a channel is read at rest and taken as zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.member import Member
+from rigrunner.api.settings import AnyQuantity, PositiveDuration
+from rigrunner.api.steps import Action, Found, StepSettings
+from rigrunner.procedure.options import Limits, OnFail, Repeatable, Retries, Timeout
+
+if TYPE_CHECKING:
+    from rigrunner.engine.session import Session
+    from rigrunner.plan.planning import Planning
+
+
+class ZeroStep(StepSettings):
+    """A channel is read at rest and taken as zero; beyond `within` the step has failed."""
+
+    channel: Member
+    """Role and channel, such as tester.torque."""
+    within: AnyQuantity
+    """How far from zero it may be."""
+    duration: PositiveDuration = 1.0
+    """How long it is read."""
+    limits: Limits = Field(default_factory=dict)
+    timeout: Timeout = None
+    retries: Retries = 0
+    repeatable: Repeatable = True
+    on_fail: OnFail = "stop"
+
+
+@dataclass(frozen=True)
+class Zero(Action):
+    """A channel is read at rest; beyond `within` (SI unit of the channel) the step has failed."""
+
+    kind = "zero"
+    reads = True
+    role: str
+    channel: str
+    unit: str
+    within: float
+    duration_s: float
+
+    @property
+    def zeroed(self) -> Member:
+        """The channel."""
+        return Member(self.role, self.channel)
+
+    @property
+    def streamed(self) -> str:
+        """Its role."""
+        return self.role
+
+    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the channel)
+        """Read it for a while; raise DataError where its mean is too far from zero."""
+        name = self.zeroed
+        mean = doing.stream_means(self.role, (self.channel,), self.duration_s)[name]
+        if abs(mean) > self.within:
+            raise DataError(
+                f"{name} reads {mean:.4g} {self.unit} at rest,"
+                f" more than the {self.within:g} {self.unit} allowed",
+                hint="is the rig at rest and unloaded? if so, adjust the instrument's zero",
+            )
+        return Found({name: mean}, {name: self.unit})
+
+
+def plan(zero: ZeroStep, planning: Planning) -> None:
+    """Write down that a channel is read at rest."""
+    bench, at, member = planning.scene.bench, planning.path("channel"), zero.channel
+    channel = planning.channel(member, ("channel",))
+    if channel is None or bench.sample_rate_hz(member.role, at) is None:
+        return
+    if not bench.can_record(member, at):
+        return
+    if not planning.fits(zero.within, channel.unit, member, ("within",)):
+        return
+    if zero.within.si <= 0:
+        planning.complain(("within",), f"got '{zero.within}', allowed is more than 0")
+    planning.require_rest(member.role)
+    action = Zero(member.role, member.name, channel.unit, zero.within.si, zero.duration)
+    limits = planning.limits(zero.limits, [member])
+    planning.emit(action, f"Zero {member}, within {zero.within}", zero.duration, limits)
+
+
+STEP = StepRecord(
+    name="zero",
+    help="A channel is read at rest and taken as zero.",
+    settings=ZeroStep,
+    factory=plan,
+    example="zero: {channel: role.name, within: 0.05 N·m}",
+    trial={"channel": "tester.torque", "within": "1 N·m"},
+)
