@@ -99,7 +99,8 @@ def _torque_facts(run: RunData, each: TorqueInstrument) -> Iterator[tuple[str, s
 def _accuracy(each: TorqueInstrument) -> str:
     limits = each.accuracy
     if limits.of_full_scale:
-        points = ", from the calibration points" if each.accuracy_ is None else ""
+        corrected = ", by which readings are corrected" if each.interpolation else ""
+        points = f", from the calibration points{corrected}" if each.accuracy_ is None else ""
         return f"±{plain(100 * limits.of_full_scale)} % of full scale{points}"
     return (
         f"gain ±{plain(100 * limits.gain)} %, offset ±{plain(limits.offset)} N·m, "

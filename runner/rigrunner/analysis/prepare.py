@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.analysis.channels import finite, load_n, set_point, torque_channel
+from rigrunner.analysis.channels import load_n, set_point, torque_channel
 from rigrunner.analysis.clocks import alignment_u_s
 from rigrunner.analysis.motion import entered_frequency, find_motion
+from rigrunner.analysis.reading import torque_reading
 from rigrunner.analysis.waveforms import row_of, waveforms
 from rigrunner.api.analysis import MotionSource, PeakPoint, SwingPoint
 from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.api.errors import DataError
 from rigrunner.signal.averaging import robust_mean
-from rigrunner.signal.blocks import less
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.spikes import despiked
 
@@ -42,7 +42,7 @@ def prepare_point(
     if recording.samples == 1:
         return _single_value(recording, run)
     name = torque_channel(recording, run.instruments)
-    torque, spikes = _clean_torque(recording, name, run.zero(recording.name, name), spec)
+    torque, spikes = _clean_torque(torque_reading(recording, name, run), spec)
     motion = find_motion(recording, run, torque)
     peaks = _peaks(torque, motion.starts)
     kept, rejections = _judged(recording, name, peaks, rule)
@@ -89,16 +89,13 @@ def _single_value(recording: Recording, run: RunData) -> PeakPoint:
         set_frequency_hz=entered_hz,
         frequency_hz=entered_frequency(entered_hz),
         load_n=load_n(recording, name),
-        peak_nm=np.asarray(finite(recording, name)) - run.zero(recording.name, name),
+        peak_nm=np.asarray(torque_reading(recording, name, run)),
         peak_kept=np.ones(1, bool),
         motion=MotionSource.ENTERED,
     )
 
 
-def _clean_torque(
-    recording: Recording, name: str, zero_nm: float, spec: AnalysisSpec
-) -> tuple[Samples, int]:
-    torque = less(finite(recording, name), zero_nm)
+def _clean_torque(torque: Samples, spec: AnalysisSpec) -> tuple[Samples, int]:
     if spec.despike is None:
         return torque, 0
     return despiked(torque, spec.despike.window, spec.despike.threshold)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.analysis.channels import finite, motion_channel, role_of, torque_channel
+from rigrunner.analysis.reading import torque_reading
 from rigrunner.api.analysis import MotionSource, StartPoint
 from rigrunner.api.analysis.requirements import LEAST_STARTS
 from rigrunner.api.data import Estimate
@@ -68,7 +69,7 @@ def _start(
             f"recording {recording.name} has no angle channel, and a start needs one",
             hint="record the angle of rotation, such as tester.angle",
         )
-    torque_nm = np.asarray(finite(recording, torque)) - run.zero(recording.name, torque)
+    torque_nm = np.asarray(torque_reading(recording, torque, run))
     spikes = 0
     if spec.despike is not None:
         torque_nm, spikes = hampel(torque_nm, spec.despike.window, spec.despike.threshold)

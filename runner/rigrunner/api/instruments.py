@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
@@ -32,6 +33,8 @@ from rigrunner.api.units import QuantityError, kinds
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+LEAST_POINTS = 2
+"""Of a table that readings are corrected by."""
 
 _OTHER_QUANTITIES = tuple(kind for kind in kinds() if kind != "torque")
 
@@ -139,6 +142,9 @@ class TorqueInstrument(Instrument):
     """Its nominal torque."""
     accuracy_: Annotated[StatedTorqueAccuracy | None, Field(alias="accuracy")] = None
     """Its limits of error; needless where there are calibration points."""
+    interpolation: Literal["linear"] | None = None
+    """Corrects each reading by the calibration `points`, on straight lines between them. Left out:
+    readings are not corrected."""
     errors: TransducerErrors | None = None
     """What its certificate or data sheet states besides, each with its source."""
     low_pass: AnyFilter | None = None
@@ -148,6 +154,16 @@ class TorqueInstrument(Instrument):
         yield from super()._objections()
         if self.accuracy_ is None and not self.points:
             yield "the key 'accuracy' is missing, or calibration 'points'"
+        if self.interpolation is not None:
+            yield from self._objections_to_points()
+
+    def _objections_to_points(self) -> Iterator[str]:
+        if len(self.points) < LEAST_POINTS:
+            yield f"interpolation needs {LEAST_POINTS} points or more; there are {len(self.points)}"
+        pairs = sorted((point.applied.si, point.indicated.si) for point in self.points)
+        for (applied, indicated), (next_applied, next_indicated) in pairwise(pairs):
+            if next_applied <= applied or next_indicated <= indicated:
+                yield f"points: indicated must rise with applied, and does not at {applied:g} N·m"
 
     @property
     def quantity(self) -> str:
@@ -158,13 +174,38 @@ class TorqueInstrument(Instrument):
     def accuracy(self) -> TorqueAccuracy:
         """The limits of error: as stated, or else what the calibration points allow.
 
-        Readings are not corrected by the points. So the limit is the greatest of |deviation| + U
-        among them, the same over the whole range (after GUM F.2.4.5).
+        Where readings are not corrected by the points, the limit is the greatest of |deviation| + U
+        among them, the same over the whole range (after GUM F.2.4.5). Where they are, it is the
+        greatest U, and the most that a point is off the straight line between its neighbours.
         """
         if self.accuracy_ is not None:
             return self.accuracy_
-        limits = (abs(p.deviation) + p.k * p.standard_uncertainty for p in self.points)
-        return TorqueAccuracy.in_one_figure(max(limits) / self.full_scale)
+        corrected = self.interpolation is not None
+        limits = (
+            (0 if corrected else abs(p.deviation)) + p.k * p.standard_uncertainty
+            for p in self.points
+        )
+        between = self._off_the_line if corrected else 0.0
+        return TorqueAccuracy.in_one_figure((max(limits) + between) / self.full_scale)
+
+    @property
+    def deviations(self) -> tuple[tuple[float, float], ...]:
+        """What the points show: ascending indicated torques, each with indicated less applied, N·m.
+
+        At zero, which a zero step takes off, there is none; points of one direction stand for both.
+        """
+        known = {point.indicated.si: point.deviation for point in self.points}
+        if min(known) >= 0 or max(known) <= 0:
+            known = {-indicated: -deviation for indicated, deviation in known.items()} | known
+        return tuple(sorted(({0.0: 0.0} | known).items()))
+
+    @property
+    def _off_the_line(self) -> float:
+        table = self.deviations
+        return max(
+            abs(here[1] - low[1] - (high[1] - low[1]) * (here[0] - low[0]) / (high[0] - low[0]))
+            for low, here, high in zip(table, table[1:], table[2:], strict=False)
+        )
 
     @property
     def calibrated_range(self) -> tuple[float, float] | None:

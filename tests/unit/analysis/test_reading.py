@@ -1,0 +1,119 @@
+"""Readings that are corrected by the points of a calibration certificate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from helpers_analysis import analysed, no_load_spec, recording, run_of
+from rigrunner.analysis.reading import torque_reading
+from rigrunner.api.data import Recording
+from rigrunner.api.instruments import TorqueInstrument
+
+CHANNEL = "tester.torque"
+POINTS = [
+    {"applied": "2 N·m", "indicated": "2.01 N·m", "U": "4 mN·m"},
+    {"applied": "6 N·m", "indicated": "6.06 N·m", "U": "6 mN·m"},
+    {"applied": "10 N·m", "indicated": "10.03 N·m", "U": "5 mN·m"},
+]
+ENTRY = {"channel": CHANNEL, "serial": "T-1", "full_scale": "10 N·m", "points": POINTS}
+
+
+def instrument(**changes):
+    return TorqueInstrument.model_validate(ENTRY | {"interpolation": "linear"} | changes)
+
+
+def run(torque, zero=0.0, **changes):
+    given = Recording(
+        name="10Hz", rate_hz=1000.0, started_utc="2026-01-01T12:00:00+00:00", setpoints={},
+        channels={CHANNEL: torque}, units={CHANNEL: "N·m"},
+    )  # fmt: skip
+    made = run_of(given, zeros={CHANNEL: zero}, instruments={CHANNEL: instrument(**changes)})
+    return given, made
+
+
+@pytest.mark.parametrize(
+    ("indicated", "applied"),
+    [
+        (2.01, 2.0), (6.06, 6.0), (10.03, 10.0),
+        (0.0, 0.0), (1.005, 1.0), (4.035, 4.0), (8.045, 8.0),  # half-way between two points
+        (11.0, 10.97),  # beyond: what the last one deviates
+        (-6.06, -6.0), (-1.005, -1.0),  # points of one direction stand for both
+    ],
+)  # fmt: skip
+def test_what_the_points_deviate_is_taken_off(indicated, applied):
+    given, made = run(np.array([indicated, 0.0]))
+    found = torque_reading(given, CHANNEL, made)
+    assert isinstance(found, np.ndarray)
+    assert found == pytest.approx([applied, 0.0], abs=1e-12)
+
+
+def test_it_is_the_reading_less_its_zero_that_is_corrected():
+    given, made = run(np.array([6.56]), zero=0.5)
+    assert torque_reading(given, CHANNEL, made) == pytest.approx([6.0], abs=1e-12)
+
+
+def test_points_of_both_directions_are_each_their_own():
+    both = [*POINTS, {"applied": "-6 N·m", "indicated": "-5.97 N·m", "U": "6 mN·m"}]
+    given, made = run(np.array([-5.97, 6.06]), points=both)
+    assert torque_reading(given, CHANNEL, made) == pytest.approx([-6.0, 6.0], abs=1e-12)
+
+
+def test_nothing_is_corrected_unless_the_register_says_so():
+    given, made = run(np.array([6.06, 2.0]), interpolation=None)
+    assert torque_reading(given, CHANNEL, made) == pytest.approx([6.06, 2.0], abs=0)
+
+
+def test_what_is_too_long_for_memory_is_corrected_as_it_is_read():
+    class Stored:
+        values = np.linspace(-9.0, 9.0, 101)
+
+        def __len__(self):
+            return len(self.values)
+
+        def __getitem__(self, which):
+            return self.values[which]
+
+    given, made = run(Stored.values)
+    expected = torque_reading(given, CHANNEL, made)
+    stored = replace(given, channels={CHANNEL: Stored()})
+    found = torque_reading(stored, CHANNEL, made)
+    assert not isinstance(found, np.ndarray)
+    assert len(found) == 101
+    assert found[10:20] == pytest.approx(expected[10:20], abs=0)
+    assert np.asarray(found) == pytest.approx(expected, abs=0)
+    assert found.limits == pytest.approx((expected.min(), expected.max()), abs=0)
+
+
+def test_the_result_is_of_corrected_peaks():
+    """Peaks of 6.06 and 2.01 N·m are 6 and 2 N·m."""
+    peaks = {5.0: 2.01, 10.0: 6.06}
+    recordings = (recording(np.full(10, p), f, load_n=0.0) for f, p in peaks.items())
+    low_pass = {"type": "butterworth", "order": 2, "corner": "1 kHz"}
+    made = run_of(*recordings, instruments={CHANNEL: instrument(low_pass=low_pass)})
+    points = analysed(made, None, no_load_spec()).loaded
+    assert [p.peak_nm.mean() for p in points] == pytest.approx([2.0, 6.0], rel=1e-3)
+
+
+def test_the_limit_of_error_is_of_what_is_left():
+    """The greatest U, and 6.06 less the line from 2.01 to 10.03: 0.06 - 0.02 = 40 mN·m, roughly."""
+    line = 0.01 + (0.03 - 0.01) * (6.06 - 2.01) / (10.03 - 2.01)
+    assert instrument().accuracy.of_full_scale * 10 == pytest.approx(0.006 + 0.06 - line, rel=1e-9)
+    uncorrected = instrument(interpolation=None).accuracy
+    assert uncorrected.of_full_scale * 10 == pytest.approx(0.066, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (POINTS[:1], "interpolation needs 2 points or more; there are 1"),
+        ([POINTS[0], {**POINTS[1], "indicated": "1.9 N·m"}], "must rise with applied"),
+        ([POINTS[0], POINTS[0]], "must rise with applied, and does not at 2 N·m"),
+    ],
+)
+def test_points_that_give_no_curve_are_refused(points, message):
+    with pytest.raises(ValidationError, match=message):
+        instrument(points=points)
