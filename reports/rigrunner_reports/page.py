@@ -19,7 +19,6 @@ from rigrunner_reports.view.cycles import named_runs, rejections
 from rigrunner_reports.view.fits import fit_views
 from rigrunner_reports.view.frequency_table import frequency_table
 from rigrunner_reports.view.instruments import instruments
-from rigrunner_reports.view.limits import limits_view
 from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.paper import paper_on_this_run
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from rigrunner_reports.view.cycles import RejectionTable
     from rigrunner_reports.view.fits import FitView
     from rigrunner_reports.view.frequency_table import FrequencyTable
-    from rigrunner_reports.view.limits import LimitsView
     from rigrunner_reports.view.methods import MethodView
     from rigrunner_reports.view.points import SetPoint
     from rigrunner_reports.view.validation import ValidationView
@@ -69,7 +67,6 @@ class Page:
     headline: head.Headline
     raw: head.Raw | None
     overall: decided.OverallView | None
-    limits: LimitsView | None
     decision: decided.DecisionView | None
     later_decisions: tuple[decided.LaterView, ...]
     truth: head.Truth | None
@@ -109,7 +106,6 @@ def make_page(report: ReportInput) -> Page:
         headline=head.headline(result, points),
         raw=head.raw(result),
         overall=decided.overall(result, report.later_decisions),
-        limits=limits_view(result.limits, result.run.measurements),
         decision=decision,
         later_decisions=tuple(map(decided.LaterView, report.later_decisions)),
         truth=head.truth(result, points),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ _BESIDE_A_NUMBER = re.compile(
 
 def html(report: ReportInput) -> bytes:
     """Return the report as UTF-8; the same input gives the same bytes."""
-    return filled("report.html.j2", page=make_page(report))
+    page = make_page(report)
+    return filled("report.html.j2", page=page, contents=list(contents(report, page)))
 
 
 def filled(template: str, **values: object) -> bytes:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.verdict import Verdict
+from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import VerdictView, shown_verdict
 
 if TYPE_CHECKING:
@@ -121,3 +122,12 @@ def _row_verdict(row: Measurement) -> VerdictView | None:
 
 def _word(*, passes: bool) -> VerdictView:
     return shown_verdict(Verdict.PASS if passes else Verdict.FAIL)
+
+
+SECTION = Section(
+    "measured",
+    "Measured values",
+    10,
+    lambda report, _: limits_view(report.result.limits, report.result.run.measurements),
+    unbroken=True,
+)

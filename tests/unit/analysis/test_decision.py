@@ -199,3 +199,13 @@ def test_a_marginal_verdict_is_marked():
 def test_a_value_at_its_limit_is_within_it(value, verdict):
     """A tolerance interval has its ends (JCGM 106, 3.3.5)."""
     assert decide(accept(limit(), rule="simple"), evidence(value)).verdict is verdict
+
+
+def test_what_is_not_decided_is_not_marginal():
+    acceptance = accept(limit(), rule="simple", marginal="0.02 N·m")
+    assert not decide(acceptance, evidence(0.94, problem="A check failed.")).deciding.marginal
+
+
+def test_without_a_result_and_without_a_reason_nothing_is_decided():
+    found = decide(accept(limit()), evidence(mean=None))
+    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "There is no result.")

@@ -138,6 +138,11 @@ def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
     assert rule("guard_band_u").verdict(narrow, Estimate(0.61, 0.06))[0] is Verdict.FAIL
     assert rule("non_binary").verdict(narrow, wide)[0] is Verdict.CONDITIONAL_PASS
     assert isnan(rule("guard_band_u").false_accept_risk(narrow, wide))
+    at_a_limit, too_near = Estimate(0.0, 0.05), Limits.between(0.0, 0.1)
+    assert rule("guard_band_u").verdict(too_near, at_a_limit)[0] is Verdict.INCONCLUSIVE
+    # at a limit, as all that is outside fails: P(0 < Z < 0.2/0.06)
+    rejected = rule("guard_band_u").false_reject_risk(narrow, wide)
+    assert rejected == pytest.approx(0.499571, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -262,6 +267,7 @@ def test_the_risks_of_a_rule_of_a_lab_s_own_are_those_at_the_edges_of_its_zones(
     assert proven.false_accept_risk(UPPER, estimate) == pytest.approx(0.022750, abs=1e-6)
     assert proven.false_reject_risk(UPPER, estimate) == pytest.approx(0.788145, abs=1e-6)
     assert str(relaxed) == "own: as agreed"
+    assert not relaxed.is_marginal(UPPER, Estimate(0.97, 0.05)), "no band was asked for"
     assert relaxed.in_other_languages == {"de": "so"}
 
 

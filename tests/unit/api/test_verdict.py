@@ -1,0 +1,74 @@
+"""The verdict of several limits, and how a probability is written."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+import pytest
+
+from rigrunner.api.data import Estimate
+from rigrunner.api.verdict import (
+    CERTAIN,
+    Decision,
+    LimitDecision,
+    Limits,
+    Verdict,
+    probability_text,
+)
+
+
+def part(of, verdict, probability=0.5, raw=Verdict.PASS):
+    return LimitDecision(
+        of=of,
+        verdict=verdict,
+        reason=f"It is {of}.",
+        limits=Limits(-inf, 1.0),
+        source="a drawing",
+        result=Estimate(0.9, 0.1),
+        probability=probability,
+        uncompensated=raw,
+    )
+
+
+def decided(*parts):
+    return Decision(rule="simple: words", parts=parts)
+
+
+def test_the_worst_limit_decides():
+    found = decided(
+        part("mean", Verdict.CONDITIONAL_PASS, raw=Verdict.FAIL),
+        part("5 Hz", Verdict.INCONCLUSIVE),
+        part("9 Hz", Verdict.PASS),
+    )
+    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "At 5 Hz: it is 5 Hz.")
+    assert found.deciding.of == "5 Hz"
+    assert found.deciding.uncompensated is Verdict.FAIL, "the worst of all"
+    assert not found.deciding.marginal
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "of"), [(0.3, 0.2, "b"), (0.2, 0.3, "a"), (0.2, nan, "b")]
+)
+def test_among_equal_verdicts_the_least_probable_decides(first, second, of):
+    found = decided(part("a", Verdict.FAIL, first), part("b", Verdict.FAIL, second))
+    assert found.deciding.of == of
+
+
+def test_the_reason_of_the_only_mean_needs_no_name():
+    assert decided(part("mean", Verdict.PASS)).reason == "It is mean."
+    two = decided(part("mean", Verdict.FAIL), part("5 Hz", Verdict.PASS))
+    assert two.reason == "The mean: it is mean."
+
+
+@pytest.mark.parametrize(
+    ("probability", "text"),
+    [
+        (0.99991, "> 99.99 %"),
+        (0.9999, "99.99 %"),
+        (0.975, "97.50 %"),
+        (1 - CERTAIN, "0.01 %"),
+        (0.00009, "< 0.01 %"),
+    ],
+)
+def test_a_probability_never_looks_like_certainty(probability, text):
+    assert probability_text(probability) == text

@@ -1,0 +1,46 @@
+"""The sections of a report: records, found in the modules of views."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from helpers_report import loaded_result, no_load_result, report_input
+from rigrunner.api.data import Measurement
+from rigrunner.api.limits import ValueLimit
+from rigrunner_reports.contents import contents
+from rigrunner_reports.page import make_page
+from rigrunner_reports.render import html
+
+
+@pytest.mark.parametrize("result", [loaded_result, no_load_result])
+def test_the_contents_name_every_section_in_its_order(result):
+    page = html(report_input(result())).decode("utf-8")
+    listed = re.findall(r'<li><a href="#([a-z]+)">', page)
+    assert listed == re.findall(r'<section id="([a-z]+)"', page)
+    assert len(listed) == len(set(listed)) >= 8
+
+
+def test_a_section_that_a_view_declares_stands_at_its_place():
+    report = report_input(loaded_result())
+    names = [section.name for section, _ in contents(report, make_page(report))]
+    assert names[:2] == ["result", "frequency"], "no value has a limit: nothing is shown"
+    limited = [section.name for section, _ in contents(*with_limits(report))]
+    assert limited[:3] == ["result", "measured", "frequency"]
+
+
+def with_limits(report):
+    """Return a report on measured values with limits, and its page."""
+    row = Measurement(
+        name="readings",
+        utc="2026-03-02T09:15:00Z",
+        setpoints={},
+        values={"oven.temperature": 300.0},
+        units={"oven.temperature": "K"},
+        limits=(ValueLimit("oven.temperature", 290.0, 310.0, "K"),),
+    )
+    run = replace(report.result.run, measurements=(row,))
+    limited = replace(report, result=replace(report.result, run=run))
+    return limited, make_page(limited)
