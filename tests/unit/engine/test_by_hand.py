@@ -16,6 +16,7 @@ from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import run_by_hand
+from rigrunner.engine.run import Run
 from rigrunner.plan.actions import Interlock, Phase, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.steps.set_drives import SetDrive
@@ -117,4 +118,15 @@ def test_a_bug_in_what_gives_the_steps_leaves_no_rig_moving():
 
     summary, _, device = by_hand(steps)
     assert (summary.outcome, type(summary.error)) == (Outcome.ERROR, ZeroDivisionError)
+    assert device.drives_at["frequency"] == 0.0
+
+
+def test_an_interrupt_outside_of_every_step_leaves_no_rig_moving(monkeypatch):
+    def interrupted(_, work):
+        work()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Run, "attempt", interrupted)
+    summary, _, device = by_hand(lambda _: iter([SET]))
+    assert (summary.outcome, type(summary.error)) == (Outcome.ABORTED, KeyboardInterrupt)
     assert device.drives_at["frequency"] == 0.0

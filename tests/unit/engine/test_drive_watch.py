@@ -99,6 +99,22 @@ def test_another_device_is_watched_while_one_streams():
     assert len(listener.of(Samples)) < 10
 
 
+@pytest.mark.parametrize("reads_back", [True, False])
+def test_a_device_that_streams_is_read_back_meanwhile_only_if_it_says_so(reads_back):
+    clock = SimulatedClock()
+    tester = FakeTester()
+    tester.reads_back_while_streaming = reads_back
+    tester.spoil = lambda blocks: _passing(blocks, clock)
+    rig = Rig({"tester": tester}, clock)
+    rig.connect()
+    plan = plan_of((), [LOADED, record("001", seconds=1.0)], ())
+    summary = run_plan(plan, rig, Bus([]), clock, UnattendedAnswers(), threading.Event(), "run")
+    assert summary.outcome is Outcome.COMPLETED
+    first = tester.calls.index("block")
+    last = len(tester.calls) - tester.calls[::-1].index("block")
+    assert ("read_back load" in tester.calls[first:last]) is reads_back
+
+
 def _passing(blocks, clock):
     for block in blocks:
         clock.sleep(0.1)

@@ -284,6 +284,16 @@ def test_a_run_that_an_interlock_paused_goes_on_only_when_it_has_cleared():
     assert listener.of(Intervention)[0].by == "interlock cold"
 
 
+def test_there_is_nothing_to_override_in_a_pause_that_a_person_asked_for():
+    plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
+    _, _, person, _ = pausing_run(f"{SECOND}.settle", decided(Choice.ABORT), plan=plan)
+    assert Choice.OVERRIDE not in person.seen[0].choices
+
+
+def test_a_stop_says_why_in_the_log_too():
+    assert str(StopNow("STOP at the panel", "panel")) == "STOP at the panel"
+
+
 def test_an_interlock_is_overridden_only_where_the_station_allows_it():
     plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
     summary, listener, person, _ = pausing_run(
