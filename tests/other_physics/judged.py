@@ -10,6 +10,7 @@ import numpy as np
 from other_physics.chain import RATE_HZ, measured
 from other_physics.model import integrate, natural_hz, starting_torque_nm
 from rigrunner.analysis.headline import compensated_mean
+from rigrunner.api.analysis import Consequence
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import torque_instruments
@@ -72,7 +73,7 @@ def judged(pair: Pair) -> Judged:
         mean_error_nm=float(mean.value - np.mean(truths)),
         mean_expanded_nm=expanded(mean),
         failed=tuple(each.name for each in failed),
-        is_conclusive=not any(each.decisive for each in failed),
+        is_conclusive=not any(each.consequence is Consequence.INCONCLUSIVE for each in failed),
     )
 
 

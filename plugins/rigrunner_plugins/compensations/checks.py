@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from math import inf
+from dataclasses import replace
+from math import hypot, inf
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import chdtri
 
+from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.repeatability import effective_number
 from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner_plugins.compensations.budget import LEARNED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from rigrunner.api.analysis import Check, CompensatedPoint, SwingPoint
     from rigrunner.api.data import Array
+    from rigrunner_plugins.compensations.effects import BySpeed, Mismatch
 
 SLOPE_SIGNIFICANCE = 0.99
-SLOPE_EFFECT = 0.02
-"""Of the mean torque, at the highest frequency: less does not matter, however significant."""
-WEIGHT_FLOOR = 0.003
-"""Of the mean torque; or slow points, which scatter less than the method errs, decide alone."""
+GROWTH_SIGNIFICANCE = 0.998
+"""Of both sides: a rig in order is said to grow in one of a thousand."""
+REPEATABILITY = ("repeatability, loaded", "repeatability, no load")
+"""Lines of the budget."""
 
 CLEARLY = 0.001
 """Chance that independent cycles are taken for correlated ones, one point at a time."""
@@ -35,7 +40,6 @@ INDEPENDENT = Limit(
     "this shows no mean, and its uncertainty is too small",
     unit="1",
     lower=5.0,
-    decisive=True,
 )
 SYMMETRY = Limit(
     name="symmetry of the strokes",
@@ -82,7 +86,7 @@ SAMPLING = Limit(
 )
 INERTIA = Limit(
     name="inertia of both runs",
-    good="no part of the torque grows with frequency squared",
+    good="nothing of the torque follows the acceleration: inertia and gain are alike in both",
     advice="same mandrel, fixture and coupling in both runs?",
     unit="1",
     upper=1.0,
@@ -92,6 +96,14 @@ UNDER_LOAD = Limit(
     good="the loaded run shows the same inertia, resonance and delay as the no-load run",
     advice="filters, sampling, cables, coupling and clamps the same in both runs? The torque is "
     "wrong by about as much as this, and its uncertainty does not say so",
+    unit="1",
+    upper=1.0,
+)
+GROWTH = Limit(
+    name="torque that grows with speed",
+    good="no torque grows with the speed of the swing by more than may be chance",
+    advice="oil, grease or a seal of the support under load? the no-load run does not show it; nor "
+    "can it be told from a bearing whose own friction grows",
     unit="1",
     upper=1.0,
 )
@@ -113,6 +125,7 @@ LIMITS = (
     SAMPLING,
     INERTIA,
     UNDER_LOAD,
+    GROWTH,
     SPRING,
 )
 
@@ -124,14 +137,29 @@ def independent(
 
     `scattered_nm` has for each point what every cycle of each of its runs moves the torque by, in
     the order of the cycles, shapes (cycles,). The uncertainty of a mean of correlated cycles is
-    known only as well as their correlation is, and too few show too little of it.
+    known only as well as their correlation is, and too few show too little of it: the mean may be
+    off by as much as one cycle is.
     """
-    return INDEPENDENT.check(
-        (number, f"{point.frequency_hz:.4g} Hz: {number:.1f} of {len(moved)} cycles")
+    found = [
+        (point, moved, number)
         for point, runs in zip(points, scattered_nm, strict=True)
         for moved in runs
         if (number := _independent(moved, point.torque.u)) < inf
+    ]
+    check = INDEPENDENT.check(
+        (number, f"{point.frequency_hz:.4g} Hz: {number:.1f} of {len(moved)} cycles")
+        for point, moved, number in found
     )
+    slow = [(point, moved) for point, moved, number in found if number < INDEPENDENT.lower]
+    biases = tuple(
+        Bias(
+            f"{each.frequency_hz:.4g} Hz",
+            0.0,
+            hypot(*(m.std(ddof=1) for p, m in slow if p is each)),
+        )
+        for each in points
+    )
+    return replace(check, biases=biases, common=False, covered_by=REPEATABILITY)
 
 
 def _independent(moved_nm: Array, u_nm: float) -> float:
@@ -162,10 +190,14 @@ def positive(points: Sequence[CompensatedPoint], running_nm: Sequence[float]) ->
     )
 
 
-def understood(misfit: float) -> Check:
-    """Check that the drive line's equations explain the no-load sweep."""
+def understood(misfit: float, biases: tuple[Bias, ...]) -> Check:
+    """Check that the drive line's equations explain the no-load sweep.
+
+    `biases` are what the torques differ by as each half of the frequencies shows the drive line.
+    """
     words = f"the no-load torque differs from inertia, resonance and friction by {misfit:.1f} times"
-    return DRIVE_LINE.check([(misfit, f"{words} its scatter")])
+    found = DRIVE_LINE.check([(misfit, f"{words} its scatter")])
+    return replace(found, biases=biases, covered_by=(LEARNED,))
 
 
 def simultaneous(delay_s: float) -> Check:
@@ -189,21 +221,90 @@ def follows_resonance(points: Iterable[SwingPoint], natural_hz: float) -> Check:
     return SAMPLING.check((rate, f"{name}: {rate:.1f}") for name, rate in rates.items())
 
 
-def same_inertia(points: Sequence[CompensatedPoint], u_nm: Array) -> Check:
-    """Check that the torque does not grow with f^2, as a wrong inertia would make it.
+def same_inertia(points: Sequence[CompensatedPoint], found: Sequence[Mismatch]) -> Check:
+    """Check that no inertia, and no gain, differs between the two runs.
 
-    `u_nm` are the points' uncertainties without what they have in common, shape (n,).
+    What they share enters all points, what each recording has of its own enters its point: a mean
+    of random effects, each point drawn to it by as much as its own scatter is greater than theirs
+    (DerSimonian and Laird, Control. Clin. Trials 7, 1986, 177). Whether it is the inertia's or the
+    gain's is not known: the bias is the mean of both, and their difference is in its uncertainty.
     """
-    squares = np.array([point.frequency_hz**2 for point in points])
-    if len(points) < 3 or np.ptp(squares) == 0:  # noqa: PLR2004  (a line leaves no residual)
+    if len(points) < 3:  # noqa: PLR2004  (of fewer, none tells what chance is)
         return skipped(INERTIA.name, "too few frequencies to tell")
-    torques = np.array([point.torque.value for point in points])
-    slope, u = _slope(squares, torques, u_nm)
-    effect = slope * squares.max()
-    chance = coverage_factor(len(points) - 2, SLOPE_SIGNIFICANCE) * u * squares.max()
-    allowed = max(chance, SLOPE_EFFECT * abs(float(torques.mean())))
-    words = f"{effect:+.3f} N·m of it at the highest frequency, {allowed:.3f} N·m may be chance"
-    return INERTIA.check([(abs(effect) / allowed, words)])
+    value, u = (np.array([getattr(each, name) for each in found]) for name in ("value", "u"))
+    common, u_common, own, u_own, chance = _random_effects(value, u)
+    inertia, gain = (
+        np.array([getattr(each, name) for each in found])
+        for name in ("by_inertia_nm", "by_gain_nm")
+    )
+    bias = own * (inertia + gain) / 2
+    u_bias = np.hypot(u_own * np.maximum(inertia, gain), own * (inertia - gain) / 2)
+    allowed = coverage_factor(len(points) - 1, SLOPE_SIGNIFICANCE) * u_common
+    words = f"{common:+.2%} of the inertia's torque is left, {allowed:.2%} may be chance"
+    check = INERTIA.check([(max(abs(common) / allowed, chance), words)])
+    return replace(
+        check,
+        biases=tuple(
+            Bias(f"{point.frequency_hz:.4g} Hz", float(b), float(du))
+            for point, b, du in zip(points, bias, u_bias, strict=True)
+        ),
+        covered_by=("inertia between the runs",),
+    )
+
+
+def _random_effects(value: Array, u: Array) -> tuple[float, float, Array, Array, float]:
+    """Return common value and its u, each one's and its u, and chi-squared over its 99 %."""
+    weight = u**-2
+    mean = np.average(value, weights=weight)
+    excess = float(weight @ (value - mean) ** 2)
+    dof = len(value) - 1
+    between = max(excess - dof, 0.0) / (weight.sum() - (weight**2).sum() / weight.sum())
+    weight = 1 / (u**2 + between)
+    common, u_common = float(np.average(value, weights=weight)), float(weight.sum() ** -0.5)
+    trust = between / (u**2 + between)
+    own = common + trust * (value - common)
+    u_own = np.sqrt(trust * u**2 + ((1 - trust) * u_common) ** 2)
+    return common, u_common, own, u_own, excess / float(chdtri(dof, 1 - SLOPE_SIGNIFICANCE))
+
+
+def no_growth(points: Sequence[CompensatedPoint], found: Sequence[BySpeed]) -> Check:
+    """Check that no torque grows with the speed, as a viscous support under load makes it.
+
+    A bearing's friction that grows so is not told from it. By the line over the frequencies from a
+    quarter of the highest: below, friction that falls with speed does so the most.
+    """
+    hertz = np.array([point.frequency_hz for point in points])
+    fast = hertz >= hertz.max() / 4
+    if len(set(hertz[fast])) < 4:  # noqa: PLR2004  (a line leaves two degrees of freedom)
+        return skipped(GROWTH.name, "too few frequencies to tell")
+    ratio = np.array([each.at_start for each in found])
+    ways = (
+        (np.array([each.running_nm for each in found]), ratio),
+        (
+            np.array([point.torque.value for point in points]),
+            np.ones_like(ratio),
+        ),
+    )
+    lines = [(*_line(hertz[fast], torque[fast]), scale) for torque, scale in ways]
+    slope, u, scale = max(lines, key=lambda line: line[0] / line[1])
+    allowed = coverage_factor(int(fast.sum()) - 2, GROWTH_SIGNIFICANCE) * u
+    words = f"{slope * hertz.max():+.3f} N·m at {hertz.max():.4g} Hz"
+    check = GROWTH.check([(max(slope, 0.0) / allowed, words)])
+    return replace(
+        check,
+        biases=tuple(
+            Bias(f"{f:.4g} Hz", float(slope * f * s), float(u * f * s))
+            for f, s in zip(hertz, scale, strict=True)
+        ),
+    )
+
+
+def _line(x: Array, y: Array) -> tuple[float, float]:
+    """Return the slope of a line and its uncertainty by the scatter about it."""
+    share = (x - x.mean()) / np.sum((x - x.mean()) ** 2)
+    slope = float(share @ y)
+    residual = y - y.mean() - slope * (x - x.mean())
+    return slope, float(np.sqrt(residual @ residual / (len(x) - 2) * (share @ share)))
 
 
 def same_drive_line(
@@ -230,18 +331,12 @@ def same_drive_line(
 
 
 def no_spring(points: Sequence[CompensatedPoint], spring_nm: Sequence[float]) -> Check:
-    """Check that the torque does not follow the angle: its median over the points, of the mean."""
+    """Check that the torque does not follow the angle: its median over the points, of the mean.
+
+    At a reversal a spring pulls against the friction that begins: that is missing in the torque.
+    """
     torque, found = float(np.mean([p.torque.value for p in points])), float(np.median(spring_nm))
     percent = 100 * abs(found / torque) if torque else inf
-    return SPRING.check([(percent, f"{found:+.3f} N·m of it at the swing's ends")])
-
-
-def _slope(x: Array, y: Array, u: Array) -> tuple[float, float]:
-    """Return the slope of the weighted line and its uncertainty, from the scatter if larger."""
-    weight = 1 / np.maximum(u, WEIGHT_FLOOR * abs(y.mean())) ** 2
-    x_mean, y_mean = np.average(x, weights=weight), np.average(y, weights=weight)
-    share = weight * (x - x_mean) / np.sum(weight * (x - x_mean) ** 2)
-    slope = share @ y
-    residual = y - y_mean - slope * (x - x_mean)
-    scatter = np.sum(weight * residual**2) / (len(x) - 2)
-    return float(slope), float(np.sqrt(max(share**2 @ u**2, scatter * np.sum(share**2 / weight))))
+    u = float(np.median(np.abs(np.asarray(spring_nm) - found)))
+    check = SPRING.check([(percent, f"{found:+.3f} N·m of it at the swing's ends")])
+    return replace(check, biases=tuple(Bias(f"{p.frequency_hz:.4g} Hz", -found, u) for p in points))

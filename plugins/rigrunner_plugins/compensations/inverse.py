@@ -21,10 +21,10 @@ from rigrunner.api.errors import DataError
 from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
 from rigrunner.signal.swings import kept_cycles, with_swings
-from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.compensations import checks
 from rigrunner_plugins.compensations.bearing import Pair, mean_swing
 from rigrunner_plugins.compensations.budget import LEARNED_UNITS, Budget
+from rigrunner_plugins.compensations.effects import by_halves, by_speed, mismatch
 from rigrunner_plugins.compensations.evaluation import evaluate
 from rigrunner_plugins.compensations.identification import identify, vector
 from rigrunner_plugins.compensations.limits import known
@@ -32,7 +32,6 @@ from rigrunner_plugins.compensations.rig_errors import RigErrors
 from rigrunner_plugins.compensations.swing import (
     make_swing,
     measured_ratio,
-    running_torque,
     spring_torque,
 )
 from rigrunner_plugins.compensations.under_load import effect, line_under_load
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.signal.filters import Filter
     from rigrunner_plugins.compensations.bearing import MeanSwing
+    from rigrunner_plugins.compensations.effects import BySpeed, Mismatch
     from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.identification import Identified
     from rigrunner_plugins.compensations.settings import InverseSettings
@@ -62,8 +62,9 @@ NOTES = (
 class _Diagnosis:
     asymmetry: float
     """Half of what the strokes differ by, over their mean."""
-    running_nm: float
-    """The mean torque under way."""
+    found: Evaluated
+    speed: BySpeed
+    mismatch: Mismatch
     scattered_nm: tuple[Array, ...]
     """What each cycle of a run moves the torque by, shapes (cycles,); of runs, not of models."""
     spring_nm: float
@@ -111,7 +112,7 @@ class Inverse(ABC):
             measurand=MEASURAND,
             points=points,
             parameters=_parameters(rig),
-            checks=_checks(sweep, rig, points, diagnosed),
+            checks=_checks(sweep, rig, points, diagnosed, settings.window),
             notes=NOTES,
         )
 
@@ -155,10 +156,17 @@ class Inverse(ABC):
             cycles_used=int(kept_cycles(loaded).sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
-        running = float(running_torque(swing, found.bearing_nm))
         other = None if loaded_line is None else effect(found, budget.rig, loaded_line)
         spring = spring_torque(swing, found.bearing_nm)
-        return point, _Diagnosis(asymmetry, running, tuple(_scattered(found)), spring, other)
+        return point, _Diagnosis(
+            asymmetry,
+            found,
+            by_speed(found, swing),
+            mismatch(found, budget.rig),
+            tuple(_scattered(found)),
+            spring,
+            other,
+        )
 
 
 def _low_pass(instrument: TorqueInstrument) -> Filter:
@@ -204,15 +212,19 @@ def _checks(
     rig: Identified,
     points: Sequence[CompensatedPoint],
     diagnosed: Sequence[_Diagnosis],
+    window_rad: float,
 ) -> tuple[Check, ...]:
-    own = [combine(part for part in p.components if not part.common)[0] for p in points]
     recordings = (*sweep.loaded, *sweep.no_load)
     return (
         checks.independent(points, [each.scattered_nm for each in diagnosed]),
-        checks.positive(points, [each.running_nm for each in diagnosed]),
-        checks.understood(rig.misfit),
+        checks.positive(points, [each.speed.running_nm for each in diagnosed]),
+        checks.understood(
+            rig.misfit,
+            by_halves(sweep.no_load, rig, [each.found for each in diagnosed], window_rad),
+        ),
         checks.symmetry(points, [each.asymmetry for each in diagnosed]),
-        checks.same_inertia(points, np.array(own)),
+        checks.same_inertia(points, [each.mismatch for each in diagnosed]),
+        checks.no_growth(points, [each.speed for each in diagnosed]),
         checks.same_drive_line(
             points, [each.under_load_nm for each in diagnosed if each.under_load_nm]
         ),

@@ -62,6 +62,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_template_inverse,
             requires=requirements.of_template_inverse,
             yields=STARTING,
+            revision=2,
         ),
         CompensationRecord(
             name="model_inverse",
@@ -70,6 +71,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_model_inverse,
             requires=requirements.of_model_inverse,
             yields=STARTING,
+            revision=2,
         ),
         CompensationRecord(
             name="energy",
@@ -78,6 +80,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_energy,
             requires=requirements.of_energy,
             yields=RUNNING,
+            revision=2,
         ),
         CompensationRecord(
             name="breakaway_peak",

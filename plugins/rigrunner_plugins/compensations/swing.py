@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 GRID = 4096
-MIDDLE = 0.25
+MIDDLE = 0.7
 """Of the amplitude: so far from the reversals no friction of them is left."""
 
 

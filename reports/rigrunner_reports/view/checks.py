@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.checks import is_skipped
+from rigrunner.api.analysis import Consequence
+from rigrunner.api.checks import effect_words, is_skipped
 
 if TYPE_CHECKING:
     from rigrunner.api.results import Result
@@ -19,17 +20,29 @@ class CheckRow:
     name: str
     ok: bool
     was_made: bool
+    is_note: bool
     text: str
+    effect: str
+    """On the result, in words."""
     advice: str
 
 
 def check_rows(result: Result) -> tuple[CheckRow, ...]:
-    """Return all checks of the run and its methods: those that failed, then those not made."""
+    """Return all checks of the run and its methods: those that bind, then notes."""
     found = [("", check) for check in result.checks]
     for name, compensation in result.compensations.items():
         found += [(name, check) for check in compensation.checks]
     rows = (
-        CheckRow(source, each.name, each.ok, not is_skipped(each), each.text, each.advice)
+        CheckRow(
+            source,
+            each.name,
+            each.ok,
+            not is_skipped(each),
+            each.consequence is Consequence.NOTE,
+            each.text,
+            effect_words(each),
+            each.advice,
+        )
         for source, each in found
     )
-    return tuple(sorted(rows, key=lambda row: (row.ok, row.was_made)))
+    return tuple(sorted(rows, key=lambda row: (row.ok, not row.is_note, row.was_made)))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.asked import settings_as_asked
+from rigrunner.analysis.binding import bind
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.fitting import first_fit, fitted
@@ -25,7 +26,7 @@ from rigrunner.analysis.verdict.evidence import (
     Evidence,
     Judged,
     JudgedPoint,
-    failed_decisive,
+    forbidden,
     without_scatter,
 )
 from rigrunner.analysis.verdict.rule import AppliedRule
@@ -107,19 +108,22 @@ class _Analysis:
         loaded = self._points(self.run, self._loaded_sources())
         no_load = self._no_load()
         compensations = self._compensations(loaded, no_load)
-        headline, problem = self._headline(compensations)
-        raw = self._raw_headline(loaded)
-        checks = tuple(
+        primary = compensations.get(self.spec.primary, Compensation(self.measurand.name, ()))
+        primary, checks = bind(
+            primary,
             diagnose(
                 Diagnosed(self.run, self.no_load_run, loaded, no_load),
-                compensations.get(self.spec.primary),
+                primary,
                 own_no_load=self._has_own_no_load,
-            )
+            ),
         )
+        if self.spec.primary:
+            compensations[self.spec.primary] = primary
+        headline, problem = self._headline(compensations)
+        raw = self._raw_headline(loaded)
         decision = None
         if self.acceptance is not None:
-            primary = compensations[self.spec.primary]
-            found = failed_decisive((*checks, *primary.checks))
+            found = forbidden((*checks, *primary.checks))
             why = f"There is no result to decide on: {problem}" if problem else found
             mean = Judged(headline, raw, why or without_scatter(loaded, no_load, primary))
             evidence = self._evidence(loaded, primary, mean)
@@ -199,7 +203,9 @@ class _Analysis:
             found = compensated(method, self._sweep(loaded, no_load))
         except DataError as error:
             return Compensation(self.measurand.name, (), not_applicable=str(error))
-        return with_study(found, self.run.rig.gauge_study)
+        found = with_study(found, self.run.rig.gauge_study)
+        found, checks = bind(found, found.checks)
+        return replace(found, checks=checks)
 
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()

@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.motion_checks import SEEN, motion_check, seen_frequency_hz
-from rigrunner.api.analysis import Check, MotionSource, StartPoint, SwingPoint
+from rigrunner.api.analysis import Bias, Check, MotionSource, StartPoint, SwingPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
 from rigrunner.signal.held import longest_at, longest_held
@@ -117,7 +117,6 @@ POSITIVE = Limit(
     advice="friction cannot drive: the no-load run or the method does not fit this run",
     unit="N·m",
     lower=ABOVE_ZERO,
-    decisive=True,
 )
 LIMITS = (
     ENTERED_FREQUENCY,
@@ -181,8 +180,17 @@ def friction_check(
 
 
 def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:
-    """Check that no compensated torque is zero or negative: frequency in Hz, torque."""
-    return POSITIVE.check((torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in torques_nm)
+    """Check that no compensated torque is zero or negative: frequency in Hz, torque.
+
+    One that is not positive is off by what it lacks to those of the others, at least.
+    """
+    found = list(torques_nm)
+    usual = float(np.median([abs(torque) for _, torque in found]))
+    check = POSITIVE.check((torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in found)
+    lacking = [(f, torque - usual if torque <= 0 else 0.0) for f, torque in found]
+    return replace(
+        check, biases=tuple(Bias(f"{f:g} Hz", bias, abs(bias) / 2) for f, bias in lacking)
+    )
 
 
 def _wrong_frequency(point: PeakPoint, run: RunData) -> tuple[float, str]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
+from rigrunner.analysis.consistency import agreement
 from rigrunner.analysis.one_setup import setup_check, unloaded_check
 
 if TYPE_CHECKING:
@@ -41,9 +42,10 @@ def diagnose(
         yield zero_drift_check(found.run, found.no_load_run)
         yield setup_check(found.run, found.no_load_run)
     if no_load:
-        yield unloaded_check(loaded, no_load)
+        yield unloaded_check(loaded, no_load, primary.points if primary else ())
     if primary is None or not primary.points:
         return
+    yield agreement(primary.points)
     # no mapping: a sweep may come back to a frequency, and each of its points counts
     torques = [(point.set_frequency_hz, point.torque.value) for point in primary.points]
     yield positive_check(torques)

@@ -21,6 +21,7 @@ from rigrunner.analysis.document_values import (
 )
 from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.analysis import SwingPoint
+from rigrunner.api.checks import effect_words
 from rigrunner.signal.swings import kept_cycles
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.document_values import Json
     from rigrunner.api.analysis import (
+        Bias,
         Check,
         CompensatedPoint,
         Compensation,
@@ -109,9 +111,21 @@ def _checks(checks: Iterable[Check]) -> list[Json]:
             "value": None if each.value is None else number(each.value),
             "threshold": None if each.threshold is None else number(each.threshold),
             "unit": each.unit or None,
+            "biases": [_bias(bias) for bias in each.biases],
+            "consequence": each.consequence or None,
+            "effect": effect_words(each),
         }
         for each in checks
     ]
+
+
+def _bias(bias: Bias) -> Json:
+    return {
+        "of": bias.of,
+        "value": number(bias.value),
+        "standard_uncertainty": number(bias.u),
+        "unit": bias.unit,
+    }
 
 
 def _point(point: PeakPoint) -> Json:

@@ -7,14 +7,16 @@ which is several times that of the bearing.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import Limit, skipped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.analysis import Check, PeakPoint
+    from rigrunner.api.analysis import Check, CompensatedPoint, PeakPoint
     from rigrunner.api.data import RunData
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.rig import RigDescription
@@ -33,7 +35,6 @@ UNLOADED = Limit(
     advice="take the load off, or its zero: friction under this load is taken for the rig's own",
     unit="%",
     upper=1.0,
-    decisive=True,
 )
 LIMITS = (ONE_SETUP, UNLOADED)
 
@@ -65,14 +66,35 @@ def setup_check(run: RunData, no_load: RunData) -> Check:
     return ONE_SETUP.check(found or [(0.0, "")])
 
 
-def unloaded_check(loaded: Iterable[PeakPoint], no_load: Iterable[PeakPoint]) -> Check:
-    """Check that next to nothing of the load was read while the no-load run was recorded."""
+def unloaded_check(
+    loaded: Iterable[PeakPoint],
+    no_load: Iterable[PeakPoint],
+    compensated: Sequence[CompensatedPoint],
+) -> Check:
+    """Check that next to nothing of the load was read while the no-load run was recorded.
+
+    The bearing's friction under what was left is missing in the result: by Coulomb's law as much of
+    it as was left of the load, which holds to a half of that.
+    """
     least = min((point.load_n for point in loaded), default=0.0)
     if least <= 0:
         return skipped(UNLOADED.name, "the run has no load")
-    return UNLOADED.check(
-        (100 * abs(point.load_n) / least, f"{point.recording} was made under {point.load_n:.4g} N")
-        for point in no_load
+    left = [(abs(point.load_n) / least, point) for point in no_load]
+    check = UNLOADED.check(
+        (100 * share, f"{point.recording} was made under {point.load_n:.4g} N")
+        for share, point in left
+    )
+    most = max(share for share, _ in left)
+    return replace(
+        check,
+        biases=tuple(
+            Bias(
+                f"{each.frequency_hz:.4g} Hz",
+                -most * each.torque.value,
+                most * abs(each.torque.value) / 2,
+            )
+            for each in compensated
+        ),
     )
 
 

@@ -19,9 +19,8 @@ from rigrunner.analysis.clocks import alignment_check, alignments, refusal, shif
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.errors import DataError
 from rigrunner.api.uncertainty import Effect
-from rigrunner.signal.inputs import extended, limited
-from rigrunner.signal.mean_model import model_of_point
-from rigrunner.signal.propagation import propagate
+from rigrunner.signal.inputs import limited
+from rigrunner.signal.mean_model import with_effects
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -188,6 +187,4 @@ def _with(point: CompensatedPoint, effects_nm: dict[str, float]) -> CompensatedP
         for name, effect in effects_nm.items()
         if effect > 0
     ]
-    model = extended(model_of_point(point), effects)
-    found = propagate(model)
-    return replace(point, torque=found.estimate, components=found.components, model=model)
+    return with_effects(point, effects)

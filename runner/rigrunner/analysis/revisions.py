@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FIRST = 1
 """Of whatever carries no revision."""
 ANALYSIS = "analysis"
-OWN: Mapping[str, int] = {ANALYSIS: 1}
+OWN: Mapping[str, int] = {ANALYSIS: 2}
 """What is no plugin: preparing recordings, the mean, its uncertainty and the checks."""
 
 

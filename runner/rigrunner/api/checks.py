@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from math import inf, isnan, nextafter
 from typing import TYPE_CHECKING
 
-from rigrunner.api.analysis import Check
+from rigrunner.api.analysis import Check, Consequence
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from rigrunner.api.analysis import Bias
 
 
 NOT_CHECKED = "not checked: "
@@ -74,6 +76,36 @@ class Limit:
 def skipped(name: str, why: str) -> Check:
     """Return a check that could not be made, which is not a failure."""
     return Check(name, ok=True, text=f"{NOT_CHECKED}{why}")
+
+
+def effect_words(check: Check) -> str:
+    """Return what a judged check means for the result, in words; '' where that is nothing.
+
+    '+0.012 N·m on the mean, +0.031 N·m at 35 Hz; in the budget as 'drive line''.
+    """
+    follows = _FOLLOWS[check.consequence].format(name=check.name)
+    mean, *points = check.biases or (None,)
+    if mean is None:
+        if check.consequence is Consequence.INCONCLUSIVE:
+            return f"its effect cannot be estimated; {follows}"
+        return follows
+    moved = [f"{_moved(mean)} on the mean"]
+    if len(points) > 1:
+        worst = max(points, key=lambda each: each.contribution)
+        moved.append(f"{_moved(worst)} at {worst.of}")
+    return "; ".join([", ".join(moved), *([follows] if follows else [])])
+
+
+_FOLLOWS = {
+    Consequence.NOTHING: "",
+    Consequence.NOTE: "a note: no result moves by as much as matters",
+    Consequence.BUDGET: "in the budget as '{name}'",
+    Consequence.INCONCLUSIVE: "no verdict",
+}
+
+
+def _moved(bias: Bias) -> str:
+    return f"{bias.value:+.4f} ± {bias.u:.4f} {bias.unit}"
 
 
 def is_skipped(check: Check) -> bool:

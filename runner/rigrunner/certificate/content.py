@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document_values import plain
+from rigrunner.api.analysis import Consequence
 from rigrunner.api.certificate import (
     Amendment,
     Appearance,
@@ -23,7 +24,7 @@ from rigrunner.api.certificate import (
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
-from rigrunner.certificate.deviations import deviations_of, rejected_of
+from rigrunner.certificate.deviations import checks_of, deviations_of, rejected_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
 from rigrunner.certificate.results import conformity_of, measured_of, results_of
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
@@ -160,7 +161,14 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
     replayed = [tape for run in _runs(source) if (tape := run.header.provenance.get(REPLAYED))]
     for tape in replayed:
         yield Restriction(code="replayed", detail=tape)
-    if requested and not (drafts or simulated or "trial" in entered or replayed):
+    inconclusive = [
+        each.name
+        for each in checks_of(source.result)
+        if each.consequence is Consequence.INCONCLUSIVE
+    ]
+    if inconclusive:
+        yield Restriction(code="inconclusive_check", detail=", ".join(inconclusive))
+    if requested and not (drafts or simulated or "trial" in entered or replayed or inconclusive):
         yield Restriction(code="requested")
 
 

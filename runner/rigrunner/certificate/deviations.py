@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.certificate import Deviation, RejectedCycle
+from rigrunner.api.checks import effect_words
 from rigrunner.api.events import (
     Alarm,
     Intervention,
@@ -48,10 +49,15 @@ def deviations_of(
     yield from _of_instruments(run_id, result, instruments)
     if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
         yield Deviation(kind="conditions", run_id=run_id, text="")
-    for check in _checks(result):
-        if not check.ok:
-            text = f"{check.text}: {check.advice}" if check.advice else check.text
-            yield Deviation(kind="failed_check", run_id=run_id, where=check.name, text=text)
+    for check in checks_of(result):
+        if not check.ok or check.consequence:
+            words = (check.text, effect_words(check), check.advice)
+            yield Deviation(
+                kind="remark" if check.ok else "failed_check",
+                run_id=run_id,
+                where=check.name,
+                text="; ".join(each for each in words if each),
+            )
     for text in result.notes:
         yield Deviation(kind="remark", run_id=run_id, text=text)
     for text in order.deviations:
@@ -129,7 +135,8 @@ def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                 pass
 
 
-def _checks(result: Result) -> Iterator[Check]:
+def checks_of(result: Result) -> Iterator[Check]:
+    """Yield the checks of both runs and of the primary method."""
     yield from result.checks
     primary = result.compensations.get(result.primary)
     if primary is not None:

@@ -181,11 +181,14 @@ def _failed_checks(document: Document) -> str:
     everywhere = [*document["checks"]]
     for found in document["compensations"].values():
         everywhere += found["checks"]
-    failed = [check for check in everywhere if not check["ok"]]
-    return "\n".join(
-        f"check: {each['name']}: {each['text']}" + (f"; {each['advice']}" if each["advice"] else "")
-        for each in failed
-    )
+    told = [check for check in everywhere if not check["ok"] or check.get("consequence")]
+    return "\n".join(_check(each) for each in sorted(told, key=lambda each: bool(each["ok"])))
+
+
+def _check(check: Mapping[str, Any]) -> str:
+    kind = "note" if check["ok"] else "check"
+    words = (f"{kind}: {check['name']}: {check['text']}", check.get("effect"), check["advice"])
+    return "; ".join(each for each in words if each)
 
 
 def estimate_text(estimate: Mapping[str, Any] | None) -> str:

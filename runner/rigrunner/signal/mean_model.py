@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.uncertainty import Corrected, Distribution, Effect, Input, MeasurementModel
+from rigrunner.signal.inputs import extended
+from rigrunner.signal.propagation import propagate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -102,6 +104,13 @@ def model_of_point(point: CompensatedPoint) -> MeasurementModel:
         inputs=tuple(each.input for each in effects),
         equation=Corrected(point.torque.value, effects),
     )
+
+
+def with_effects(point: CompensatedPoint, effects: Sequence[Effect]) -> CompensatedPoint:
+    """Return the point with more in its model, and so in its uncertainty and its budget."""
+    model = extended(model_of_point(point), effects)
+    found = propagate(model)
+    return replace(point, torque=found.estimate, components=found.components, model=model)
 
 
 def _effect(part: Component) -> Effect:

@@ -15,8 +15,9 @@ from helpers_analysis import (
     spec,
     swing_point,
 )
-from rigrunner.analysis.verdict.evidence import failed_decisive, without_scatter
-from rigrunner.api.analysis import Check, Compensation
+from rigrunner.analysis.binding import bind
+from rigrunner.analysis.verdict.evidence import forbidden, without_scatter
+from rigrunner.api.analysis import Check, Compensation, Consequence
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner_plugins.compensations.checks import positive
@@ -35,14 +36,16 @@ def no_load():
     return sweep(0.0, 0.0)
 
 
-def test_only_a_failed_decisive_check_forbids_to_decide():
+def test_only_an_inconclusive_check_forbids_to_decide():
     checks = [
-        Check("spikes", ok=False, text="many"),
+        Check("spikes", ok=False, text="many", consequence=Consequence.BUDGET),
         Check("clipping", ok=True, text="none", decisive=True),
     ]
-    assert failed_decisive(checks) == ""
-    found = failed_decisive([*checks, Check("torque", ok=False, text="-1", decisive=True)])
-    assert found == "The check 'torque' failed: -1."
+    assert forbidden(checks) == ""
+    failed = Check("torque", ok=False, text="-1", consequence=Consequence.INCONCLUSIVE)
+    found = forbidden([*checks, failed])
+    expected = "The check 'torque' failed: -1; its effect cannot be estimated; no verdict."
+    assert found == expected
 
 
 def test_a_loaded_value_that_was_read_once_has_no_scatter():
@@ -112,4 +115,5 @@ def test_a_running_torque_below_zero_is_decisive(no_load):
     """Of a swapped pair of runs the peaks may be above zero, but the bearing gives energy back."""
     points = analysed(sweep(0.7, 1000.0), no_load).compensations["paper_peak"].points
     found = positive(points, [-0.1] * len(points))
-    assert failed_decisive([found]).startswith("The check 'torque above zero' failed: 2 Hz: -0.1")
+    _, judged = bind(Compensation("t", points), [found])
+    assert forbidden(judged).startswith("The check 'torque above zero' failed: 2 Hz: -0.1")

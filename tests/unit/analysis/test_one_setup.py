@@ -6,6 +6,8 @@ import pytest
 
 from helpers_analysis import RIG, instrument, run_of, swing_point
 from rigrunner.analysis.one_setup import setup_check, unloaded_check
+from rigrunner.api.analysis import Bias, CompensatedPoint
+from rigrunner.api.data import Estimate
 from rigrunner.api.filters import LowPass
 
 CHANNEL = "tester.torque"
@@ -56,16 +58,25 @@ def test_a_channel_that_one_run_has_alone_is_not_compared():
 def test_a_no_load_run_that_was_loaded(load_n, ok):
     """Of 1000 N, 1 % are 10 N: the torque is short by as much."""
     loaded, no_load = swing_point(PEAKS, 10.0), swing_point(PEAKS, 10.0, load_n=load_n)
-    check = unloaded_check([loaded], [no_load])
+    check = unloaded_check([loaded], [no_load], ())
     assert check.ok is ok
     assert ok or check.text == f"10Hz was made under {load_n:.4g} N"
 
 
 def test_against_the_least_load():
     loaded = [swing_point(PEAKS, 10.0), swing_point(PEAKS, 20.0, load_n=100.0)]
-    assert not unloaded_check(loaded, [replace(loaded[0], load_n=2.0)]).ok
+    assert not unloaded_check(loaded, [replace(loaded[0], load_n=2.0)], ()).ok
 
 
 def test_without_load_there_is_nothing_to_check():
     point = swing_point(PEAKS, 10.0, load_n=0.0)
-    assert unloaded_check([point], [point]).text == "not checked: the run has no load"
+    assert unloaded_check([point], [point], ()).text == "not checked: the run has no load"
+
+
+def test_what_was_left_of_the_load_is_missing_in_the_torque():
+    """By Coulomb's law: 3 % of the load, 3 % of the torque."""
+    loaded, no_load = swing_point([1.0, 1.1], 5.0, load_n=1000.0), swing_point([0.5, 0.5], 5.0)
+    found = CompensatedPoint(5.0, 5.0, 1.0, 0.2, Estimate(0.8, 0.01), ())
+    check = unloaded_check([loaded], [replace(no_load, load_n=30.0)], [found])
+    assert not check.ok
+    assert check.biases == (Bias("5 Hz", pytest.approx(-0.024), pytest.approx(0.012)),)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.analysis import Consequence
+from rigrunner.api.checks import effect_words
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -46,12 +49,13 @@ class Evidence:
     points: tuple[JudgedPoint, ...]
 
 
-def failed_decisive(checks: Iterable[Check]) -> str:
-    """Return the first failed check that forbids to decide, as a sentence; '' where none did."""
+def forbidden(checks: Iterable[Check]) -> str:
+    """Return the first check that forbids to decide, as a sentence; '' where none does."""
     for check in checks:
-        if check.decisive and not check.ok:
+        if check.consequence is Consequence.INCONCLUSIVE:
             advice = f" ({check.advice})" if check.advice else ""
-            return f"The check '{check.name}' failed: {check.text}{advice}."
+            effect = f"; {words}" if (words := effect_words(check)) else ""
+            return f"The check '{check.name}' failed: {check.text}{effect}{advice}."
     return ""
 
 

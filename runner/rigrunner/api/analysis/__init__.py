@@ -1,11 +1,13 @@
 """The contracts of the analysis: outlier rules, fits and compensations."""
 
 from rigrunner.api.analysis.compensation import (
+    Bias,
     Check,
     CompensatedPoint,
     Compensation,
     CompensationMethod,
     Component,
+    Consequence,
     Sweep,
     SwingSweep,
     Trace,
@@ -30,6 +32,7 @@ from rigrunner.api.analysis.rules import (
 )
 
 __all__ = [
+    "Bias",
     "Candidate",
     "Check",
     "Chosen",
@@ -37,6 +40,7 @@ __all__ = [
     "Compensation",
     "CompensationMethod",
     "Component",
+    "Consequence",
     "Curve",
     "Fit",
     "MotionSource",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import nan
+from enum import StrEnum
+from math import hypot, nan
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -68,9 +69,42 @@ class Trace:
     compensated_nm: Array
 
 
+class Consequence(StrEnum):
+    """What follows from a check."""
+
+    NOTHING = ""
+    NOTE = "note"
+    """Something was found that moves no result by as much as matters."""
+    BUDGET = "budget"
+    """What was found has a line of its own in the uncertainty budget."""
+    INCONCLUSIVE = "inconclusive"
+    """Nothing can be decided on the result."""
+
+
+@dataclass(frozen=True)
+class Bias:
+    """By how much what a check found moves a result that is not corrected for it (VIM 2.18)."""
+
+    of: str
+    """'mean', or the set-point: '35 Hz'."""
+    value: float
+    u: float
+    unit: str = "N·m"
+
+    @property
+    def contribution(self) -> float:
+        """The root mean square of what the result may be wrong by: a standard uncertainty."""
+        return hypot(self.value, self.u)
+
+
 @dataclass(frozen=True)
 class Check:
-    """A named diagnostic: what was found, against what, and what to do."""
+    """A named diagnostic: what was found, against what, and what to do.
+
+    A method says in `ok` whether it found anything, and in `biases` by how much that moves each of
+    its points. What follows from it, `rigrunner.analysis.binding` decides; from then on `ok` is
+    False only of a check that binds.
+    """
 
     name: str
     ok: bool
@@ -83,7 +117,14 @@ class Check:
     unit: str = ""
     """Of both: '1' for a bare number."""
     decisive: bool = False
-    """Whether nothing can be decided on the run where it failed."""
+    """Whether its effect cannot be estimated, so that nothing can be decided where it failed."""
+    biases: tuple[Bias, ...] = ()
+    """Of each point, in the order of the points; once it was judged, that of the mean first."""
+    common: bool = True
+    """Whether the biases are of one error, the same in all points: those do not average out."""
+    covered_by: tuple[str, ...] = ()
+    """Lines of the budget that have a part of the effect already."""
+    consequence: Consequence = Consequence.NOTHING
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,5 +56,7 @@ class Deviation(Part):
 class Restriction(Part):
     """Why the document is no certificate, but a specimen."""
 
-    code: Literal["draft_procedure", "simulated", "trial", "replayed", "requested"]
+    code: Literal[
+        "draft_procedure", "simulated", "trial", "replayed", "inconclusive_check", "requested"
+    ]
     detail: str = ""

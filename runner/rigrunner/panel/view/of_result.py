@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.checks import effect_words
 from rigrunner.api.verdict import Verdict, worst
 from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointView, Value
 from rigrunner.signal.coverage import expanded
@@ -37,7 +38,14 @@ def live_view(result: Result, *, final: bool, taken_s: float = 0.0) -> LiveView:
         raw_headline=_value(result.raw_headline),
         points=tuple(points),
         checks=tuple(
-            CheckView(name=each.name, ok=each.ok, text=each.text, advice=each.advice)
+            CheckView(
+                name=each.name,
+                ok=each.ok,
+                text=each.text,
+                advice=each.advice,
+                effect=effect_words(each),
+                consequence=str(each.consequence),
+            )
             for each in checks
         ),
     )

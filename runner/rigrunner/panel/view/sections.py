@@ -200,6 +200,8 @@ class CheckView(Section):
     ok: bool
     text: str
     advice: str
+    effect: str = ""
+    consequence: str = ""
 
 
 class LiveView(Section):

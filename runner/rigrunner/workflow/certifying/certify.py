@@ -46,6 +46,7 @@ _WHY = {
     "simulated": "its data are simulated",
     "trial": "its instruments are those of a trial",
     "replayed": "it is the replay of a tape",
+    "inconclusive_check": "a check says that nothing can be decided on it",
 }
 
 

@@ -1,0 +1,68 @@
+"""Whether the set-points of one run agree with each other, before their mean is taken.
+
+Friction changes smoothly with the speed of a swing, so that torques may have a trend over the
+frequency. What they scatter by about it has to be what their own uncertainties say (chi-squared).
+If it is more, all of these are too small by the Birge ratio, the root of chi-squared over its
+degrees of freedom: as the Particle Data Group and CODATA do, they are widened by it (Birge, Phys.
+Rev. 40, 1932, 207; Workman et al., Prog. Theor. Exp. Phys. 2022, 083C01, 5.2.2).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import chi2
+
+from rigrunner.api.analysis import Bias, Check
+from rigrunner.api.checks import skipped
+from rigrunner.signal.uncertainty import combine
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.analysis import CompensatedPoint
+
+NAME = "agreement of the set-points"
+TREND = 0.005
+"""Of the torque: the friction laws of all simulators leave less about such a trend, 0.4 %."""
+
+CHANCE = 0.01
+"""That set-points which agree are said not to."""
+
+LEAST = 5
+"""Set-points: a trend of three coefficients is to leave two degrees of freedom."""
+
+
+def agreement(points: Sequence[CompensatedPoint]) -> Check:
+    """Check the torques against a trend a + b f + c sqrt(f), by their own uncertainties."""
+    hertz = np.array([point.frequency_hz for point in points])
+    if len(set(hertz)) < LEAST:
+        return skipped(NAME, f"fewer than {LEAST} frequencies")
+    torques = np.array([point.torque.value for point in points])
+    own = np.array([combine(part for part in p.components if not part.common)[0] for p in points])
+    sigma = np.hypot(own, TREND * abs(torques.mean()))
+    basis = np.stack([np.ones_like(hertz), hertz, np.sqrt(hertz)], axis=1) / sigma[:, None]
+    trend, *_ = np.linalg.lstsq(basis, torques / sigma, rcond=None)
+    residual = torques / sigma - basis @ trend
+    dof = len(points) - basis.shape[1]
+    ratio = sqrt(float(residual @ residual) / dof)
+    most = sqrt(float(chi2.ppf(1 - CHANCE, dof)) / dof)
+    ok = ratio <= most
+    lacking = 0.0 if ok else sqrt(ratio**2 - 1)
+    where = int(np.abs(residual).argmax())
+    off = f"{hertz[where]:.4g} Hz is off their trend by {residual[where] * sigma[where]:+.4f} N·m"
+    return Check(
+        NAME,
+        ok=ok,
+        text="the set-points agree within their uncertainties" if ok else f"{off}, the most of all",
+        advice="" if ok else "repeat the set-points that are off; is the gain steady, the load?",
+        value=ratio,
+        threshold=most,
+        unit="1",
+        biases=tuple(
+            Bias(f"{f:.4g} Hz", 0.0, lacking * float(u)) for f, u in zip(hertz, sigma, strict=True)
+        ),
+        common=False,
+    )
