@@ -32,42 +32,50 @@ SAID_N = 1000.0
 class Judged:
     """What the primary method said of a pair; N.m, a value each set-point."""
 
-    group: str
-    seed: int
+    pair: Pair
     errors_nm: tuple[float, ...] = ()
     expanded_nm: tuple[float, ...] = ()
     mean_error_nm: float = np.nan
     mean_expanded_nm: float = np.nan
     failed: tuple[str, ...] = ()
-    """Names of the checks that failed."""
+    """Names of the checks that bind: in the budget, or inconclusive."""
     is_conclusive: bool = False
-    """Whether no failed check forbids a verdict."""
+    """Whether no check forbids a verdict."""
     refused: str = ""
     """Why there is no result at all."""
 
 
 def judged(pair: Pair) -> Judged:
     """Record and analyse a pair."""
+    return judged_by(pair, recorded(pair))
+
+
+def recorded(pair: Pair) -> RecordedBench:
+    """Record both runs of a pair; this takes five times as long as the analysis."""
     no_load, _ = _recorded(
         pair, pair.no_load, "no-load", 0.0, np.random.default_rng([pair.seed, 3])
     )
     loaded, truths = _recorded(
         pair, pair.loaded, "loaded", SAID_N, np.random.default_rng([pair.seed, 4])
     )
-    shared = tools()
+    return RecordedBench(no_load, loaded, truths)
+
+
+def judged_by(pair: Pair, bench: RecordedBench) -> Judged:
+    """Analyse the recordings of a pair."""
+    shared, truths = tools(), bench.truths_nm
     try:
-        result = shared.analysed(RecordedBench(no_load, loaded, truths), primary_alone(shared.spec))
+        result = shared.analysed(bench, primary_alone(shared.spec))
     except DataError as error:
-        return Judged(pair.group, pair.seed, refused=str(error))
+        return Judged(pair, refused=str(error))
     (found,) = result.compensations.values()
     failed = [each for each in checks_of(result) if not each.ok]
     if not found.points:
-        return Judged(pair.group, pair.seed, refused=str(found.not_applicable))
+        return Judged(pair, refused=str(found.not_applicable))
     mean = compensated_mean(found.points)
     values = np.array([point.torque.value for point in found.points])
     return Judged(
-        pair.group,
-        pair.seed,
+        pair,
         errors_nm=tuple(values - truths),
         expanded_nm=tuple(expanded(point.torque) for point in found.points),
         mean_error_nm=float(mean.value - np.mean(truths)),

@@ -49,6 +49,8 @@ class Pair:
     cycles_of_slow: int = 10
     """Below 5 Hz."""
     group: str = "healthy"
+    size: str = ""
+    """Of the fault, with its unit."""
     frequencies_hz: tuple[float, ...] = FREQUENCIES_HZ
 
 
@@ -83,7 +85,8 @@ def healthy(seed: int, recording_gain: float = 0.002) -> Pair:
 def faulty(group: Group, seed: int) -> Pair:
     """Return a rig with that fault; its size is drawn with the seed."""
     size = float(np.random.default_rng([seed, 2]).uniform(group.low, group.high))
-    return replace(group.apply(healthy(seed), size), group=group.name)
+    said = f"{size:.3g} {group.unit}" if group.unit != "1" else f"{size:.2%}"
+    return replace(group.apply(healthy(seed), size), group=group.name, size=said)
 
 
 def _rig(rng: Generator) -> Rig:
