@@ -224,22 +224,24 @@ def follows_resonance(points: Iterable[SwingPoint], natural_hz: float) -> Check:
 def same_inertia(points: Sequence[CompensatedPoint], found: Sequence[Mismatch]) -> Check:
     """Check that no inertia, and no gain, differs between the two runs.
 
-    What they share enters all points, what each recording has of its own enters its point: a mean
-    of random effects, each point drawn to it by as much as its own scatter is greater than theirs
+    What is elastic in the torque is the same at all frequencies, and is taken out. What the points
+    share enters all of them, what each recording has of its own enters its point: a mean of random
+    effects, each point drawn to it by as much as its own scatter is greater than theirs
     (DerSimonian and Laird, Control. Clin. Trials 7, 1986, 177). Whether it is the inertia's or the
     gain's is not known: the bias is the mean of both, and their difference is in its uncertainty.
     """
-    if len(points) < 3:  # noqa: PLR2004  (of fewer, none tells what chance is)
+    hertz = np.array([point.frequency_hz for point in points])
+    if len(points) < 4 or np.ptp(hertz) == 0:  # noqa: PLR2004  (two unknowns, and what is chance)
         return skipped(INERTIA.name, "too few frequencies to tell")
     value, u = (np.array([getattr(each, name) for each in found]) for name in ("value", "u"))
-    common, u_common, own, u_own, chance = _random_effects(value, u)
+    common, u_common, own, u_own, chance = _random_effects(value, u, (hertz.max() / hertz) ** 2)
     inertia, gain = (
         np.array([getattr(each, name) for each in found])
         for name in ("by_inertia_nm", "by_gain_nm")
     )
     bias = own * (inertia + gain) / 2
     u_bias = np.hypot(u_own * np.maximum(inertia, gain), own * (inertia - gain) / 2)
-    allowed = coverage_factor(len(points) - 1, SLOPE_SIGNIFICANCE) * u_common
+    allowed = coverage_factor(len(points) - 2, SLOPE_SIGNIFICANCE) * u_common
     words = f"{common:+.2%} of the inertia's torque is left, {allowed:.2%} may be chance"
     check = INERTIA.check([(max(abs(common) / allowed, chance), words)])
     return replace(
@@ -252,17 +254,26 @@ def same_inertia(points: Sequence[CompensatedPoint], found: Sequence[Mismatch]) 
     )
 
 
-def _random_effects(value: Array, u: Array) -> tuple[float, float, Array, Array, float]:
-    """Return common value and its u, each one's and its u, and chi-squared over its 99 %."""
+def _random_effects(
+    value: Array, u: Array, elastic: Array
+) -> tuple[float, float, Array, Array, float]:
+    """Return common value and its u, each one's and its u, and chi-squared over its 99 %.
+
+    `elastic` is what a torque that is the same at all points makes of each value, but for its size.
+    """
+    design = np.stack([np.ones_like(value), elastic], axis=1)
     weight = u**-2
-    mean = np.average(value, weights=weight)
-    excess = float(weight @ (value - mean) ** 2)
-    dof = len(value) - 1
-    between = max(excess - dof, 0.0) / (weight.sum() - (weight**2).sum() / weight.sum())
+    normal = np.linalg.inv(design.T @ (weight[:, None] * design))
+    left = value - design @ (normal @ (design.T @ (weight * value)))
+    excess, dof = float(weight @ left**2), len(value) - 2
+    spent = float(np.trace(normal @ (design.T @ ((weight**2)[:, None] * design))))
+    between = max(excess - dof, 0.0) / (float(weight.sum()) - spent)
     weight = 1 / (u**2 + between)
-    common, u_common = float(np.average(value, weights=weight)), float(weight.sum() ** -0.5)
+    normal = np.linalg.inv(design.T @ (weight[:, None] * design))
+    found = normal @ (design.T @ (weight * value))
+    common, u_common = float(found[0]), float(np.sqrt(normal[0, 0]))
     trust = between / (u**2 + between)
-    own = common + trust * (value - common)
+    own = common + trust * (value - design @ found)
     u_own = np.sqrt(trust * u**2 + ((1 - trust) * u_common) ** 2)
     return common, u_common, own, u_own, excess / float(chdtri(dof, 1 - SLOPE_SIGNIFICANCE))
 

@@ -18,7 +18,7 @@ from rigrunner.signal.repeatability import jackknife_error
 from rigrunner_plugins.compensations.bearing import starting_torque
 from rigrunner_plugins.compensations.identification import identify
 from rigrunner_plugins.compensations.requirements import LEAST_FREQUENCIES
-from rigrunner_plugins.compensations.swing import running_torque, spring_torque
+from rigrunner_plugins.compensations.swing import inertia_in_phase, running_torque
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.swing import Swing
 
 ELASTIC = 0.005
-"""Of the torque: what presliding leaves in the middle of a slow swing follows the angle too."""
+"""Of the torque: what is elastic or presliding in it differs by so much between the set-points."""
 
 SMALL = 1e-3
 """Relative change by which a slope is found."""
@@ -52,16 +52,16 @@ def mismatch(found: Evaluated, rig: Identified) -> Mismatch:
     """Return how much of the loaded run's inertia is left in a point's torque."""
     swing, loaded = rig.friction.swing, found.pair.loaded
     inertial = rig.line.inertia_kgm2 * swing.acceleration_per_hz2 * loaded.frequency_hz**2
-    unit = spring_torque(swing, inertial)
+    unit = inertia_in_phase(swing, inertial)
     without = [
-        jackknife_error(np.array([spring_torque(swing, each) for each in run]))[0]
+        jackknife_error(np.array([inertia_in_phase(swing, each) for each in run]))[0] / unit
         for run in found.without_each_nm
     ]
+    elastic = ELASTIC * found.maximum_nm / float(np.abs(inertial).max())
     total = rig.line.at_load(loaded.waveform, loaded.frequency_hz)
-    u = hypot(*without, ELASTIC * found.maximum_nm)
     return Mismatch(
-        spring_torque(swing, found.bearing_nm) / unit,
-        u / abs(unit),
+        inertia_in_phase(swing, found.bearing_nm) / unit,
+        hypot(*without, elastic),
         _slope(found, inertial),
         _slope(found, total),
     )

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 GRID = 4096
-MIDDLE = 0.7
+MIDDLE = 0.25
 """Of the amplitude: so far from the reversals no friction of them is left."""
+
+BUILT_UP = 0.7
+"""Of the amplitude: up to there what is left of it is a small part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +128,18 @@ def running_torque(swing: Swing, torque_nm: Array) -> Array:
     """
     work = (torque_nm * swing.velocity_per_hz).mean(axis=-1)
     return np.asarray(work / np.abs(swing.velocity_per_hz).mean())
+
+
+def inertia_in_phase(swing: Swing, torque_nm: Array) -> float:
+    """Return what of a torque of shape (n,) follows the acceleration, over that at 1 Hz, in kg·m².
+
+    Friction is even about the middle of the swing, and opposite in both strokes; the acceleration
+    is neither. Away from the reversals, where friction no longer builds up.
+    """
+    middle = np.abs(swing.angle_rad) <= BUILT_UP * np.abs(swing.angle_rad).max()
+    forward = swing.velocity_per_hz[middle] > 0
+    basis = np.stack([forward, ~forward, swing.acceleration_per_hz2[middle]], axis=1)
+    return float(np.linalg.lstsq(basis.astype(float), torque_nm[middle], rcond=None)[0][-1])
 
 
 def spring_torque(swing: Swing, torque_nm: Array) -> float:

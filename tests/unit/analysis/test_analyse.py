@@ -7,6 +7,7 @@ import pytest
 
 from helpers_analysis import acceptance, analysed, instrument, no_load_spec, recording, run_of, spec
 from rigrunner.analysis.document import document
+from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.verdict import Verdict
 from rigrunner.workflow.plot import sweep_plot
@@ -83,7 +84,8 @@ def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_l
         next(each for each in result.checks if each.name == name)
         for name in ("positive torque", "friction coefficient")
     )
-    assert (positive.ok, friction.ok) == (False, False)
+    assert positive.consequence is Consequence.INCONCLUSIVE
+    assert friction.consequence is Consequence.NOTE
     assert positive.value == pytest.approx(-0.7, abs=5e-3)
     raw = [point.peak_nm.mean() for point in result.loaded]
     assert list(sweep_plot(result).raw_nm) == raw
@@ -135,8 +137,9 @@ def test_a_fit_that_fails_says_why(loaded, no_load):
 def test_negative_torque_is_flagged_and_inconclusive(no_load):
     result = analysed(sweep(-0.1, 1000.0), no_load, accept=acceptance())
     assert result.decision.verdict is Verdict.INCONCLUSIVE
-    flagged = {check.name for check in result.checks if not check.ok}
-    assert {"positive torque", "friction coefficient"} <= flagged
+    flagged = {check.name: check.consequence for check in result.checks if check.consequence}
+    assert flagged["positive torque"] is Consequence.INCONCLUSIVE
+    assert flagged["friction coefficient"] is Consequence.NOTE
     (text,) = (check.text for check in result.checks if check.name == "positive torque")
     assert [part.split(" Hz")[0] for part in text.split("; ")] == ["2", "4", "6", "8", "10"]
 
@@ -144,7 +147,8 @@ def test_negative_torque_is_flagged_and_inconclusive(no_load):
 def test_checks_cover_both_runs(loaded, no_load):
     found = analysed(loaded, no_load).checks
     names = [check.name for check in found]
-    flagged = {check.name for check in found if not check.ok}
+    assert all(check.ok for check in found)
+    flagged = {check.name for check in found if check.consequence is Consequence.NOTE}
     assert flagged == {"samples per cycle", "no-load run: samples per cycle"}, "200 at 10 Hz"
     assert len(names) == len(set(names))
     assert {"stroke", "no-load run: stroke", "zero drift", "friction coefficient"} <= set(names)
