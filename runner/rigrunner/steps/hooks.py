@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from rigrunner.api.hooks import StepRecord, hookimpl
-from rigrunner.steps import (
-    ask,
-    call,
-    confirm,
-    measure,
-    note,
-    ramp,
-    record,
-    repeat,
-    scan,
-    set_drives,
-    settle,
-    sweep,
-    wait,
-    zero,
-)
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING
+
+from rigrunner import steps
+from rigrunner.api.hooks import hookimpl
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.hooks import StepRecord
 
 
 @hookimpl
 def rigrunner_steps() -> list[StepRecord]:
-    """Return the kinds of steps of the language."""
-    return [
-        *(confirm.STEP, ask.STEP, note.STEP, zero.STEP, set_drives.STEP, ramp.STEP, wait.STEP),
-        *(settle.STEP, sweep.STEP, repeat.STEP, record.STEP, measure.STEP, scan.STEP, call.STEP),
-    ]
+    """Return the kind of each module of this room."""
+    return list(_kinds())
+
+
+def _kinds() -> Iterator[StepRecord]:
+    for each in iter_modules(steps.__path__, f"{steps.__name__}."):
+        if each.name != __name__:
+            yield import_module(each.name).STEP
