@@ -103,7 +103,7 @@ class Emitter:
 
     def __call__(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
-        if dropped := self._hand_out(self._stamp(kind, **fields)):
+        if dropped := self._hand_out(self._stamp.made(kind, fields)):
             for text in dropped:
                 self(Alarm, source="event sink", text=text)
 
@@ -138,6 +138,10 @@ class EventStamp:
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
+        return self.made(kind, fields)
+
+    def made(self, kind: type[_E], fields: dict[str, Any]) -> _E:
+        """Return the same of its fields in a mapping."""
         now_s = self._monotonic_s()
         if not self._from_s <= now_s < self._until_s:
             self._look(now_s)

@@ -6,6 +6,7 @@ Every view of a missed limit is made of a `Judgement`: table, run file, report, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, nextafter
 from typing import TYPE_CHECKING
 
@@ -51,7 +52,7 @@ class ValueLimit:
             self.maximum is None or value <= self.maximum
         )
 
-    @property
+    @cached_property  # each value that is measured is held against it
     def clear(self) -> tuple[float, float]:
         """The range in which a value is neither out of limits nor marginal, to be asked often.
 

@@ -24,7 +24,10 @@ def remarks_on(
     `values` are in SI units, by the name that the limits have for them; `where` begins each text.
     """
     for limit in limits:
-        judged = Judgement(limit, values[limit.of])
+        value, (least, greatest) = values[limit.of], limit.clear
+        if least <= value <= greatest:
+            continue
+        judged = Judgement(limit, value)
         if not judged.passes:
             yield LimitMissed, f"{where}{judged.text}"
         elif judged.is_marginal:

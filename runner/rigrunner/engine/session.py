@@ -63,6 +63,11 @@ class Session:
         """Return the session of a teardown: neither stopped nor paused, interlocks only told."""
         return replace(self, stop=_Never(), is_ending=True)
 
+    @cached_property
+    def reading(self) -> Session:
+        """The session of a step during which drives must stay where they were set."""
+        return replace(self, reads=True)
+
     def put_messages(self) -> None:
         """Put on record what the drivers have told beside their answers."""
         for each in self.rig.messages.taken():
@@ -178,10 +183,11 @@ class Session:
 
     def reader(self, channels: Sequence[Member]) -> Callable[[], dict[str, float]]:
         """Return what reads channels as `read` does, again and again."""
-        names: dict[str, list[str]] = {}
-        for each in channels:
-            names.setdefault(each.role, []).append(each.name)
-        readers = [self.rig.reader(role, of_role) for role, of_role in names.items()]
+        roles = dict.fromkeys([each.role for each in channels])
+        readers = [
+            self.rig.reader(role, [each.name for each in channels if each.role == role])
+            for role in roles
+        ]
         if len(readers) == 1:
             return readers[0]
 

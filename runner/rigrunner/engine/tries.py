@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
@@ -48,7 +47,7 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> str | None:
     trial = session if terms.timeout_s is None else session.within(terms.timeout_s)
     session.emit(StepStarted, **attempt.started())
     if attempt.action.drives_stay:
-        trial = replace(trial, reads=True)
+        trial = trial.reading
     try:
         trial.check_drives()
         found = attempt.action.do(step.path, trial)
