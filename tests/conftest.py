@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, settings
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from helpers_cli import Called, call, shell
-from helpers_figures import blank, drawn
+from helpers_figures import BLANK_FIGURES, blank, drawn
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.clock import SimulatedClock
 
@@ -52,7 +52,7 @@ def _files_are_named(config) -> bool:
     return not any(Path(each).is_dir() for each in config.args)
 
 
-def pytest_configure() -> None:
+def pytest_configure(config) -> None:
     """Give each worker of pytest-xdist folders for temporary files and for the state of rigs alone.
 
     A rig is locked for all programs of a machine by its station's id, and several tests at once
@@ -64,6 +64,11 @@ def pytest_configure() -> None:
     # else each of the thousand programs that tests start compiles all anew
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker or not config.getoption(
+        "numprocesses", None
+    ):  # in no worker, only for what it starts
+        path = (str(BLANK_FIGURES), os.environ.get("PYTHONPATH"))
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, path))
     rigs = tempfile.mkdtemp(prefix="rigrunner-tests-rigs-")
     atexit.register(shutil.rmtree, rigs, ignore_errors=True)
     os.environ["RIGRUNNER_LOCKS"] = rigs
@@ -184,7 +189,7 @@ def quick(made_once) -> Runs:
 def _blank_figures(request):
     """Leave figures blank, except in modules marked `figures`.
 
-    Programs that tests start draw them anyway; so do runs that are made once for many tests.
+    Runs that are made once for many tests have them.
     """
     with drawn() if request.node.get_closest_marker("figures") else blank():
         yield

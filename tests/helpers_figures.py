@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+BLANK_FIGURES = Path(__file__).parent / "blank_figures"
+"""On the PYTHONPATH of programs that tests start."""
 _BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 _PRINT_SVG = FigureCanvasSVG.print_svg
 
@@ -22,6 +26,9 @@ def blank():
 @contextmanager
 def drawn():
     """Draw figures within the block, though they are left blank around it."""
+    path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FigureCanvasSVG, "print_svg", _PRINT_SVG)
+        others = (each for each in path if each != str(BLANK_FIGURES))
+        patch.setenv("PYTHONPATH", os.pathsep.join(others))
         yield

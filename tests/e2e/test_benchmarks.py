@@ -8,6 +8,8 @@ import pytest
 from benchmarks.command import benchmark, names
 from benchmarks.frame import Scale
 
+pytestmark = pytest.mark.figures
+
 
 @pytest.mark.parametrize("name", names())
 def test_the_counted_work_is_within_its_bound(name):

@@ -48,6 +48,7 @@ def test_it_is_run_decided_and_reported(tmp_path):
     assert "largest sample" not in page
 
 
+@pytest.mark.thorough
 def test_the_stated_uncertainty_covers_the_true_mean_of_the_starts(tmp_path):
     """95 % should; with 12 benches 3 misses are less likely than 2 %."""
     missed = 0

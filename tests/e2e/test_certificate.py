@@ -373,6 +373,7 @@ def test_german_is_german(issued):
     assert "✓ bestanden" in page.words
 
 
+@pytest.mark.thorough
 def test_the_same_run_gives_the_same_bytes(quick, registry, tmp_path):
     first, second = (
         issue(

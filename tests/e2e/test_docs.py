@@ -18,6 +18,7 @@ import yaml
 
 from helpers_docs import ROOT, code_blocks, links, matches, pages
 from helpers_lacking import require_pdf
+from helpers_served import served_command
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
 from rigrunner.cli.lazy import LazyGroup
@@ -61,7 +62,9 @@ LONG = [
     ROOT / "docs" / f"{page}.md"
     for page in (
         "tutorial/first-certificate",
+        "tutorial/first-run",
         "tutorial/panel",
+        "explanation/the-paper",
         "how-to/analyse-many-runs",
         "how-to/approve-a-procedure",
         "how-to/check-a-plugin",
@@ -85,7 +88,7 @@ def script(page):
 
 
 @pytest.mark.parametrize("page", [script(page) for page in SCRIPTS])
-def test_every_block_of_the_page_works(page, request, tmp_path):
+def test_every_block_of_the_page_works(page, request, served, tmp_path):
     """In one shell, as a reader has it: each block begins in the folder in which the last ended."""
     blocks = code_blocks(page)
     if any(".pdf\n" in each.code for each in blocks if each.language == "text"):
@@ -107,14 +110,16 @@ def test_every_block_of_the_page_works(page, request, tmp_path):
             if DEMO.search(block.code):
                 copied = copy_of(request.getfixturevalue("demo"))
                 block = replace(block, code=DEMO.sub(copied, block.code))  # noqa: PLW2901  (the same)
-            output, folder = executed(block, folder, f"{page}:{block.line}", lies_in=tmp_path)
+            where = f"{page}:{block.line}"
+            output, folder = executed(block, folder, where, lies_in=tmp_path, served=served)
 
 
 RUN_BY_A_TEST_OF_ITS_OWN = {ROOT / "docs/reference/run-file.md"}
 
 
 @pytest.mark.parametrize(
-    "page", sorted({*pages()} - {*SCRIPTS, *IN_AN_ENVIRONMENT_OF_ITS_OWN}), ids=named
+    "page",
+    [script(page) for page in sorted({*pages()} - {*SCRIPTS, *IN_AN_ENVIRONMENT_OF_ITS_OWN})],
 )
 def test_every_block_of_the_other_pages_works(page, tmp_path):
     """But for what is shown as text: output, and studies that take hours, with their day."""
@@ -145,11 +150,18 @@ def copy_of(demo):
     )
 
 
+@pytest.fixture(scope="module")
+def served():
+    """The folder of a `rigrunner` that need not be imported for each command."""
+    with served_command() as folder:
+        yield folder
+
+
 def execute(block, folder, where):
     return executed(block, folder, where, lies_in=folder)[0]
 
 
-def executed(block, folder, where, lies_in):
+def executed(block, folder, where, lies_in, served=None):
     """Run a block in a folder; return what it printed, and the folder in which it ended."""
     ended = lies_in.with_name(f"{lies_in.name}-ended-in")
     runners = {
@@ -157,8 +169,9 @@ def executed(block, folder, where, lies_in):
         "python": [sys.executable, "-c", block.code],
     }
     assert block.language in runners, f"{where}: nobody knows how to run '{block.language}'"
+    path = (served, Path(sys.executable).parent, os.environ["PATH"])
     environment = os.environ | {
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PATH": os.pathsep.join(map(str, filter(None, path))),
         "PYTHONPATH": os.pathsep.join(filter(None, [str(lies_in), os.environ.get("PYTHONPATH")])),
         "COLUMNS": "80",
     }

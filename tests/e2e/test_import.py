@@ -37,6 +37,7 @@ def test_the_same_analysis_takes_it(quick, tmp_path, kind):
     same(quick.loaded, imported, exact=kind != "csv")  # which was written in mN·m, and so rounds
 
 
+@pytest.mark.thorough
 def test_an_imported_no_load_run_is_found(quick, tmp_path):
     runs = tmp_path / "runs"
     for name, run, of, inputs in (

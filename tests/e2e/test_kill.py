@@ -117,6 +117,7 @@ for number in range(kills):
 """
 
 
+@pytest.mark.thorough
 def test_a_kill_while_a_finished_recording_is_folded_loses_nothing_of_it(tmp_path):
     kills = max(10, KILLS // 2)
     program = [sys.executable, "-c", FOLDS, str(tmp_path), str(kills)]

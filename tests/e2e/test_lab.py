@@ -37,6 +37,7 @@ def test_the_readme_has_the_printed_commands_and_others_that_work(printed):
         shell(folder / "bench 1", block)
 
 
+@pytest.mark.thorough
 def test_the_readme_of_reports_leads_to_a_certificate_and_a_report_of_ones_own(printed):
     lab = printed[0] / "bench 1"
     said = [shell(lab, block.code).stdout for block in code_blocks(lab / "reports" / "README.md")]

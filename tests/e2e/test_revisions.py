@@ -147,6 +147,7 @@ def test_by_the_revision_that_made_it_it_matches(laboratory):
         assert (done.code, done.out.splitlines()[0]) == (0, "MATCH"), done
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("version", "said"),
     [

@@ -51,6 +51,7 @@ def copies(certified, tmp_path):
     return next(tmp_path / path.name for path in files if path.suffix == ".json")
 
 
+@pytest.mark.thorough
 def test_a_certificate_matches_its_run_wherever_that_lies(certified, tmp_path):
     run_folder, files = certified
     for path in files:
@@ -82,6 +83,7 @@ def test_another_run_is_told(certified):
     assert f"the certificate names {run_folder.name}" in done.out
 
 
+@pytest.mark.thorough
 def test_signed_by_whom_when_and_whether_trusted(certified, copies, tmp_path):
     def verified(*words):
         done = call("verify", copies, *words)

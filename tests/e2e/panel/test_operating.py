@@ -67,6 +67,7 @@ def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel)
     assert all("±" in row for row in rows)
 
 
+@pytest.mark.thorough
 def test_the_next_specimen_is_two_clicks_away(screen, panel):
     page = screen.page
     run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
@@ -130,6 +131,7 @@ def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
     page.locator(".told .good-text").wait_for()
 
 
+@pytest.mark.thorough
 def test_pause_repeat_skip_and_abort(screen, panel):
     page = screen.page
     screen.begin()

@@ -23,6 +23,7 @@ LOST = "Bench whose connection breaks"
 HOSTILE = "<img src=x onerror=window.hacked=1>\u05d0 \U0001f525" + "x" * 60
 
 
+@pytest.mark.thorough
 def test_a_reload_shows_the_true_state_at_once(screen, panel):
     page = screen.page
     screen.begin()
@@ -36,6 +37,7 @@ def test_a_reload_shows_the_true_state_at_once(screen, panel):
     screen.wait_for_result()
 
 
+@pytest.mark.thorough
 def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
     first, second = new_screen(), new_screen()
     first.open()
@@ -115,6 +117,7 @@ def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
         expect(page.locator(".banner.lost")).to_be_hidden()
 
 
+@pytest.mark.thorough
 def test_nothing_starts_without_the_answers(screen):
     page = screen.page
     screen.open()
@@ -127,6 +130,7 @@ def test_nothing_starts_without_the_answers(screen):
         assert page.get_by_role("button", name="Start", exact=True).is_disabled()
 
 
+@pytest.mark.thorough
 def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel):
     page = screen.page
     screen.open()
@@ -184,6 +188,7 @@ def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
     expect(page.locator("h1")).to_have_text("Choose a test")
 
 
+@pytest.mark.thorough
 def test_what_the_server_says_is_german_too(new_screen):
     screen = new_screen(locale="de-DE")
     page = screen.page

@@ -76,6 +76,7 @@ def test_a_move_within_the_tolerance_passes(lab):
     assert (found.code, "moved within the tolerance  1" in found.out) == (0, True)
 
 
+@pytest.mark.thorough
 def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
     lab.change("_refuse()")
     found = check(lab)

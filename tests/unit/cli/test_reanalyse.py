@@ -98,6 +98,7 @@ def test_what_is_said_wrongly(arguments, code, words, here):
     assert not (here / "out/summary.csv").exists()
 
 
+@pytest.mark.thorough
 def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(lab, tmp_path):
     for number in range(8):
         shutil.copytree(lab / "rig-2/loaded-1", tmp_path / "many" / str(number))

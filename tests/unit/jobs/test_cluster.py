@@ -45,6 +45,7 @@ def test_each_item_comes_once_though_a_worker_is_killed(two, tmp_path):
     assert set(again.values()) == {1}
 
 
+@pytest.mark.thorough
 def test_what_kills_every_worker_is_a_failure_of_its_own(two, tmp_path):
     task = Squares(tmp_path, dies=(1,))
     found = list(Cluster(two.scheduler_address).outcomes(task, range(4), NEVER))
@@ -52,6 +53,7 @@ def test_what_kills_every_worker_is_a_failure_of_its_own(two, tmp_path):
     assert answers == {0: 0, 1: "each worker of the cluster that began it died", 2: 4, 3: 9}
 
 
+@pytest.mark.thorough
 def test_who_only_worked_beside_it_is_not_blamed(tmp_path):
     """Deaths enough for every item of the queue to be given up by the scheduler."""
     task = Squares(tmp_path, dies=(1, 2))
@@ -109,6 +111,7 @@ def test_without_the_package(monkeypatch):
         list(Cluster("tcp://127.0.0.1:1").outcomes(abs, [1], NEVER))
 
 
+@pytest.mark.thorough
 def test_a_scheduler_that_is_lost(tmp_path):
     with two_workers(1) as found:
         outcomes = Cluster(found.scheduler_address).outcomes(Squares(tmp_path), range(500), NEVER)

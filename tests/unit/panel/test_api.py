@@ -503,6 +503,7 @@ class TestHistory:
         assert (answer.status_code, answer.json()["code"]) == (422, "usage")
         assert "letterhead" in answer.json()["message"]
 
+    @pytest.mark.thorough
     def test_a_specimen_certificate_is_issued_with_its_files(self, folder, demo):
         shutil.copytree(demo.loaded, folder / "runs" / demo.loaded.name)
         make_lab(folder / "lab", load_registry())

@@ -52,6 +52,7 @@ def watched(tmp_path_factory):
     return onlooker, finished
 
 
+@pytest.mark.thorough
 def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
     onlooker, finished = watched
     last = live_view(onlooker.after[-1], final=True)

@@ -118,6 +118,7 @@ def test_too_few_cycles_are_refused():
     assert examine(Case(SIM, "too few cycles", 3, 0)).failed == (REFUSED,)
 
 
+@pytest.mark.thorough
 def test_two_processes_find_what_one_finds():
     wanted = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
     one, two = (

@@ -81,6 +81,7 @@ def test_the_decision_in_force_stands_on_the_certificate_with_its_record(made):
     assert "the drawing was &lt;changed&gt;" in page
 
 
+@pytest.mark.thorough
 def test_the_verdict_is_derived_again_by_the_decision_in_force(made, tmp_path):
     loaded, issued = made
     letterhead = issued.files[0].parent.parent / "letterhead"
