@@ -9,6 +9,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import pytest
 import yaml
 
 from helpers_docs import ROOT, code_blocks, links, matches, pages
+from helpers_figures import drawn
 from helpers_lacking import require_pdf
 from helpers_served import served_command
 from rigrunner.api.errors import ExitCode
@@ -41,6 +43,7 @@ RUN_ELSEWHERE = {
     "run by the reader alone: no file is damaged where this page is tested",
     "run by the reader alone: there is no such server where this page is tested",
     "run by the reader alone: a part of a procedure",
+    "run by the reader alone: it is a part of the module that the command makes",
     "run by the reader alone: it needs more runs than there are where this page is tested",
     "run by the reader alone: there is no such rig where this page is tested",
     "run by the reader alone: the extras are there where this page is tested",
@@ -170,9 +173,11 @@ def executed(block, folder, where, lies_in, served=None):
     }
     assert block.language in runners, f"{where}: nobody knows how to run '{block.language}'"
     path = (served, Path(sys.executable).parent, os.environ["PATH"])
-    environment = os.environ | {
+    with drawn() if block.language == "python" else nullcontext():  # it may save its own figures
+        environment = dict(os.environ)
+    environment |= {
         "PATH": os.pathsep.join(map(str, filter(None, path))),
-        "PYTHONPATH": os.pathsep.join(filter(None, [str(lies_in), os.environ.get("PYTHONPATH")])),
+        "PYTHONPATH": os.pathsep.join(filter(None, [str(lies_in), environment.get("PYTHONPATH")])),
         "COLUMNS": "80",
     }
     done = subprocess.run(

@@ -60,6 +60,7 @@ def test_in_the_folder_itself_nobody_is_sent_anywhere(tmp_path, monkeypatch):
     assert not [line for line in call("init", ".").out.splitlines() if line.startswith("cd")]
 
 
+@pytest.mark.thorough
 def test_a_new_drop_in_works_in_the_lab_at_once(tmp_path):
     lab = tmp_path / "lab"
     commands = (

@@ -79,14 +79,23 @@ SCRIPTS = {
 """Programs of packages that are borrowed: they are to see what is installed here."""
 
 
-@pytest.fixture(scope="module")
-def author(tmp_path_factory) -> Author:
-    folder = tmp_path_factory.mktemp("author")
-    environment = folder / "env"
+@pytest.fixture(scope="session")
+def author(made_once) -> Author:
+    """Make the environment, once for all workers."""
+    return author_in(made_once("author", lambda folder: install(author_in(folder))))
+
+
+def author_in(folder) -> Author:
+    scripts = sysconfig.get_path("scripts", "venv", {"base": str(folder / "env")})
+    return Author(folder, Path(scripts))
+
+
+def install(made) -> None:
+    folder, environment = made.folder, made.folder / "env"
     venv.create(environment, symlinks=True)
     site = Path(sysconfig.get_path("purelib", "venv", {"base": str(environment)}))
     (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    made = Author(folder, Path(sysconfig.get_path("scripts", "venv", {"base": str(environment)})))
+    shutil.copytree(STRANGER, folder / "stranger")
     pip("wheel", *QUIETLY, "-w", folder, ROOT)
     (wheel,) = folder.glob("rigrunner-*.whl")
     python = made.bin / "python"
@@ -100,7 +109,6 @@ def author(tmp_path_factory) -> Author:
         succeeded(made.run("rigrunner", "new", word, plugin.name))
     projects = [made.package(word) for word in PLUGINS]
     pip("--python", python, "install", *QUIETLY, *projects)
-    return made
 
 
 def test_the_environment_has_the_wheel_and_not_the_sources(author):
@@ -116,7 +124,6 @@ def test_a_new_package_passes_its_own_tests(author, word):
 
 
 def test_all_of_them_and_a_strangers_pass_strict_type_checks(author):
-    shutil.copytree(STRANGER, author.folder / "stranger", dirs_exist_ok=True)
     parts = [author.package(word) / part for word in PLUGINS for part in ("src", "tests")]
     done = author.run("python", "-m", "mypy", "--strict", *parts, "stranger")
     assert "no issues found" in succeeded(done)
@@ -159,7 +166,6 @@ def test_a_strangers_plugin_is_taken_by_the_wheel(author):
         "found = load_registry([EntryPoint('stranger', 'stranger', 'rigrunner')])\n"
         "print(sorted({each.kind for each in found.plugins}), found.disabled)\n"
     )
-    shutil.copytree(STRANGER, author.folder / "stranger", dirs_exist_ok=True)
     shown = succeeded(author.run("python", "-c", code))
     kinds = sorted([*KINDS.values(), "certificate_format", "event_sink", "study_format"])
     assert shown.strip() == f"{kinds} ()"

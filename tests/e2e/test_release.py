@@ -97,6 +97,7 @@ def release(tmp_path_factory):
     return Release(sources, sdist, wheel)
 
 
+@pytest.mark.thorough
 def test_the_version_is_the_tag_in_the_sdist_and_in_the_wheel_made_of_it(release):
     assert release.sdist.name == f"rigrunner-{VERSION}.tar.gz"
     assert release.wheel.name == f"rigrunner-{VERSION}-py3-none-any.whl"

@@ -180,6 +180,7 @@ def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
     assert "Aborted" in page.locator(".result-head .verdict-word").inner_text()
 
 
+@pytest.mark.thorough
 def test_by_hand(screen, panel):
     page = screen.page
     screen.open()
