@@ -43,6 +43,8 @@ RUN_ELSEWHERE = {
     "run by the reader alone: no file is damaged where this page is tested",
     "run by the reader alone: there is no such server where this page is tested",
     "run by the reader alone: a part of a procedure",
+    "run by the reader alone: a part of a station",
+    "run by the reader alone: the rule is in a lab's own folder",
     "run by the reader alone: it is a part of the module that the command makes",
     "run by the reader alone: it needs more runs than there are where this page is tested",
     "run by the reader alone: there is no such rig where this page is tested",
