@@ -12,6 +12,7 @@ import pytest
 
 from helpers_certificate import NOW, ORDER, make_letterhead
 from helpers_html import read_html
+from rigrunner.api.analysis import Check, Consequence
 from rigrunner.api.certificate import (
     Authorisation,
     Certificate,
@@ -164,6 +165,16 @@ def test_of_a_trial_nothing_is_certified(source, requested):
     }
     one = replace(one, result=replace(one.result, run=replace(one.result.run, instruments=trial)))
     assert [each.code for each in restrictions_of(one, requested=requested)] == ["trial"]
+
+
+@pytest.mark.parametrize("requested", [True, False])
+def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
+    one = approved(source)
+    inconclusive = Consequence.INCONCLUSIVE
+    failed = Check("clipping", ok=False, text="it clips", consequence=inconclusive)
+    one = replace(one, result=replace(one.result, checks=(*one.result.checks, failed)))
+    (found,) = restrictions_of(one, requested=requested)
+    assert (found.code, found.detail) == ("inconclusive_check", "clipping")
 
 
 def test_what_people_did_and_what_went_wrong_is_listed(source, lab):

@@ -11,7 +11,7 @@ import pytest
 
 from helpers_html import read_html
 from helpers_report import TRUTH_NM, deciding, loaded_result, no_load_result, report_input
-from rigrunner.api.analysis import Check
+from rigrunner.api.analysis import Bias, Check, Consequence
 from rigrunner.api.checks import skipped
 from rigrunner.api.verdict import Verdict
 from rigrunner_reports.render import css_string, html
@@ -205,6 +205,23 @@ def test_checks_that_were_not_made_are_counted_apart_and_named():
     page = read_html(html(report_input(replace(base, checks=made, compensations=methods))))
     assert "All 1 checks passed; 1 could not be made: coupling." in page.words
     assert "– not made coupling not checked: no frequency is stated" in page.words
+
+
+def test_a_check_says_its_effect_and_a_note_is_no_failure():
+    biases = (Bias("mean", 0.012, 0.004), Bias("1 Hz", 0.001, 0.004), Bias("35 Hz", 0.031, 0.008))
+    budget = Check("play", ok=False, text="it plays", biases=biases, consequence=Consequence.BUDGET)
+    note = Check("cycles", ok=True, text="8 of them", consequence=Consequence.NOTE)
+    base = small(loaded_result())
+    methods = {name: replace(each, checks=()) for name, each in base.compensations.items()}
+    page = read_html(
+        html(report_input(replace(base, checks=(note, budget), compensations=methods)))
+    )
+    assert "1 of 2 checks need attention: play" in page.words
+    assert (
+        "play it plays Effect: +0.0120 ± 0.0040 N·m on the mean, +0.0310 ± 0.0080 N·m at 35 Hz; "
+        "in the budget as 'play'"
+    ) in page.words
+    assert "· note cycles 8 of them" in page.words
 
 
 def test_a_run_of_one_point_without_fits_is_reported():
