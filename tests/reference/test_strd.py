@@ -77,9 +77,9 @@ def test_points_that_are_nearly_the_same_do_not_count_as_many():
 def test_a_degree_that_the_data_do_not_allow_is_refused(degree):
     """Ten different x give a polynomial of degree 8 with its uncertainty, and no more."""
     filip = read("Filip").points
-    few = Points(filip.x[:11], filip.y[:11])
+    few = Points(filip.x[:11], filip.y[:11], x_unit="s")
     PolynomialFit(PolynomialSettings(degree=8))(few)
-    needs = f"needs {degree + 2} different frequencies; there are 10"
+    needs = f"needs {degree + 2} different values of x; there are 10"
     with pytest.raises(DataError, match=needs):
         PolynomialFit(PolynomialSettings(degree=degree))(few)
 

@@ -30,8 +30,9 @@ def refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
     refuse_not_finite(points)
     found, needed = different(points.x), least_points(len(powers))
     if found < needed:
+        what = "frequencies" if points.x_unit == "Hz" else "values of x"
         raise DataError(
-            f"{formula(powers)} with its uncertainty needs {needed} different frequencies; "
+            f"{formula(powers)} with its uncertainty needs {needed} different {what}; "
             f"there are {found}"
         )
 

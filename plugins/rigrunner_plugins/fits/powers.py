@@ -91,8 +91,8 @@ def formula(powers: tuple[int, ...]) -> str:
 
 
 def unit(y_unit: str, x_unit: str, power: int) -> str:
-    """Return the unit of the coefficient of a power of x: 'N·m/Hz²'."""
-    return f"{y_unit}/{x_unit}{_superscript(power)}" if power else y_unit
+    """Return the unit of the coefficient of a power of x: 'N·m/Hz²'; of numbers alone none."""
+    return f"{y_unit}/{x_unit}{_superscript(power)}" if power and x_unit else y_unit
 
 
 def _superscript(power: int) -> str:

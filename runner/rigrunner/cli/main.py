@@ -45,6 +45,7 @@ SUMMARIES = {
     "archive": "Index many run folders, search and export what they found.",
     "trend": "Make control charts of what many runs found.",
     "capability": "Compare what many runs found with limits.",
+    "fit": "Fit a curve to columns of a CSV file.",
     "gauge-rr": "Study how well a gauge repeats, and reproduces between operators.",
     "pack": "Write a sealed run to one file, with the digest of everything in it.",
     "unpack": "Take a run that was packed into the folder of runs.",

@@ -1,0 +1,76 @@
+"""`rigrunner fit`: a curve through the columns of a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rigrunner.cli.options import json_option, lab_option
+from rigrunner.cli.output import result, result_json
+from rigrunner.cli.table import pairs, table
+
+if TYPE_CHECKING:
+    from rigrunner.api.analysis import Curve
+
+
+@click.command(name="fit")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.option("--y", required=True, metavar="COLUMN", help="The column to fit.")
+@click.option(
+    "--x", multiple=True, required=True, metavar="COLUMN", help="Over which; may be repeated."
+)
+@click.option("--u", metavar="COLUMN", help="The standard uncertainties of y.")
+@click.option(
+    "--fit",
+    "reference",
+    default="polynomial",
+    show_default=True,
+    metavar="FIT",
+    help="The fit as a procedure writes it, such as 'polynomial: {degree: 3}'.",
+)
+@lab_option
+@json_option
+def command(
+    *,
+    file: Path,
+    y: str,
+    x: tuple[str, ...],
+    u: str | None,
+    reference: str,
+    station: str | None,
+    as_json: bool,
+) -> None:
+    """Fit a curve to columns of a CSV file, whose first line names them.
+
+    Several regressors, --x repeated, need the fit 'expression', which calls them by the names of
+    their columns. Units are those of the table.
+    """
+    from rigrunner.analysis.document_fits import curve_of
+    from rigrunner.workflow.lab_plugins import lab_registry
+    from rigrunner.workflow.table_fit import fit_of_table
+
+    curve = fit_of_table(file, y=y, x=x, u=u, fit=reference, registry=lab_registry(station))
+    if as_json:
+        result_json(curve_of(curve))
+    else:
+        result(_text(curve))
+
+
+def _text(curve: Curve) -> str:
+    rows = [
+        [name, f"{value:.15g}", f"{variance**0.5:.6g}", "" if unit == "1" else unit]
+        for name, value, variance, unit in zip(
+            curve.names, curve.coefficients, curve.covariance.diagonal(), curve.units, strict=True
+        )
+    ]
+    found = table(["parameter", "estimate", "standard uncertainty", "unit"], rows, "lrrl")
+    goodness = pairs(
+        [
+            ("degrees of freedom", f"{curve.dof:g}"),
+            ("residual standard deviation", f"{curve.residual_s:.6g}"),
+            ("R²", f"{curve.r_squared:.6g}"),
+        ]
+    )
+    return f"{curve.formula}\n\n{found}\n\n{goodness}"

@@ -1,0 +1,94 @@
+"""A fit of what stands in a table: any columns of a CSV file, by any plugin that fits."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.data import Points
+from rigrunner.api.errors import InvalidFileError, Location, Problem
+from rigrunner.procedure.analysis_spec import FitRef
+from rigrunner.yamlfile import parse, validate
+from rigrunner.yamlfile.problems import suggestion
+from rigrunner.yamlfile.reader import read_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from rigrunner.api.analysis import Curve
+    from rigrunner.api.data import Array
+    from rigrunner.registry import Registry
+
+
+def fit_of_table(
+    table: Path, *, y: str, x: Sequence[str], u: str | None, fit: str, registry: Registry
+) -> Curve:
+    """Return the curve of column `y` over the columns `x`, by a fit as a procedure writes it.
+
+    `u` is the column of the standard uncertainties of y. Units are the table's own, so points have
+    none. Raises InvalidFileError with the place for what is wrong in the table or in the fit, and
+    DataError where the points do not allow it.
+    """
+    reference = validate(FitRef, parse(fit, "--fit"))
+    rows = _Rows.read(table)
+    columns = [rows.column(name) for name in x]
+    points = Points(
+        x=columns[0] if len(columns) == 1 else np.column_stack(columns),
+        y=rows.column(y),
+        u_y=None if u is None else rows.column(u),
+        x_unit="",
+        y_unit="",
+        regressors=tuple(x) if len(columns) > 1 else (),
+    )
+    curve: Curve = registry.make("fit", reference.name, reference.settings)(points)
+    return curve
+
+
+@dataclass(frozen=True)
+class _Rows:
+    file: str
+    names: Sequence[str]
+    rows: Sequence[tuple[int, Sequence[str]]]
+    """Each with its line."""
+
+    @classmethod
+    def read(cls, path: Path) -> _Rows:
+        """Read a CSV file whose first line has the names of the columns."""
+        reader = csv.reader(read_text(path).splitlines(), strict=True)
+        try:
+            lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
+        except csv.Error as error:
+            raise _refused(str(path), reader.line_num, f"it is not CSV: {error}") from error
+        if not lines:
+            raise _refused(str(path), 1, "the table is empty")
+        (_, names), *rows = lines
+        for line, row in rows:
+            if len(row) != len(names):
+                raise _refused(
+                    str(path), line, f"{len(row)} cells; the first line has {len(names)}"
+                )
+        return cls(str(path), names, rows)
+
+    def column(self, name: str) -> Array:
+        """Return the numbers of a column (n,)."""
+        if self.names.count(name) != 1:
+            if name in self.names:
+                raise _refused(self.file, 1, f"there are several columns '{name}'")
+            hint = suggestion(name, self.names, "columns")
+            raise _refused(self.file, 1, f"there is no column '{name}'", hint)
+        place = self.names.index(name)
+        return np.array([self._number(line, name, row[place]) for line, row in self.rows])
+
+    def _number(self, line: int, name: str, cell: str) -> float:
+        try:
+            return float(cell)
+        except ValueError:
+            raise _refused(self.file, line, f"{name}: '{cell[:40]}' is not a number") from None
+
+
+def _refused(file: str, line: int, message: str, hint: str = "") -> InvalidFileError:
+    return InvalidFileError([Problem(message, Location(file, line), hint=hint)])
