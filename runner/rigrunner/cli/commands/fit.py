@@ -42,10 +42,10 @@ def command(
     station: str | None,
     as_json: bool,
 ) -> None:
-    """Fit a curve to columns of a CSV file, whose first line names them.
+    """Fit a curve to columns of a CSV file.
 
-    Several regressors, --x repeated, need the fit 'expression', which calls them by the names of
-    their columns. Units are those of the table.
+    Its first line names the columns. Several regressors, --x repeated, need the fit 'expression',
+    which calls them by the names of their columns. Units are those of the table.
     """
     from rigrunner.analysis.document_fits import curve_of
     from rigrunner.workflow.lab_plugins import lab_registry
