@@ -30,6 +30,8 @@ from rigrunner.workflow.verifying.document import read_contents
 from rigrunner.workflow.verifying.forms import Form
 from rigrunner.workflow.verifying.verification import Verification
 
+pytestmark = pytest.mark.thorough
+
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "proof.md"
 SEED, EACH = 17025, 50
 CASES = {}

@@ -14,6 +14,8 @@ from helpers_workflow import START, edited, quick_procedure, run, station_file
 from rigrunner.clock import SimulatedClock
 from rigrunner.workflow.locate import find_procedure
 
+pytestmark = pytest.mark.thorough
+
 TORQUES_NM = {"SN-1": 0.68, "SN-2": 0.7262, "SN-3": 0.78}
 SHIFTS_NM = {"A. Turner": 0.0, "B. Meyer": 0.012}
 """What the second person's mounting adds, which the simulated bearing does not know of itself."""

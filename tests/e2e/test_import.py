@@ -11,6 +11,8 @@ from helpers_cli import call
 from helpers_importing import OPERATOR, SPECIMEN, WRITERS, export
 from helpers_numbers import numbers
 
+pytestmark = pytest.mark.thorough
+
 
 def results(run):
     return json.loads((run / "result.json").read_text(encoding="utf-8"))
@@ -37,7 +39,6 @@ def test_the_same_analysis_takes_it(quick, tmp_path, kind):
     same(quick.loaded, imported, exact=kind != "csv")  # which was written in mN·m, and so rounds
 
 
-@pytest.mark.thorough
 def test_an_imported_no_load_run_is_found(quick, tmp_path):
     runs = tmp_path / "runs"
     for name, run, of, inputs in (

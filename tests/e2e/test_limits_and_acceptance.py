@@ -14,6 +14,8 @@ from rigrunner.archive.run_facts import read_facts
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile.scan import run_folders
 
+pytestmark = pytest.mark.thorough
+
 LIMITS = "limits: {tester.load: {max: 900 N}, tester.torque: {mean: {max: 50 N·m}}}"
 LIMITED = (
     "record: {channels: [tester.angle, tester.torque], cycles: 12}",

@@ -20,6 +20,8 @@ from rigrunner.study.tools import primary_alone, tools
 if TYPE_CHECKING:
     from rigrunner.api.data import RunData
 
+pytestmark = pytest.mark.thorough
+
 
 SOUND_HZ = 400.0
 SOUND_DAYS = 12

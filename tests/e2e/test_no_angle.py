@@ -11,6 +11,8 @@ from rigrunner.cli.summary import summary
 from rigrunner.registry import load_registry
 from rigrunner.workflow.stored import analyse_run
 
+pytestmark = pytest.mark.thorough
+
 ANGLE = "channels: [tester.angle, tester.torque]"
 PEAKS = ("    - template_inverse\n", "    - peak_same_frequency\n    - template_inverse\n")
 

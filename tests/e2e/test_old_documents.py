@@ -18,6 +18,8 @@ from rigrunner.runfile import read
 from rigrunner.workflow.packing.unpack import unpack
 from rigrunner.workflow.verifying.certificate import Means, verify_certificate
 
+pytestmark = pytest.mark.thorough
+
 OLD = Path(__file__).parents[1] / "data" / "0.1.0"
 RUN = "20260301T120000Z_SSPB-STT-1000_DEMO-0001"
 MEAN_NM, MEAN_U_NM = 0.729, 0.011

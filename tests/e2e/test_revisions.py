@@ -17,6 +17,8 @@ import pytest
 
 from helpers_cli import Called
 
+pytestmark = pytest.mark.thorough
+
 TESTS = Path(__file__).parents[1]
 RULE = '''
 from rigrunner.api.analysis import Rejection
@@ -147,7 +149,6 @@ def test_by_the_revision_that_made_it_it_matches(laboratory):
         assert (done.code, done.out.splitlines()[0]) == (0, "MATCH"), done
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("version", "said"),
     [

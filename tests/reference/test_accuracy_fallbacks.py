@@ -20,6 +20,8 @@ from rigrunner.analysis.document import document
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
 
+pytestmark = pytest.mark.thorough
+
 HERTZ = (3.0, 10.0, 20.0, 25.0, 35.0)
 RIGS = [("closed", 1), ("closed", 2), ("ode", 3), ("ode", 4)]
 PEAKS = {"paper_peak", "peak_same_frequency"}
@@ -65,14 +67,12 @@ def errors_and_expanded(motion):
     return np.array(errors), np.array(expanded)
 
 
-@pytest.mark.thorough
 def test_by_tacho_the_waveform_methods_are_nearly_as_good():
     errors, expanded = errors_and_expanded("velocity")
     assert np.sqrt(np.mean(errors**2)) <= 0.008
     assert (np.abs(errors) <= expanded).mean() >= 0.95
 
 
-@pytest.mark.thorough
 def test_by_index_they_are_worse_and_say_so():
     errors, expanded = errors_and_expanded("index")
     assert np.sqrt(np.mean(errors**2)) <= 0.02

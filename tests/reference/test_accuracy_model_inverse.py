@@ -17,6 +17,8 @@ from rigrunner_plugins.compensations.settings import InverseSettings
 from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
+pytestmark = pytest.mark.thorough
+
 SEEDS = range(12)
 BOTH_ENDS = (0, 2, 4, 6, 8, 11)
 """Six of the twelve frequencies, with the lowest and the highest."""

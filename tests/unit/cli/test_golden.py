@@ -12,6 +12,8 @@ from helpers_cli import call
 from helpers_golden import METHOD, lab_in
 from helpers_html import Page
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.fixture(scope="module")
 def recorded(quick, tmp_path_factory):
@@ -76,7 +78,6 @@ def test_a_move_within_the_tolerance_passes(lab):
     assert (found.code, "moved within the tolerance  1" in found.out) == (0, True)
 
 
-@pytest.mark.thorough
 def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
     lab.change("_refuse()")
     found = check(lab)
