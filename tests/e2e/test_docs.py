@@ -36,6 +36,7 @@ RUN_ELSEWHERE = {
     "run by the test of the panel, in a browser",
     "run by the test of the loopback, in real time",
     "run by the test of the figures",
+    "run by the test of the digits",
     "run by the test of the architecture",
     "run by the test of mistakes in a plugin",
     "run by the reader alone: it measures for minutes or hours",
