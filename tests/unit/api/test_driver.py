@@ -323,3 +323,26 @@ def test_ctrl_c_while_one_drive_is_made_safe_is_raised_once_all_had_their_turn()
     with pytest.raises(KeyboardInterrupt):
         device.make_safe()
     assert device.stands["speed"] == 0.0
+
+
+@pytest.mark.parametrize("made", [ChannelInfo, DriveInfo])
+def test_records_of_the_class_that_lack_a_comma_are_refused(made):
+    what = "channels" if made is ChannelInfo else "drives"
+    bounds = () if made is ChannelInfo else (0.0, 1000.0)
+
+    class Careless(Driver):
+        pass
+
+    setattr(Careless, what, made("load", "N", "Load", *bounds))
+    with pytest.raises(PluginError, match=f"^{what} is one {made.__name__}, needed is a tuple"):
+        Careless(DeviceContext("press", SimulatedClock(), Path()))
+
+
+def test_a_driver_of_drives_without_put_is_told_so():
+    class Unfinished(Press):
+        put = Driver.put
+
+    press = Unfinished(DeviceContext("press", SimulatedClock(), Path()))
+    press.connect(1.0)
+    with pytest.raises(NotImplementedError):
+        press.begin("load", 100.0)

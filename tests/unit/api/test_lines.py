@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 
 import pytest
 from pydantic import ValidationError
 
 from helpers_lines import HANG_UP, peer
 from helpers_peers import SerialPeer
-from rigrunner.api import lines
-from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo, Patience
+from rigrunner.api import line_link, lines
+from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo, Identity, Patience
 from rigrunner.api.errors import (
     DeviceError,
     DeviceLostError,
@@ -459,3 +460,66 @@ def test_only_on_reconnecting_late_answers_on_a_serial_line_are_waited_for(wired
     assert waits_s == []
     device.reconnect()
     assert waits_s == [0.2]
+
+
+def test_a_socket_has_no_late_answers_to_wait_for(tmp_path, monkeypatch):
+    waits_s = []
+    monkeypatch.setattr(
+        LineLink, "wait_for_silence", lambda _link, quiet_s: waits_s.append(quiet_s)
+    )
+    with peer(SCRIPT) as instrument:
+        device = lamp(tmp_path, address=instrument.address)
+        device.connect(1.0)
+        device.reconnect()
+        device.close()
+    assert waits_s == []
+
+
+def test_a_connection_that_is_opened_again_closes_the_one_before(tmp_path, monkeypatch):
+    class Known(Lamp):
+        def identify(self):
+            return Identity("Example", "lamp", "0007", "1.2")
+
+    ports = []
+
+    def port(_address, _timeout_s):
+        ports.append(DeafPort())
+        return ports[-1]
+
+    monkeypatch.setattr(lines, "TcpPort", port)
+    device = lamp(tmp_path, Known, address="10.0.0.5:5025")
+    device.connect(1.0)
+    device.connect(1.0)
+    assert [each.closed for each in ports] == [True, False]
+
+
+def test_a_port_that_is_never_silent_is_waited_for_three_times_as_long(monkeypatch):
+    now_s, heard = 0.0, []
+
+    class Chatter(DeafPort):
+        def ready(self, within_s):
+            nonlocal now_s
+            now_s += within_s
+            return True
+
+        def receive(self):
+            heard.append(now_s)
+            return b"?"
+
+    monkeypatch.setattr(line_link, "time", SimpleNamespace(monotonic=lambda: now_s))
+    LineLink("lamp", Chatter(), "\n", 0.2).wait_for_silence(1.0)
+    assert heard == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [(OSError(5, "Input/output error"), "Input/output error"), (OSError("unplugged"), "unplugged")],
+)
+def test_a_port_that_fails_is_told_in_the_words_of_the_system(error, said):
+    class Failing(DeafPort):
+        def transmit(self, data, within_s):  # noqa: ARG002  (the Protocol's)
+            raise error
+
+    with pytest.raises(DeviceLostError) as raised:
+        LineLink("lamp", Failing(), "\n", 0.2).ask("LEVEL?")
+    assert raised.value.message == f"lamp was lost at 'LEVEL?': {said}"

@@ -6,10 +6,14 @@ import threading
 
 import pytest
 
-from helpers_devices import FakeTester, Listener, run
+from helpers_devices import FakeTester, Listener, record, run
 from rigrunner.api.errors import DeviceLostError
-from rigrunner.api.events import Outcome, StepEnded
-from rigrunner.plan.actions import Phase, Plan, PlannedStep
+from rigrunner.api.events import Outcome, StepEnded, StepStarted
+from rigrunner.api.limits import ValueLimit
+from rigrunner.api.member import Member
+from rigrunner.engine import find_seam
+from rigrunner.plan.actions import Phase, Plan, PlannedStep, Terms
+from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
 
 # name, phase, calls; the names are set-points, so that a device can refuse any of them
@@ -98,3 +102,44 @@ def test_a_stop_request_is_obeyed_after_the_teardown_that_is_under_way(stop_at, 
 
     assert summary.outcome is Outcome.ABORTED
     assert done[done.index(stop_at) + 1 :] == followed_by
+
+
+def test_a_value_out_of_limits_in_the_teardown_of_a_call_stops_the_run():
+    """In the teardown of the run itself there is nothing left to stop."""
+    load = Measure("table", (Member("tester", "load"),), 0.0, {}, {"tester.load": "N"})
+    strict = Terms(limits=(ValueLimit("tester.load", maximum=5.0, unit="N"),))  # it reads 1000 N
+    plan = Plan((
+        PlannedStep("in", Phase.MAIN, SetDrive("tester", "load", 1.0, "N"), "", 0.0, calls=("a",)),
+        PlannedStep("out", Phase.TEARDOWN, load, "", 0.0, strict, calls=("a",)),
+        PlannedStep("rest", Phase.MAIN, SetDrive("tester", "load", 2.0, "N"), "", 0.0),
+    ))  # fmt: skip
+    device = FakeTester()
+    summary = run(device, plan)
+
+    assert summary.outcome is Outcome.STOPPED_AT_LIMIT
+    assert summary.reason == "tester.load is 1000 N, allowed is 5 N or less"
+    assert "set load 2" not in device.calls
+
+
+def test_a_failure_while_a_run_is_taken_up_inside_a_call_is_followed_by_its_teardown():
+    plan = Plan((
+        PlannedStep("in", Phase.MAIN, SetDrive("tester", "load", 1.0, "N"), "", 0.0, calls=("a",)),
+        PlannedStep("record", Phase.MAIN, record("001"), "", 0.0, calls=("a",)),
+        PlannedStep(
+            "out", Phase.TEARDOWN, SetDrive("tester", "load", 2.0, "N"), "", 0.0, calls=("a",)
+        ),
+        PlannedStep("last", Phase.TEARDOWN, SetDrive("tester", "load", 0.0, "N"), "", 0.0),
+    ))  # fmt: skip
+    first, second = Listener(), Listener()
+    run(FakeTester(), plan, critical=[first])
+    at = first.events.index(first.of(StepStarted)[1])
+    seam = find_seam(plan.steps, first.events[: at + 1], "Ada")
+    assert (seam.start, seam.before) == (1, (0,))
+
+    def refuse(call):
+        if call == "set load 1":
+            raise DeviceLostError("cable")
+
+    run(FakeTester(before=refuse), plan, critical=[second], seam=seam)
+
+    assert [one.step for one in second.of(StepEnded)] == ["in", "out", "last"]

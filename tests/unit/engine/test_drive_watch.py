@@ -121,20 +121,27 @@ def _passing(blocks, clock):
         yield block
 
 
+SCAN = Scan(
+    name="sweep",
+    role="tester",
+    drive="frequency",
+    values=tuple(float(each) for each in range(1, 11)),
+    channels=(Member("tester", "torque"),),
+    settle_s=0.0,
+    setpoints={"tester.load": 1000.0},
+    units={"tester.torque": "N·m", "tester.frequency": "Hz"},
+)
+
+
 @pytest.mark.parametrize("at", ["read torque", "set frequency 5"])
 def test_a_drive_that_falls_away_in_a_scan_of_another_one_ends_it(at):
-    units = {"tester.torque": "N·m", "tester.frequency": "Hz"}
-    values = tuple(float(each) for each in range(1, 11))
-    scan = Scan(
-        name="sweep",
-        role="tester",
-        drive="frequency",
-        values=values,
-        channels=(Member("tester", "torque"),),
-        settle_s=0.0,
-        setpoints={"tester.load": 1000.0},
-        units=units,
-    )
-    summary = run(Bench(at), plan_of((), [LOADED, scan], ()))
+    summary = run(Bench(at), plan_of((), [LOADED, SCAN], ()))
     assert summary.outcome is Outcome.ABORTED
     assert summary.reason.startswith("tester.load was set to 1000 N and reads back 0 N")
+
+
+def test_a_scan_that_takes_its_time_ends_at_the_point_at_which_the_drive_fell_away():
+    clock = SimulatedClock()
+    bench = Bench("read torque", before=lambda call: clock.sleep(0.2 * (call == "read torque")))
+    assert run(bench, plan_of((), [LOADED, SCAN], ()), clock=clock).outcome is Outcome.ABORTED
+    assert bench.calls.count("read torque") == 1

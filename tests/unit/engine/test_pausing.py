@@ -391,3 +391,14 @@ def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends(
     plan = sweep()
     run(FakeTester(), plan, critical=[listener], pauses=person, clock=person.clock)
     assert told == [1]
+
+
+def test_in_a_pause_an_interlock_that_is_not_due_is_not_read():
+    seldom = replace(sweep(1), interlocks=(replace(COLD, every_s=1e6),))
+
+    def readings(*choices):
+        decisions = [decided(each, "looked at it") for each in choices]
+        at = "main[0].sweep[0].settle"
+        return pausing_run(at, *decisions, plan=seldom)[3].calls.count("read load")
+
+    assert readings(*[Choice.NOTE] * 5, Choice.RESUME) == readings(Choice.RESUME)

@@ -21,6 +21,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.engine import StopNow, UnattendedAnswers
 from rigrunner.procedure.answers import Expected
+from rigrunner.rig.safe_state import NoRigError
 from rigrunner.steps.ask import Ask
 from rigrunner.steps.confirm import Confirm
 from rigrunner.steps.set_drives import SetDrive
@@ -426,3 +427,13 @@ def test_a_ctrl_c_that_falls_just_before_leaves_the_rig_safe_and_is_on_record():
     assert (summary.outcome, summary.safe) == (Outcome.ABORTED, True)
     assert device.drives_at == STANDSTILL
     assert isinstance(listener.events[-1], RunEnded)
+
+
+def test_a_replay_that_is_out_of_step_is_an_error_and_leaves_no_rig_unsafe():
+    def lose(call):
+        if call == "make_safe":
+            raise NoRigError("the tape has no answer")
+
+    summary = run(FakeTester(before=lose), plan_of((), (), ()))
+    assert (summary.outcome, summary.safe) == (Outcome.ERROR, True)
+    assert summary.reason == "tester: make safe failed: the tape has no answer"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -30,6 +31,8 @@ from rigrunner.engine.seam import brought_back
 from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.runfile.attempts import measured
+from rigrunner.station.drive_rules import DriveRules
+from rigrunner.station.limits import DriveLimits
 from rigrunner.steps.scan import Scan
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.settle import Settle
@@ -411,3 +414,18 @@ def test_ctrl_c_within_a_scan_is_told_as_such():
     summary, _ = done(FakeTester(before=interrupt), SCAN)
     assert summary.outcome is Outcome.ABORTED
     assert isinstance(summary.error, KeyboardInterrupt)
+
+
+def test_a_drive_that_the_station_wants_slower_is_led_to_each_point():
+    device, clock, listener = Press(), SimulatedClock(), Listener()
+    rules = DriveRules({Member("tester", "load"): DriveLimits(rate="20 N/s")})
+    rig = Rig({"tester": device}, clock, rules=rules)
+    rig.connect()
+    device.drives_at["load"] = 0.0
+    bus, never = Bus([listener]), threading.Event()
+    summary = run_plan(plan_of(SCAN), rig, bus, clock, UnattendedAnswers(), never, "led")
+    assert summary.outcome is Outcome.COMPLETED
+    assert rows(listener.of(Scanned)) == ALL
+    loads = [float(call.split()[-1]) for call in device.calls if call.startswith("set load")]
+    way = loads[: loads.index(LOADS[-1]) + 1]
+    assert all(0.0 <= after - before < 2.5 for before, after in pairwise(way))  # 2 N in 0.1 s

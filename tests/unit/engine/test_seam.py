@@ -291,3 +291,12 @@ def test_a_value_out_of_limits_while_a_run_is_taken_up_stops_it():
         "setup[0]", "setup[2]", "setup[3]", "teardown[0]", "teardown[1]",
     ]  # fmt: skip
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
+
+
+@pytest.mark.parametrize("choice", [Choice.SKIP, Choice.REPEAT])
+def test_a_decision_on_record_behind_the_last_step_leaves_nothing_to_do(choice):
+    plan = replace(plan_of(), steps=sweep(1).steps[:3])
+    done = until(plan, plan.steps[2].path, ended=True)
+    known = {"seq": len(done), "monotonic_s": 0.0, "utc": "", "by": "Ada", "reason": "too late"}
+    late = Intervention(action=choice, **known)
+    assert find_seam(plan.steps, [*done, late], "Ada").start == 3

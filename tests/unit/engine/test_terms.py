@@ -111,6 +111,18 @@ def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
     assert [one.text for one in listener.of(Alarm)] == ["tester: cable; the run goes on"]
 
 
+@pytest.mark.parametrize("terms", [Terms(tries=2), Terms(goes_on=True)])
+def test_a_failure_after_which_the_run_goes_on_is_kept_with_its_traceback(terms):
+    fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
+    clock, traced = SimulatedClock(), []
+    rig = Rig({"tester": FakeTester(before=fault)}, clock)
+    rig.connect()
+    bus, never = Bus([], tracers=[traced.append]), threading.Event()
+    run_plan(steps((LOAD, terms)), rig, bus, clock, UnattendedAnswers(), never, "traced")
+
+    assert traced == [fault.error]
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError("bug")])
 def test_neither_a_person_nor_a_bug_is_tried_again(error):
     fault = NthCall(0, error, never=("connect", "make_safe"))
@@ -148,6 +160,7 @@ def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms)
     assert (summary.outcome, summary.error) == (Outcome.ERROR, full)
     assert [one.step for one in other.of(StepStarted)] == ["main[0]"]
     assert [one.resumable for one in other.of(RunEnded)] == [True]
+    assert [one.source for one in other.of(Alarm)] == ["main[0]"]
 
 
 @pytest.mark.parametrize(
