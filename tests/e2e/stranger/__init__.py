@@ -57,6 +57,7 @@ from rigrunner.api.events import Event, EventSink
 from rigrunner.api.hooks import (
     CertificateFormatRecord,
     CompensationRecord,
+    DecisionRuleRecord,
     DeviceRecord,
     EventSinkRecord,
     FitRecord,
@@ -87,7 +88,8 @@ from rigrunner.api.settings import (
 )
 from rigrunner.api.studies import StudyInput
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
-from rigrunner.api.verdict import Verdict
+from rigrunner.api.verdict import Limits, Verdict, Zone
+from rigrunner.signal.coverage import expanded
 from rigrunner.signal.inputs import limited, model_of
 from rigrunner.signal.kinematics import angular_velocity
 from rigrunner.signal.peaks import mean_peak, scatter_effect
@@ -399,6 +401,27 @@ def rigrunner_devices() -> list[DeviceRecord]:
             name="stranger_delay", help="A delay.", settings=DelayedSettings, factory=make_delayed
         ),
     ]
+
+
+class Strict:
+    """Passes what is within its limits by twice the expanded uncertainty."""
+
+    words: Mapping[str, str] = {
+        "en": "guard band w = 2 U of 95 %; what is not within the limit by w fails"
+    }
+
+    def __init__(self, settings: NoSettings) -> None:
+        """Take no settings."""
+
+    def __call__(self, limits: Limits, estimate: Estimate) -> Sequence[Zone]:
+        """Return the one zone."""
+        return [Zone(Verdict.PASS, 2 * expanded(estimate), "w = 2 U")]
+
+
+@hookimpl
+def rigrunner_decision_rules() -> list[DecisionRuleRecord]:
+    """One decision rule."""
+    return [DecisionRuleRecord(name="stranger_strict", help="Twice U.", factory=Strict)]
 
 
 @hookimpl
