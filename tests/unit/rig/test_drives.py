@@ -6,7 +6,7 @@ import pytest
 
 from rigrunner.api.devices import DriveInfo
 from rigrunner.api.errors import DeviceTimeoutError
-from rigrunner.rig.drives import approach
+from rigrunner.rig.drives import agrees, approach
 
 LOAD = DriveInfo("load", "N", "Load", 0.0, 1000.0)
 
@@ -69,3 +69,9 @@ def test_a_drive_that_arrives_at_the_last_moment_has_arrived():
     drive = Stuck(CoarseClock(), arrives_at_s=2.0)
     approached(drive, limit_s=2.0)
     assert drive.looked_at_s == [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize(("actual", "there"), [(100.5, True), (99.5, True), (100.625, False)])
+def test_a_drive_stands_at_a_value_that_it_is_off_by_the_whole_tolerance(actual, there):
+    load = DriveInfo("load", "N", "Load", 0.0, 1000.0, tolerance=0.5)
+    assert agrees(load, actual, 100.0) is there
