@@ -110,3 +110,8 @@ def test_a_rig_connects_what_answers_and_says_why_the_rest_does_not():
     reports = {each.role: each for each in rig.make_safe() if not each.drive}
     rig.close()
     assert reports["good"].safe
+
+
+def test_the_date_and_time_are_those_of_the_clock(pulse):
+    clock = SimulatedClock()
+    assert NotedClock(clock, pulse).utc() == clock.utc()

@@ -410,3 +410,23 @@ def test_that_a_rig_is_not_safe_stands_once_beside_an_error():
     for _ in range(2):
         note_unsafe(error, [report])
     assert error.__notes__ == ["the rig is not safe: tester: load stays"]
+
+
+def test_what_a_device_found_of_its_stream_is_named_by_its_role():
+    class Knowing(FakeTester):
+        def stream_conditions(self):
+            return {"angle_alignment": (np.float32(0.25), "rad")}
+
+    found = rig_of(Knowing()).stream_conditions("tester")
+    assert found == ({"tester.angle_alignment": 0.25}, {"tester.angle_alignment": "rad"})
+    assert rig_of(FakeTester()).stream_conditions("tester") == ({}, {})
+
+
+def test_drives_that_were_made_safe_stand_where_they_are_read_back():
+    rig = rig_of(FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 500.0)
+    assert rig.standing("tester", "load") == 500.0
+    rig.make_safe()
+    assert rig.standing("tester", "load") == 0.0
+    assert list(rig.drives_astray()) == []
