@@ -167,14 +167,19 @@ def late(request, monkeypatch):
     """Return a tester whose set was given up, and its rig."""
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     tester = request.param()
-    tester.drives = tuple(replace(info, rate_per_s=None) for info in DRIVES)
-    rig = Rig({"tester": tester}, SimulatedClock(), Patience(answer_s=0.05))
-    rig.connect()
-    with pytest.raises(DeviceTimeoutError, match="'set load' did not return"):
-        rig.set("tester", "load", 1000.0)
+    rig = rig_that_gave_up_a_set(tester)
     yield tester, rig
     tester.let_go.set()
     rig.close()
+
+
+def rig_that_gave_up_a_set(tester, order=()):
+    tester.drives = tuple(replace(info, rate_per_s=None) for info in DRIVES)
+    rig = Rig({"tester": tester}, SimulatedClock(), Patience(answer_s=0.5), order)
+    rig.connect()
+    with pytest.raises(DeviceTimeoutError, match="'set load' did not return"):
+        rig.set("tester", "load", 1000.0)
+    return rig
 
 
 def test_behind_a_set_that_comes_late_the_device_is_made_safe_once_more(late, monkeypatch):
@@ -203,9 +208,22 @@ def test_a_set_that_does_not_come_back_leaves_the_rig_not_safe(late):
         "'set load' was given up and has not come back: it may still move the drive",
     )
     tester.let_go.set()
+    while tester.drives_at["load"] != 1000.0:
+        time.sleep(0.001)
     (report,) = rig.make_safe()
     assert report.safe
     assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
+
+
+def test_a_set_that_does_not_come_back_is_told_of_the_device_and_not_of_each_drive(monkeypatch):
+    monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
+    tester = Late()
+    rig = rig_that_gave_up_a_set(tester, (Member("tester", "load"),))
+    of_drive, of_device = rig.make_safe()
+    assert (of_drive.what, of_drive.problems) == ("tester.load", ())
+    assert (of_device.what, len(of_device.problems)) == ("tester", 1)
+    tester.let_go.set()
+    rig.close()
 
 
 def test_a_teardown_that_was_refused_hides_no_set_that_may_still_come(late):
