@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from rigrunner.rig_state import Busy, Holder, hold, is_held, take_over
+from rigrunner.rig_state import Busy, Holder, hold, is_held, locks, take_over
 
 RUN = Holder("press", "WEAR", 4711, "2026-03-01T12:00:00.000Z")
 GUARDIAN = Holder("press", "guardian", 4712, "2026-03-01T12:05:00.000Z")
@@ -32,6 +32,7 @@ def test_a_lock_is_held_while_somebody_holds_it(lock):
     with hold([lock], RUN):
         assert is_held(lock) is True
     assert is_held(lock) is False
+    assert is_held(lock.with_name("none.lock")) is False
 
 
 def test_who_is_refused_learns_which_lock_it_is_and_who_has_it(lock, tmp_path):
@@ -70,3 +71,12 @@ def test_an_inherited_lock_that_another_process_has_since_is_refused(lock, inher
         pass
     assert str(refused.value) == f"{lock} is held"
     assert refused.value.holder == RUN
+
+
+def test_ctrl_c_while_it_is_read_who_holds_a_lock_is_not_taken_for_nobody(lock, monkeypatch):
+    def interrupted(_path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(locks, "read_plain", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        locks.holder_of(lock)

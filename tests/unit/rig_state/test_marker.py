@@ -17,6 +17,7 @@ from rigrunner.rig_state import (
     Owner,
     RigMarks,
     hold,
+    marks,
     read_marker,
     read_markers,
     record_made_safe,
@@ -73,7 +74,8 @@ def test_the_last_set_point_of_each_drive_is_kept():
     move = rig.setter("tester", "load", None, lambda: None)
     for load in (10.0, 20.0, 30.5):
         move(load)
-    rig.set("tester", "frequency", 2.0)
+    rig.set("tester", "frequency", 2.0)  # which writes all of them anew
+    assert read_marker("press").set_points == "tester.load 30.5 N, tester.frequency 2 Hz"
     move(0.0)
     assert read_marker("press").set_points == "tester.load 0 N, tester.frequency 2 Hz"
 
@@ -125,8 +127,9 @@ def test_a_drive_is_not_set_where_the_marker_cannot_be_written(folder):
     device = FakeTester()
     rig = rig_with(marks_of(), device)
     rig.connect()
-    with pytest.raises(DeviceError, match="marker of the energised rig cannot be written"):
-        rig.set("tester", "load", 40.0)
+    for _ in range(2):  # nor is it when it is tried again
+        with pytest.raises(DeviceError, match="marker of the energised rig cannot be written"):
+            rig.set("tester", "load", 40.0)
     assert "set load 40" not in device.calls
     rig.set("tester", "load", 0.0)
     assert "set load 0" in device.calls
@@ -217,6 +220,7 @@ def test_a_rig_is_in_use_only_while_the_process_holds_it_that_energised_it(folde
     with hold([lock], Holder("press", "guardian", 4712, OWNER.since)):
         assert "was left energised by WEAR" in read_marker("press").text
     assert "was left energised by WEAR" in read_marker("press").text
+    assert read_marker("press").is_in_use is False
 
 
 def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypatch):
@@ -237,6 +241,32 @@ def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypat
     rig.set("tester", "load", 40.0)
     ((synced_size, size),) = seen
     assert synced_size == size
+
+
+def test_the_marker_of_a_rig_that_is_safe_is_no_longer_open(monkeypatch):
+    opened, really = [], marks.open_plain
+
+    def open_plain(path, flags):
+        opened.append(really(path, flags))
+        return opened[-1]
+
+    monkeypatch.setattr(marks, "open_plain", open_plain)
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    os.fstat(opened[0])
+    rig.make_safe()
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(opened[0])
+
+
+def test_the_rigs_of_a_machine_are_listed_by_station():
+    assert read_markers() == []
+    for station in ("press", "bench"):
+        rig = rig_with(RigMarks(replace(OWNER, station=station), ["tester"]), FakeTester())
+        rig.connect()
+        rig.set("tester", "load", 40.0)
+    assert [each.station for each in read_markers()] == ["bench", "press"]
 
 
 def test_looking_for_a_marker_makes_no_file(folder):
