@@ -213,7 +213,7 @@ def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.
     name, unit = free_name(group, channel), facts.units.get(channel)
     column = group.create_dataset(name, (facts.samples,), "<f8", **_storage(facts))
     column.attrs.update({"name": str(channel), "column": facts.channels.index(channel)})
-    column.attrs["long_name"] = f"{channel} / {unit}" if unit else channel
+    column.attrs["long_name"] = f"{channel} / {unit}" if unit else str(channel)
     if unit is not None:
         column.attrs["units"] = unit
     return column

@@ -1,0 +1,32 @@
+"""A recording in HDF5: what its channels are called and in which unit."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+
+from rigrunner.api.data import Block
+from rigrunner.api.member import Member
+from rigrunner.runfile.recordings import RecordingFacts, write_recording
+
+TORQUE, COUNTS = Member("tester", "torque"), Member("tester", "counts")
+
+
+def test_a_channel_without_a_unit_is_stored_as_one_with():
+    facts = RecordingFacts(
+        name="001",
+        number=1,
+        rate_hz=1000.0,
+        channels=(TORQUE, COUNTS),
+        samples=2,
+        started_utc="2026-01-01T00:00:00.000Z",
+        complete=True,
+        setpoints={},
+        units={TORQUE: "N·m"},
+        conditions={},
+    )
+    samples = {TORQUE: np.array([1.0, 2.0]), COUNTS: np.array([3.0, 4.0])}
+    with h5py.File("none.h5", "w", driver="core", backing_store=False) as file:
+        write_recording(file, facts, [Block(1000.0, samples)])
+        named = {str(file[each].attrs.get("long_name", "")) for each in file}
+    assert named >= {"tester.torque / N·m", "tester.counts"}
