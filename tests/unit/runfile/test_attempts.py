@@ -17,7 +17,7 @@ from helpers_runfile import (
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
 from rigrunner.api.limits import ValueLimit
 from rigrunner.runfile import RunWriter, read, seal
-from rigrunner.runfile.attempts import superseded
+from rigrunner.runfile.attempts import measured, superseded
 
 
 def written(folder, attempts, measured=()):
@@ -215,3 +215,17 @@ def test_a_statistic_that_has_limits_is_in_the_unit_of_its_channel(tmp_path):
     (row,) = read(tmp_path / "run").measurements
     assert row.values == {"tester.torque.maximum": 4.5}
     assert row.units == {"tester.load": "N", "tester.torque.maximum": "N·m"}
+
+
+def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
+    events = [
+        StepEnded(
+            seq=seq, monotonic_s=float(seq), utc="", step=f"main[{index}]", index=index,
+            action="measure", ok=True, measurement="table", values={"tester.load": float(seq)},
+            units={"tester.load": "N"},
+        )
+        for seq, index in enumerate([0, 1, 0])
+    ]  # fmt: skip
+    found = measured(events)
+    assert [one.values["tester.load"] for one in found.rows] == [1.0, 2.0]
+    assert [one.values["tester.load"] for one in found.superseded] == [0.0]

@@ -7,15 +7,19 @@ import math
 from dataclasses import asdict
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic_core import to_json
 
+from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded
 from rigrunner.runfile.codec import (
     _KINDS,
+    block_bytes,
+    block_from,
     event_bytes,
     event_from,
     event_text,
@@ -117,3 +121,25 @@ def test_the_truth_is_in_no_event():
 def test_a_header_of_an_unknown_format_is_refused(document, told):
     with pytest.raises(DataError, match=told):
         header_from(json.dumps(document).encode(), "the journal")
+
+
+def test_a_block_that_was_cut_off_is_refused():
+    block = Block(1000.0, 0, 0.5, {"tester.torque": np.arange(3.0)})
+    whole = b"".join(block_bytes("001", block))
+    name, found = block_from(whole)
+    assert (name, found.channels["tester.torque"].tolist()) == ("001", [0.0, 1.0, 2.0])
+    for length in (1, len(whole) - 1):
+        with pytest.raises(DataError, match="a block of samples is not what it should be"):
+            block_from(whole[:length])
+
+
+def test_what_is_no_json_is_refused_and_ctrl_c_is_not_taken_for_it(monkeypatch):
+    with pytest.raises(DataError, match="a record of the run is not JSON"):
+        event_from("{")
+
+    def interrupted(_data):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(json, "loads", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        event_from("{")
