@@ -11,22 +11,30 @@ import pytest
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import durable
 
+HELD = PermissionError(13, "held by another program")
+
 
 @pytest.fixture
 def held(monkeypatch):
-    """Let a file be held by another program for so many attempts to rename it."""
+    """Return what is raised, one after the other, by attempts to rename a file."""
     left = []
     plain = Path.replace
 
     def replace(self, target):
         if left:
-            left.pop()
-            raise PermissionError(13, "held by another program")
+            raise left.pop()
         return plain(self, target)
 
     monkeypatch.setattr(Path, "replace", replace)
-    monkeypatch.setattr(durable, "_PATIENCE_S", (0.001, 0.001))
     return left
+
+
+@pytest.fixture
+def waits_s(monkeypatch):
+    """Return how long was waited each time, while no time passes."""
+    found = []
+    monkeypatch.setattr(durable, "time", SimpleNamespace(sleep=found.append))
+    return found
 
 
 def publish(monkeypatch, path, system):
@@ -35,18 +43,32 @@ def publish(monkeypatch, path, system):
     durable.publish(path, read_only=False)
 
 
-def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(tmp_path, monkeypatch, held):
-    held.extend([1, 1])
+def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(
+    tmp_path, monkeypatch, held, waits_s
+):
+    held.extend([HELD, HELD])
     publish(monkeypatch, tmp_path / "a", "nt")
     assert (tmp_path / "a").read_bytes() == b"whole"
+    assert len(waits_s) == 2
 
 
-@pytest.mark.parametrize(("system", "times"), [("nt", 3), ("posix", 1)])
-def test_what_stays_held_is_an_error(tmp_path, monkeypatch, held, system, times):
-    held.extend([1] * times)
+@pytest.mark.parametrize(("system", "waits"), [("nt", 5), ("posix", 0)])
+def test_what_stays_held_is_an_error_before_long(  # noqa: PLR0917  (fixtures and a table)
+    tmp_path, monkeypatch, held, waits_s, system, waits
+):
+    held.extend([HELD] * 10)
     with pytest.raises(PermissionError):
         publish(monkeypatch, tmp_path / "a", system)
     assert not (tmp_path / "a").exists()
+    assert len(waits_s) == waits
+    assert sum(waits_s) < 2.0
+
+
+def test_on_windows_ctrl_c_is_not_waited_out(tmp_path, monkeypatch, held, waits_s):
+    held.append(KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        publish(monkeypatch, tmp_path / "a", "nt")
+    assert waits_s == []
 
 
 def test_a_file_that_cannot_be_written_whole_is_left_as_it_was(tmp_path, monkeypatch):
