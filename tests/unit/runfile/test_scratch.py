@@ -80,6 +80,7 @@ def test_any_slices_are_those_of_the_recording(folder, slices):
             assert values[some].tolist() == RECORDED.channels[name][some].tolist()
     assert values[-7:].tolist() == RECORDED.channels[name][-7:].tolist()
     assert values[100:900:7].tolist() == RECORDED.channels[name][100:900:7].tolist()
+    assert values[5000:1000].tolist() == []
 
 
 def test_whoever_takes_all_has_it_and_none_is_kept(folder, unpacked):
