@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
+from filelock import FileLock
+
+from rigrunner.api.errors import DataError
+from rigrunner.runfile import lock
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.lock import is_going_on, run_lock
 
@@ -12,3 +17,22 @@ def test_a_run_goes_on_only_while_somebody_has_its_lock(tmp_path):
     with run_lock(tmp_path):
         assert is_going_on(tmp_path) is True
     assert is_going_on(tmp_path) is False
+
+
+def test_who_comes_second_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(lock, "PATIENCE_S", 0.01)
+    with (
+        run_lock(tmp_path),
+        pytest.raises(DataError, match="is still going on"),
+        run_lock(tmp_path),
+    ):
+        pass
+
+
+def test_ctrl_c_while_a_lock_is_waited_for_is_not_taken_for_another_process(tmp_path, monkeypatch):
+    def interrupted(_lock):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(FileLock, "acquire", interrupted)
+    with pytest.raises(KeyboardInterrupt), run_lock(tmp_path):
+        pass

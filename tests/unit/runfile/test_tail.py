@@ -10,6 +10,7 @@ from helpers_runfile import TWO, emitter_of, end_recording, header_of, send_samp
 from rigrunner.runfile import RunWriter, read_without_samples, tail_of
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records, skip_records
+from rigrunner.runfile.loose import open_samples
 
 MUCH = 1 << 40
 
@@ -93,3 +94,13 @@ def test_the_last_record_is_skipped_too_once_it_is_whole(tmp_path):
         for payload in (b"one", b"three"):
             writer.append(Kind.BLOCK, payload)
     assert skip_records(path, None, 0) == path.stat().st_size
+
+
+def test_samples_of_which_no_event_tells_keep_the_name_of_their_recording(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[1])
+        send_samples(emit, TWO[1], 1000)
+        samples = open_samples(RunFolder(tmp_path / "run").samples(1))
+        facts = samples.facts([])
+    assert (facts.name, facts.number) == (TWO[1].name, 1)
