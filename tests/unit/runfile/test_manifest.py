@@ -313,3 +313,12 @@ def test_ctrl_c_while_a_file_is_compared_is_not_taken_for_damage(sealed, monkeyp
     monkeypatch.setattr("rigrunner.runfile.manifest.object_digest", interrupted)
     with pytest.raises(KeyboardInterrupt):
         file_differences(sealed)
+
+
+def test_ctrl_c_while_the_manifest_is_read_is_not_taken_for_a_damaged_one(sealed, monkeypatch):
+    def interrupted(_entry):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.runfile.manifest.stored_items", interrupted)
+    with h5py.File(sealed) as file, pytest.raises(KeyboardInterrupt):
+        list(differences(file["entry"]))
