@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import h5py
 import pytest
 
@@ -63,3 +65,12 @@ def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_ma
     assert damaged.has_no_load is False
     assert damaged.sound == PLACES
     assert any(each.path.startswith("no_load") for each in damaged.lost)
+
+
+def test_of_a_file_from_before_there_was_a_manifest_recordings_are_found_by_their_own_digests():
+    path = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
+    with h5py.File(path) as file:
+        recorded = set(file["entry/recordings"])
+    damaged = read_damaged(path)
+    assert set(damaged.recordings) == recorded != set()
+    assert "manifest" not in {each.path for each in damaged.lost}
