@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from helpers_runfile import TWO, write_run
+from helpers_runfile import TWO, header_of, write_run
 from rigrunner.runfile.salvage import read_damaged
 
 PLACES = tuple(f"recordings/{each.name}" for each in TWO)
@@ -74,3 +74,21 @@ def test_of_a_file_from_before_there_was_a_manifest_recordings_are_found_by_thei
     damaged = read_damaged(path)
     assert set(damaged.recordings) == recorded != set()
     assert "manifest" not in {each.path for each in damaged.lost}
+
+
+def test_who_approved_the_procedure_is_kept(tmp_path):
+    approval = {"state": "approved", "by": "Ada"}
+    header = header_of("run", approval=approval)
+    sealed = write_run(tmp_path / "run", TWO[:1], header=header).seal()
+    assert read_damaged(sealed).header.approval == approval
+
+
+def test_ctrl_c_while_a_header_is_read_is_not_taken_for_damage(path, monkeypatch):
+    def interrupted(_group, name):
+        if name == "run_id":
+            raise KeyboardInterrupt
+        return ""
+
+    monkeypatch.setattr("rigrunner.runfile.salvage.read_text", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        read_damaged(path)

@@ -53,3 +53,11 @@ def test_a_folder_that_cannot_be_read_is_told_by_its_path(root, monkeypatch):
     found = run_folders(root, lambda path, why: told.append((path, why)))
     assert [each.path for each in found] == ["a", "c/open"]
     assert told == [("b", "the folder cannot be read: Permission denied")]
+
+
+def test_a_sealed_run_has_a_stamp_that_changes_with_it_and_another_one_has_none(root):
+    (root / "c" / "open" / "notes.txt").touch()
+    first, _, unsealed = run_folders(root)
+    assert unsealed.stamp == ""
+    os.utime(root / "a" / "run.h5", (1, 1))
+    assert "" != first.stamp != next(run_folders(root)).stamp

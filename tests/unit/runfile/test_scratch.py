@@ -125,14 +125,14 @@ def test_without_a_file_samples_are_unpacked_each_time(folder, unpacked, monkeyp
 
 
 def test_half_of_what_is_free_is_left(folder, unpacked, monkeypatch):
-    left = iter([100_000, 100_000, 76_000, 52_000])
+    left = iter([100_000, 100_000, 76_000, 52_000, 52_000])
     monkeypatch.setattr(scratch, "_free_bytes", lambda: next(left))
     values = torque(folder)
     for begin in (0, 3000, 6000):  # of 24 kB each
         assert values[begin : begin + 3000].tolist() == WANTED[begin : begin + 3000].tolist()
-    for begin in (0, 3000):
+    for begin in (0, 3000, 6000):
         assert values[begin : begin + 3000].tolist() == WANTED[begin : begin + 3000].tolist()
-    assert unpacked == [(0, 3000), (3000, 6000), (6000, 9000)]
+    assert unpacked == [(0, 3000), (3000, 6000), (6000, 9000), (6000, 9000)]
 
 
 @pytest.mark.parametrize("harm", ["zeros", "shorter"])
