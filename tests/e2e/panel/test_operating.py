@@ -61,7 +61,7 @@ def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel)
     assert page.locator("ul.lights .light.warn:visible strong").all_inner_texts() == failed
     made = page.get_by_text(f"All {len(every) - len(skipped)} checks are in order.")
     assert made.is_visible() == (not failed)
-    page.get_by_text("Points").click()
+    page.get_by_role("heading", name="Points").click()
     rows = page.locator("details[open] tbody tr").all_inner_texts()
     assert [row.split("\t")[0] for row in rows] == ["10 Hz", "20 Hz", "30 Hz", "35 Hz"]
     assert all("±" in row for row in rows)

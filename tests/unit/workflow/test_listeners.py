@@ -223,7 +223,7 @@ def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over(mo
         detached(Samples(seq=seq, block=block, **stamp))
     detached.close()
     assert all_of_them == list(range(50))
-    assert no_listener_is_left()
+    wait_until(no_listener_is_left)
 
 
 def test_a_listener_that_would_end_the_program_is_one_that_failed():
