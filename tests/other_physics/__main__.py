@@ -3,6 +3,7 @@
 --rigs N       so many healthy rigs (20)
 --faults N     so many rigs of each fault (0)
 --scatter X    standard deviation of the gain from recording to recording (0.002)
+--stated X     stations state the growth of the support's friction under load, within X (no)
 --half 0|1     even seeds, on which methods are chosen (0), or odd ones, to judge them on (1)
 """
 
@@ -30,15 +31,16 @@ def main() -> None:
     parser.add_argument("--faults", type=int, default=0)
     parser.add_argument("--scatter", type=float, default=0.002)
     parser.add_argument("--half", type=int, choices=(0, 1), default=0)
+    parser.add_argument("--stated", type=float)
     asked = parser.parse_args()
     found: list[Judged] = []
     _head(HEADER)
     seeds = range(asked.half, 2 * asked.rigs, 2)
-    found += [judged(healthy(seed, asked.scatter)) for seed in seeds]
+    found += [judged(healthy(seed, asked.scatter), asked.stated) for seed in seeds]
     _say(row("healthy", found))
     seeds = range(asked.half, 2 * asked.faults, 2)
     for group in FAULTS if asked.faults else ():
-        of_group = [judged(faulty(group, seed)) for seed in seeds]
+        of_group = [judged(faulty(group, seed), asked.stated) for seed in seeds]
         _say(row(group.name, of_group))
         found += of_group
     if asked.faults:

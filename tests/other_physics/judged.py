@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,9 +45,16 @@ class Judged:
     """Why there is no result at all."""
 
 
-def judged(pair: Pair) -> Judged:
-    """Record and analyse a pair."""
-    return judged_by(pair, recorded(pair))
+def judged(pair: Pair, stated: float | None = None) -> Judged:
+    """Record and analyse a pair.
+
+    With `stated` its station states the growth of the support's friction, with an error up to that.
+    """
+    bench = recorded(pair)
+    if stated is not None:
+        rig = bench.loaded.rig.model_copy(update=_growth(pair, stated))
+        bench = replace(bench, loaded=replace(bench.loaded, rig=rig))
+    return judged_by(pair, bench)
 
 
 def recorded(pair: Pair) -> RecordedBench:
@@ -83,6 +90,16 @@ def judged_by(pair: Pair, bench: RecordedBench) -> Judged:
         failed=tuple(each.name for each in failed),
         is_conclusive=not any(each.consequence is Consequence.INCONCLUSIVE for each in failed),
     )
+
+
+def _growth(pair: Pair, limit: float) -> dict[str, float]:
+    """Return what a station states that has measured it, within a limit of error."""
+    under_load, free = pair.loaded.rig.support_coulomb_nm, pair.no_load.rig.support_coulomb_nm
+    error = np.random.default_rng([pair.seed, 5]).uniform(-limit, limit)
+    return {
+        "support_load_growth": float(under_load / free - 1 + error),
+        "support_load_dependence": limit,
+    }
 
 
 def _recorded(

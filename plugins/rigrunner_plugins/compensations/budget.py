@@ -13,17 +13,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api.uncertainty import Distribution, Effect, Input
+from rigrunner.api.uncertainty import Distribution, Effect, Input, Line
 from rigrunner.signal.filters import corner_hz
 from rigrunner.signal.inputs import bounded_effect, limited, model_of, scattered
 from rigrunner.signal.repeatability import jackknife_error
 from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations.bearing import starting_torque
+from rigrunner_plugins.compensations.comparison import LINE as BETWEEN
 from rigrunner_plugins.compensations.identification import Identified, vector, with_vector
 from rigrunner_plugins.compensations.limits import load
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.rig import RigDescription
@@ -68,8 +71,8 @@ class Budget:
     refiltered: Identified
     rescaled: Identified
 
-    def model(self, found: Evaluated) -> MeasurementModel:
-        """Return the model of one point."""
+    def model(self, found: Evaluated, between: Sequence[Effect]) -> MeasurementModel:
+        """Return the model of one point; `between` is what the two runs may still differ by."""
         pair = found.pair
         effects = (
             _repeatability("repeatability, loaded", found, 0),
@@ -80,8 +83,7 @@ class Budget:
             self._low_pass(found),
             self._angle_scale(found),
             *self._frequencies(pair),
-            self._inertia(found),
-            self._support(found),
+            *between,
             self._place(pair),
             self._band(found),
         )
@@ -90,6 +92,7 @@ class Budget:
             effects,
             scales=(gain(self.instrument), load(self.described)),
             correlations={LEARNED: _correlation(self.rig.covariance)},
+            lines={BETWEEN: Line(0.0)},
         )
 
     def _sensor(self, found: Evaluated) -> tuple[Effect, ...]:
@@ -176,22 +179,6 @@ class Budget:
             for hz in (mean.frequency_hz + u, mean.frequency_hz - u)
         )
         return Effect(at, (above - below) / (2 * u))
-
-    def _inertia(self, found: Evaluated) -> Effect:
-        """Return what the loaded run's inertia may differ by: it acts by the acceleration there."""
-        swing, line = self.rig.friction.swing, self.rig.line
-        acceleration = swing.acceleration_per_hz2 * found.pair.loaded.frequency_hz**2
-        limit = self.settings.inertia_mismatch
-        more = found.where.torque(found.bearing_nm + limit * line.inertia_kgm2 * acceleration)
-        slope = (float(more) - found.maximum_nm) / limit if limit > 0 else 0.0
-        return Effect(limited("inertia between the runs", limit, "1"), -slope)
-
-    def _support(self, found: Evaluated) -> Effect:
-        """Return what dry friction that grew with the load adds: it builds up at the maximum."""
-        limit = self.settings.support_load_dependence
-        more = found.where.torque(found.bearing_nm + limit * self.rig.friction.dry_nm)
-        slope = (float(more) - found.maximum_nm) / limit if limit > 0 else 0.0
-        return Effect(limited("support friction under load", limit, "1"), -slope)
 
     def _place(self, pair: Pair) -> Effect:
         """Return what it may matter that friction follows the load or the drive.

@@ -250,7 +250,7 @@ def same_inertia(points: Sequence[CompensatedPoint], found: Sequence[Mismatch]) 
             Bias(f"{point.frequency_hz:.4g} Hz", float(b), float(du))
             for point, b, du in zip(points, bias, u_bias, strict=True)
         ),
-        covered_by=("inertia between the runs",),
+        covered_by=("gain and inertia between the runs",),
     )
 
 

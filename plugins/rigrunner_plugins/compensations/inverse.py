@@ -10,7 +10,8 @@ what the methods differ in.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,8 +23,9 @@ from rigrunner.signal.propagation import compensated_point
 from rigrunner.signal.repeatability import influences
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner_plugins.compensations import checks
-from rigrunner_plugins.compensations.bearing import Pair, mean_swing
+from rigrunner_plugins.compensations.bearing import mean_swing
 from rigrunner_plugins.compensations.budget import LEARNED_UNITS, Budget
+from rigrunner_plugins.compensations.comparison import compared
 from rigrunner_plugins.compensations.effects import by_halves, by_speed, mismatch
 from rigrunner_plugins.compensations.evaluation import evaluate
 from rigrunner_plugins.compensations.identification import identify, vector
@@ -42,11 +44,13 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, CompensatedPoint, Sweep, SwingPoint, SwingSweep
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import TorqueInstrument
+    from rigrunner.api.uncertainty import Effect
     from rigrunner.signal.filters import Filter
     from rigrunner_plugins.compensations.bearing import MeanSwing
     from rigrunner_plugins.compensations.effects import BySpeed, Mismatch
     from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.identification import Identified
+    from rigrunner_plugins.compensations.recording_gains import RecordingGains
     from rigrunner_plugins.compensations.settings import InverseSettings
     from rigrunner_plugins.compensations.under_load import LineUnderLoad
 
@@ -101,17 +105,19 @@ class Inverse(ABC):
         refiltered = identify(sweep.no_load, swing, wider)
         settings = known(self.settings, sweep.rig)
         budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
-        templates, loaded_line = self.templates(sweep, rig), line_under_load(sweep.loaded, rig)
+        runs = compared(rig, sweep, self.templates(sweep, rig), settings)
+        found = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
+        loaded_line = _without_growth(line_under_load(sweep.loaded, rig), runs.gains.inertia)
         done = [
-            self._point(budget, loaded, template, loaded_line)
-            for loaded, template in zip(sweep.loaded, templates, strict=True)
+            self._point(budget, loaded, each, between, loaded_line)
+            for loaded, each, between in zip(sweep.loaded, found, runs.effects(found), strict=True)
         ]
         points = tuple(point for point, _ in done)
         diagnosed = [diagnosis for _, diagnosis in done]
         return Compensation(
             measurand=MEASURAND,
             points=points,
-            parameters=_parameters(rig),
+            parameters=_parameters(rig, runs.gains),
             checks=_checks(sweep, rig, points, diagnosed, settings.window),
             notes=NOTES,
         )
@@ -120,13 +126,9 @@ class Inverse(ABC):
         """Return the torque per point in N·m, shape (points,), without its uncertainty."""
         sweep = with_swings(sweep)
         rig = self._learned(sweep)
-        size, window = rig.friction.swing.size, self.settings.window
-        return np.array(
-            [
-                evaluate(rig, Pair(mean_swing(loaded, size), template), window).torque_nm
-                for loaded, template in zip(sweep.loaded, self.templates(sweep, rig), strict=True)
-            ]
-        )
+        settings = known(self.settings, sweep.rig)
+        runs = compared(rig, sweep, self.templates(sweep, rig), settings)
+        return np.array([evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs])
 
     def perturbation(self, sweep: Sweep) -> RigErrors:
         """Return what puts the errors that the settings state into the sweep."""
@@ -140,19 +142,19 @@ class Inverse(ABC):
         self,
         budget: Budget,
         loaded: SwingPoint,
-        template: MeanSwing,
+        found: Evaluated,
+        between: Sequence[Effect],
         loaded_line: LineUnderLoad | None,
     ) -> tuple[CompensatedPoint, _Diagnosis]:
         swing = budget.rig.friction.swing
-        pair = Pair(mean_swing(loaded, swing.size), template)
-        found = evaluate(budget.rig, pair, self.settings.window)
+        raw_nm = mean_swing(loaded, swing.size).torque_nm
         forward, backward = found.where.both(found.bearing_nm)
         point = compensated_point(
-            budget.model(found),
+            budget.model(found, between),
             set_frequency_hz=loaded.set_frequency_hz,
             frequency_hz=found.pair.loaded.frequency_hz,
-            raw_nm=float(np.ptp(found.pair.loaded.torque_nm) / 2),
-            trace=_trace(loaded, found),
+            raw_nm=float(np.ptp(raw_nm) / 2),
+            trace=_trace(loaded, raw_nm, found),
             cycles_used=int(kept_cycles(loaded).sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
@@ -187,24 +189,34 @@ def _scattered(found: Evaluated) -> Iterator[Array]:
             yield influences(found.where.torque(without_nm))
 
 
-def _trace(loaded: SwingPoint, found: Evaluated) -> Trace:
+def _trace(loaded: SwingPoint, raw_nm: Array, found: Evaluated) -> Trace:
     step = len(found.bearing_nm) // len(loaded.angle_rad)
     return Trace(
         angle_rad=loaded.angle_rad,
-        raw_nm=found.pair.loaded.torque_nm[::step],
+        raw_nm=raw_nm[::step],
         no_load_nm=found.pair.no_load.torque_nm[::step],
         compensated_nm=found.bearing_nm[::step],
     )
 
 
-def _parameters(rig: Identified) -> Mapping[str, Estimate]:
+def _without_growth(loaded: LineUnderLoad | None, inertia: float) -> LineUnderLoad | None:
+    """Return the drive line by the loaded sweep, with its inertia as it was made comparable."""
+    if loaded is None:
+        return None
+    line = replace(loaded.line, inertia_kgm2=loaded.line.inertia_kgm2 / (1 + inertia))
+    return replace(loaded, line=line)
+
+
+def _parameters(rig: Identified, gains: RecordingGains) -> Mapping[str, Estimate]:
     u = np.sqrt(np.diag(rig.covariance))
-    return {
+    learned = {
         name: Estimate(float(value), float(u_value), rig.dof, unit)
         for (name, unit), value, u_value in zip(
             LEARNED_UNITS.items(), vector(rig.line), u, strict=True
         )
     }
+    changed = Estimate(gains.inertia, sqrt(gains.covariance[-1, -1]), inf, "1")
+    return learned | {"change of the inertia": changed}
 
 
 def _checks(

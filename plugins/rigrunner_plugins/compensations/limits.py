@@ -19,7 +19,7 @@ def stated(by_station: float | None, by_settings: float) -> float:
 
 def known(settings: InverseSettings, rig: RigDescription) -> InverseSettings:
     """Return the settings with what the station knows better of its rig."""
-    names = ("inertia_mismatch", "support_load_dependence")
+    names = ("inertia_mismatch", "support_load_dependence", "support_load_growth")
     better = {name: stated(getattr(rig, name), getattr(settings, name)) for name in names}
     return settings.model_copy(update=better)
 

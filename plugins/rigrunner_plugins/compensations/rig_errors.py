@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RigErrors:
-    """Draws an inertia and a support's friction that changed under load, and a low-pass corner.
+    """Draws a support's friction that changed under load, and a low-pass corner.
 
     Each is a rectangle of the half-width that the settings state. What changed at the load goes
     through the drive line as learned, and so into the loaded run's torque. The drive line itself is
@@ -33,30 +33,25 @@ class RigErrors:
     covers: tuple[str, ...] = (
         "resonance, damping, inertia",
         "low-pass filter",
-        "inertia between the runs",
         "support friction under load",
     )
 
     def __call__(self, sweep: Sweep, rng: Generator) -> Sweep:
         """Return the sweep with one draw of these errors."""
-        corner, inertia, friction = rng.uniform(-1, 1, 3)
+        corner, friction = rng.uniform(-1, 1, 2)
         low_pass = sweep.instrument.low_pass
         assert low_pass is not None  # noqa: S101  (the rig was learned with it)
         filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
         instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
-        mismatch = self.settings.inertia_mismatch * inertia * self.rig.line.inertia_kgm2
         growth = self.settings.support_load_dependence * friction
-        loaded = tuple(self._changed(point, mismatch, growth) for point in sweep.loaded)
+        loaded = tuple(self._changed(point, growth) for point in sweep.loaded)
         return replace(sweep, loaded=loaded, instrument=instrument)
 
-    def _changed(self, point: PeakPoint, mismatch_kgm2: float, growth: float) -> PeakPoint:
+    def _changed(self, point: PeakPoint, growth: float) -> PeakPoint:
         if not isinstance(point, SwingPoint):
             return point
         frequency = point.frequency_hz.value
-        friction = self.rig.friction
-        accelerated = mismatch_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
-        at_load = accelerated + growth * friction.dry_nm
-        seen = self._at_sensor(at_load, frequency)
+        seen = self._at_sensor(growth * self.rig.friction.dry_nm, frequency)
         step = len(seen) // point.torque_nm.shape[1]
         return replace(point, torque_nm=point.torque_nm + seen[::step])
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rigrunner.api.settings import Angle, Ratio, Settings
+from rigrunner.api.settings import Angle, Frequency, Ratio, Settings
 
 DEGREE = 0.017453292519943295
 
@@ -23,8 +23,8 @@ class WaveformSettings(Settings):
 class InverseSettings(Settings):
     """Of the compensation `model_inverse`, and of every other that undoes the drive line.
 
-    The last three are limits of what the two runs cannot show, as half-widths of rectangular
-    distributions: replace them by what is known of your rig.
+    Mismatch, dependence and tolerance are limits, as half-widths of rectangular distributions:
+    replace them by what is known of your rig.
     """
 
     window: Annotated[
@@ -39,6 +39,13 @@ class InverseSettings(Settings):
     low_pass_tolerance: Annotated[
         Ratio, Field(ge=0, description="of the low-pass filter's corner frequency")
     ] = 0.02
+    support_load_growth: Annotated[
+        Ratio,
+        Field(gt=-1, description="of the support's friction, as the load is known to raise it"),
+    ] = 0.0
+    mains_frequency: Annotated[
+        Frequency, Field(gt=0, description="of the mains, whose hum is taken out")
+    ] = 50.0
 
 
 class TemplateInverseSettings(InverseSettings, WaveformSettings):

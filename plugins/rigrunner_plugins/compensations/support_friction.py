@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 ROUNDS = 3
 """The growth is a part of the dry friction, which is what is left without it."""
 
+SMALL = 0.02
+"""A growth, to see what it does."""
+
 
 @dataclass(frozen=True, eq=False)
 class SupportFriction:
@@ -59,6 +62,20 @@ class SupportFriction:
         """The dry part where no twist takes part: needed for each change, and always the same."""
         drive = self.swing.angle_rad
         return at_same_distance(self.slow_nm, strokes(drive), drive)
+
+    @cached_property
+    def grown(self) -> tuple[Array, Array]:
+        """What the dry part grows by as it becomes greater, over that, shapes (n,).
+
+        With the way over which it builds up, as bristles of the same stiffness do, and without.
+        """
+        longer = np.empty_like(self.dry_nm)
+        for stroke in strokes(self.swing.angle_rad):
+            torque = self.dry_nm[stroke.index]
+            before = stroke.distance_rad / (1 + SMALL)
+            later = (1 + SMALL) * np.interp(before, stroke.distance_rad, torque)
+            longer[stroke.index] = (later - torque) / SMALL
+        return longer, self.dry_nm
 
     def seen(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque of the sweep itself at a frequency, shape (n,).

@@ -77,6 +77,14 @@ class RigDescription(Settings):
         Ratio | None,
         Field(ge=0, description="limit of what the load may change the support's friction by"),
     ] = None
+    support_load_growth: Annotated[
+        Ratio | None,
+        Field(
+            gt=-1,
+            description="what the load raises the support's friction by, as it was measured; "
+            "support_load_dependence is then the limit of its error",
+        ),
+    ] = None
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:

@@ -17,10 +17,10 @@ class Extreme:
     """A generator that draws the upper limit of one error, and nothing of the others."""
 
     def __init__(self, place):
-        self.values = np.eye(3)[place]
+        self.values = np.eye(2)[place]
 
     def uniform(self, _low, _high, size):
-        assert size == 3
+        assert size == 2
         return self.values
 
 
@@ -64,17 +64,8 @@ def test_support_friction_under_load(made):
 
     Less than the whole growth of 15 mN·m, as friction has not built up where the torque is read.
     """
-    change = moved(made, 2, support_load_dependence="2 %")
+    change = moved(made, 1, support_load_dependence="2 %")
     assert change == pytest.approx(np.full(len(FEW), 0.012), abs=0.003)
-
-
-def test_inertia_grows_with_the_square_of_frequency(made):
-    """dJ alpha at the reversal, 1.7563 f^2 rad/s^2 (lambda = 2/45), within the window after it."""
-    change = np.abs(moved(made, 1, inertia_mismatch="1 %"))
-    inertia = 0.01 * 0.002324
-    expected = inertia * 1.7563 * np.array(FEW) ** 2
-    assert change[-1] == pytest.approx(expected[-1], rel=0.3)
-    assert change[0] < 1e-3
 
 
 def test_low_pass_corner_is_told_to_the_method(made):
