@@ -70,7 +70,8 @@ class Supply(Driver):
     def open(self, timeout_s):
         if not self._file.exists():
             raise DeviceLostError("the supply is unplugged")
-        time.sleep(self._all().get("opens_in_s", 0.0))
+        while self._all().get("is_held"):  # by whoever looks at what happens meanwhile
+            time.sleep(0.02)
         return Identity("Example", "supply", self._serial)
 
     def get(self, channel):

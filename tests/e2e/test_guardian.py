@@ -236,7 +236,7 @@ def test_a_run_says_on_record_that_its_guardian_was_lost(rigs):
 
 def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
     run = rigs("gap", "--unattended").until_energised()
-    run.lab.put(opens_in_s=8.0)  # longer than the second program takes to ask for the rig
+    run.lab.put(is_held=True)
     run.process.kill()
     run.process.wait()
     second = subprocess.run(
@@ -244,9 +244,9 @@ def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
     )
     assert second.returncode == 4
     assert "is in use" in second.stderr
+    run.lab.put(is_held=False)
     run.until_safe()
     run.told()
-    run.lab.put(opens_in_s=0.0)
     third = subprocess.run(
         [*PROGRAM, *map(str, run.words)], capture_output=True, text=True, check=False
     )
