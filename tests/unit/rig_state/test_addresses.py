@@ -23,6 +23,7 @@ def test_a_serial_port_is_known_by_any_link_to_it(tmp_path):
     [
         ("tcp:localhost:5025", "tcp:127.0.0.1:5025"),
         ("tcp:[::1]:5025", "tcp:127.0.0.1:5025"),
+        ("tcp:[::ffff:127.0.0.1]:5025", "tcp:127.0.0.1:5025"),
         ("tcp:localhost:502/unit 3", "tcp:127.0.0.1:502/unit 3"),
         ("visa:TCPIP::localhost::5025::SOCKET", "tcp:127.0.0.1:5025"),
         ("visa:TCPIP0::127.0.0.1::inst0::INSTR", "visa:TCPIP::localhost::INSTR"),

@@ -253,3 +253,14 @@ def test_sealing_keeps_the_order_of_named_texts(tmp_path):
     assert list(read(tmp_path / "run").header.inputs) == list(inputs)
     writer.seal()
     assert list(read(tmp_path / "run").header.inputs) == list(inputs)
+
+
+def test_the_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
+    """Its analysis, which it would begin with, is not embedded."""
+    write_run(tmp_path / "no_load", TWO).seal(DOCUMENT, PLOT)
+    path = write_run(tmp_path / "run", TWO).seal(no_load=tmp_path / "no_load")
+    with h5py.File(path) as file:
+        group = file["entry/no_load"]
+        while "default" in group.attrs:
+            group = group[group.attrs["default"]]
+        assert group.name == "/entry/no_load/recordings/001_10Hz"

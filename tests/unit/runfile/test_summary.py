@@ -31,3 +31,14 @@ def test_a_link_in_place_of_data_is_refused(path, place):
         entry[place] = h5py.SoftLink("/entry/elsewhere")
     with pytest.raises(DataError, match=f"{place.rpartition('/')[2]} is a link, not data"):
         read_summary(path)
+
+
+def test_values_that_are_kept_in_another_file_are_refused(path, tmp_path):
+    (tmp_path / "elsewhere").write_bytes(bytes(8))
+    with h5py.File(path, "r+") as file:
+        entry = file["entry"]
+        del entry["zeros/tester_torque"]
+        place = [(str(tmp_path / "elsewhere"), 0, 8)]
+        entry.create_dataset("zeros/tester_torque", (1,), "<f8", external=place)
+    with pytest.raises(DataError, match="tester_torque is kept in another file"):
+        read_summary(path)
