@@ -31,7 +31,9 @@ from rigrunner.runfile.journal import JournalWriter
 def test_what_the_engine_records_is_stored_whole(tmp_path):
     listener = Listener()
     with RunWriter(tmp_path / "run", header_of()) as writer:
+        assert writer.recordings == 0
         run(FakeTester(), critical=[writer], guarded=[listener])
+        assert writer.recordings == 2
         writer.seal()
     stored = read(tmp_path / "run")
     assert stored.info.outcome == "completed"
