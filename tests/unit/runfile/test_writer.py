@@ -22,7 +22,7 @@ from helpers_runfile import (
     write_run,
 )
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, StepEnded
+from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, Scanned, StepEnded
 from rigrunner.runfile import RunWriter, read, read_truth, seal
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter
@@ -246,3 +246,25 @@ def test_small_blocks_are_joined_before_they_are_written(tmp_path, monkeypatch):
     seal(folder)
     columns = len(TWO[1].channels) + 1
     assert sorted(written) == sorted([16_400, 16_400, 7_201] * columns)
+
+
+@pytest.mark.parametrize("kind", ["step", "point of a scan"])
+def test_what_may_come_very_often_is_on_the_disk_within_a_second(tmp_path, monkeypatch, kind):
+    now_s, synced_s = [0.0], []
+    for module in ("journal", "writer"):
+        monkeypatch.setattr(f"rigrunner.runfile.{module}.monotonic", lambda: now_s[0])
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        with monkeypatch.context() as patched:
+            patched.setattr("os.fsync", lambda _: synced_s.append(now_s[0]))
+            for tenth in range(31):
+                now_s[0] = tenth / 10
+                if kind == "step":
+                    emit(StepEnded, step="main[0]", index=0, action="settle", ok=True)
+                else:
+                    values = {"tester.torque": 0.5 * tenth}
+                    emit(
+                        Scanned, step="main[0]", point=tenth, measurement="t", setpoints={},
+                        values=values,
+                    )  # fmt: skip
+    assert synced_s == [1.1, 2.2]
