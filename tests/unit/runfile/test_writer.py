@@ -268,3 +268,16 @@ def test_what_may_come_very_often_is_on_the_disk_within_a_second(tmp_path, monke
                         values=values,
                     )  # fmt: skip
     assert synced_s == [1.1, 2.2]
+
+
+def test_a_recording_that_begins_before_the_last_one_ended_has_samples_of_its_own(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[0], 0)
+        send_samples(emit, TWO[0], 1000, until=2000)
+        start_recording(emit, TWO[1], 1)
+        send_samples(emit, TWO[1], 1000)
+        end_recording(emit, TWO[1], 1)
+    stored = read(tmp_path / "run")
+    assert [(one.name, one.samples) for one in stored.incomplete] == [(TWO[0].name, 2000)]
+    assert [(one.name, one.samples) for one in stored.recordings] == [(TWO[1].name, TWO[1].samples)]
