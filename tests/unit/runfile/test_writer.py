@@ -281,3 +281,13 @@ def test_a_recording_that_begins_before_the_last_one_ended_has_samples_of_its_ow
     stored = read(tmp_path / "run")
     assert [(one.name, one.samples) for one in stored.incomplete] == [(TWO[0].name, 2000)]
     assert [(one.name, one.samples) for one in stored.recordings] == [(TWO[1].name, TWO[1].samples)]
+
+
+def test_samples_that_come_after_the_end_of_their_step_are_refused(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[0])
+        send_samples(emit, TWO[0], 1000)
+        end_recording(emit, TWO[0])
+        with pytest.raises(DataError, match="came outside of its step"):
+            send_samples(emit, TWO[0], 1000)
