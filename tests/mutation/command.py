@@ -30,6 +30,7 @@ SOURCES = (
     "runner/rigrunner/rig",
     "runner/rigrunner/rig_state",
     "runner/rigrunner/engine",
+    "runner/rigrunner/steps",
     "runner/rigrunner/interlock.py",
     "runner/rigrunner/plan/drives.py",
     "plugins/rigrunner_plugins/decision_rules.py",
