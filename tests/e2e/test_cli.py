@@ -126,6 +126,7 @@ def test_a_new_analysis_is_a_new_file(demo, tmp_path):
     assert "never overwritten" in called.err
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_the_report_is_written_again_with_the_same_bytes(demo, tmp_path):
     out = tmp_path / "again.html"
     called = call("report", demo.loaded, "--out", out)
