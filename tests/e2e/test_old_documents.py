@@ -74,8 +74,9 @@ def test_rows_of_old_are_read_and_verified():
 def test_a_run_is_analysed_to_the_numbers_of_its_certificate(runs):
     done = call("analyse", runs / RUN, "--json")
     found = json.loads(done.out)["headline"]["compensated"]
-    assert found["value"] == pytest.approx(MEAN_NM, abs=5e-4)
-    assert found["expanded_uncertainty_95"] == pytest.approx(MEAN_U_NM, abs=5e-4)
+    moved_nm = 5e-4 if revisions()[1] == {1} else 0.2 * MEAN_U_NM  # by a method that improved
+    assert found["value"] == pytest.approx(MEAN_NM, abs=moved_nm)
+    assert found["expanded_uncertainty_95"] == pytest.approx(MEAN_U_NM, abs=moved_nm)
 
 
 AMENDMENT = OLD / "certificates" / "SPECIMEN-DEMO-2026-0002.json"
@@ -94,20 +95,20 @@ def revisions():
         *(("compensation", each["name"]) for each in settings["compensations"]),
     ]
     layouts = {registry.revision("certificate_format", name) for name in ("html", "pdf")}
-    return layouts, {REVISION, *OWN.values(), *(registry.revision(*each) for each in methods)}
+    return layouts, {*OWN.values(), *(registry.revision(*each) for each in methods)}
 
 
 def test_a_certificate_of_old_never_differs(runs):
     """Where a layout or a method has improved since, that is what is said."""
     done = call("verify", AMENDMENT, "--runs", runs, *LETTERHEAD)
     layouts, methods = revisions()
-    code = 12 if layouts != {1} else 13 if methods != {1} else 0
+    code = 12 if layouts != {1} else 13 if methods | {REVISION} != {1} else 0
     assert (done.code, "DIFFERS" in done.out) == (code, False), done.out
 
 
 def test_a_run_of_old_never_differs(runs):
     done = call("verify", runs / RUN)
-    code = 0 if revisions()[1] - {REVISION} <= {1} else 13
+    code = 0 if revisions()[1] == {1} else 13
     assert (done.code, "DIFFERS" in done.out) == (code, False), done.out
 
 
@@ -178,7 +179,10 @@ def test_results_are_derived_again_where_only_the_content_has_another_revision(
         forged.write_bytes(AMENDMENT.read_bytes())
         resealed(forged, lambda content, old=old, new=new: content.replace(old, new, 1))
         found = verify_certificate(forged, means)
-        assert "certificate revision 1, installed 99" in found.not_recomputed[0]
+        assert any("certificate revision 1, installed 99" in why for why in found.not_recomputed)
+        if revisions()[1] != {1}:  # of a method that improved, results cannot be derived again
+            assert any("'template_inverse' revision 1" in why for why in found.not_recomputed)
+            continue
         assert len(found.differences) == len(differs), found.differences
         assert all(each in found.differences[0] for each in differs)
 

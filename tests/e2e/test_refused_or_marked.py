@@ -129,9 +129,8 @@ def test_a_negative_torque():
         "friction cannot drive: the no-load run or the method does not fit this run"
     )
     assert found.decision.verdict is Verdict.INCONCLUSIVE
-    assert found.decision.reason == (
-        f"The check 'positive torque' failed: {where} ({check.advice})."
-    )
+    assert found.decision.reason.startswith(f"The check 'positive torque' failed: {where};")
+    assert found.decision.reason.endswith(f"; no verdict ({check.advice}).")
 
 
 def test_a_missing_uncertainty():
