@@ -17,6 +17,7 @@ from helpers_motion import BY_ENTRY, random_rig, run_by
 from helpers_rigs import true_starting_torque_nm
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
+from rigrunner.api.analysis import Consequence
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.signal.uncertainty import coverage_factor
 
@@ -99,9 +100,9 @@ def test_by_entry_only_peak_methods_remain(model, seed):
 def test_what_is_missing_stands_in_checks_and_document():
     found = result("closed", 1, BY_ENTRY)
     names = {check.name: check for check in found.checks}
-    assert not names["angle channel"].ok
-    assert not names["no-load run: angle channel"].ok
-    assert names["entered frequency"].ok
+    assert names["angle channel"].consequence is Consequence.NOTE
+    assert names["no-load run: angle channel"].consequence is Consequence.NOTE
+    assert names["entered frequency"].consequence is Consequence.NOTHING
     content = document(found)
     assert content["points"][0]["motion"] == "entered"
     assert "angle channel" in content["compensations"]["energy"]["not_applicable"]
@@ -111,5 +112,5 @@ def test_what_is_missing_stands_in_checks_and_document():
 def test_an_entry_that_is_wrong_by_5_percent_is_flagged_without_any_motion():
     wrong = analysed(rig_of("closed", 5, frequency_error=0.05), 5, BY_ENTRY)
     check = next(each for each in wrong.checks if each.name == "entered frequency")
-    assert not check.ok
+    assert check.consequence is Consequence.NOTE
     assert "entered 10 Hz, torque repeats at 10.5 Hz" in check.text
