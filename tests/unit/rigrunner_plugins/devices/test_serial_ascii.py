@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from contextlib import contextmanager, suppress
@@ -261,14 +262,23 @@ class TestInARunOnAnotherRig:
         assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
+def streamed_by_a_machine_that_has_time(device):
+    """Stream for 0.6 s, again where other work let lines pile up, which is refused."""
+    for _ in range(5):
+        with contextlib.suppress(DeviceRejectedError):
+            began = time.monotonic()
+            blocks = list(device.stream(["torque", "load"], 0.6, Stop()))
+            assert 0.5 < time.monotonic() - began < 10.0
+            return blocks
+    raise AssertionError("refused five times")
+
+
 class TestRecordings:
     def test_they_are_gapless(self):
         with cell() as device:
             device.connect(1.0)
             assert device.sample_rate_hz == 200.0
-            began = time.monotonic()
-            blocks = list(device.stream(["torque", "load"], 0.6, Stop()))
-            assert 0.5 < time.monotonic() - began < 10.0
+            blocks = streamed_by_a_machine_that_has_time(device)
             torque = np.concatenate([block.channels["torque"] for block in blocks])
             assert len(torque) == 120
             assert np.diff(torque) == pytest.approx(1.0)
