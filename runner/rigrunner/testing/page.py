@@ -41,7 +41,7 @@ def _lines() -> Iterator[str]:
 
 def _section(title: str, checks: Iterable[AnyCheck]) -> Iterator[str]:
     yield f"## {title}\n"
-    yield "| check | what is demanded | how to mend it |"
+    yield "| check | requirement | how to fix it |"
     yield "|---|---|---|"
     for each in checks:
         mark = MOVES if each.moves else ""

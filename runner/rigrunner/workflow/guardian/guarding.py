@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.engine import Interference
 from rigrunner.rig import Pulse
-from rigrunner.workflow.guardian.debuggers import debugger_at
 from rigrunner.workflow.guardian.guarded import WITHOUT, guardian_text, not_reopenable
 from rigrunner.workflow.guardian.main import IGNORED, TICK_S
 from rigrunner.workflow.guardian.saying import say
@@ -36,6 +35,11 @@ PATIENCES = 3.0
 """The same, in times that a device of the station is waited for."""
 MOST_STARTS = 4
 """How often a guardian is started for a rig: each that was killed is replaced."""
+_DEBUGGERS = {
+    *("bdb", "pdb", "code", "ipdb", "pudb", "rpdb", "remote_pdb", "web_pdb", "IPython"),
+    *("debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"),
+}
+"""The top packages of debuggers and consoles, whose code waits in the thread that they hold."""
 END_S = 5.0
 NAME = "guardian"
 """Who tells of a guardian that was lost."""
@@ -218,3 +222,13 @@ def unguarded(
         text = guardian_text(station, registry, real)
         return [Interference("guardian", by="station", subject=text)]
     return []
+
+
+def debugger_at(thread: threading.Thread) -> bool:
+    """Say whether the code of a debugger is at work in a thread."""
+    frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (public in all but name)
+    while frame is not None:
+        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in _DEBUGGERS:
+            return True
+        frame = frame.f_back
+    return False

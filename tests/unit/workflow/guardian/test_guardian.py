@@ -13,7 +13,7 @@ import pytest
 from helpers_cli import call
 from helpers_supply import GUARDED, SupplyLab
 from rigrunner.workflow.guardian import main
-from rigrunner.workflow.guardian.debuggers import debugger_at
+from rigrunner.workflow.guardian.guarding import debugger_at
 
 TASK = {"what": "a run", "station": "s", "limit_s": 30.0, "hangs": True, "process": 7}
 
