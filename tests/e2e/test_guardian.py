@@ -14,7 +14,7 @@ import pytest
 
 from helpers_panel import Screen, ready, rig_process, served
 from helpers_supply import GUARDED, SupplyLab
-from rigrunner.api.events import Alarm, Intervention, MadeSafe, RunEnded
+from rigrunner.api.events import Alarm, Intervention, MadeSafe, RunEnded, StepStarted
 from rigrunner.rig_state import read_marker
 from rigrunner.runfile import read
 
@@ -76,6 +76,11 @@ class Run:
         assert self.process.poll() is None, self.told()
         return self
 
+    def until_waiting(self):
+        """Return when no call of a driver is under way: one that is stopped halfway times out."""
+        self.until(lambda: any(_is_wait(each) for each in read(self.folder()).events))
+        return self
+
     def until_safe(self):
         self.until(lambda: self.lab.stands() == (0.0, 0.0))
 
@@ -100,6 +105,10 @@ def rigs(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     with ExitStack() as held:
         yield lambda *words, **more: _held(held, Run(tmp_path, *words, **more))
+
+
+def _is_wait(event):
+    return isinstance(event, StepStarted) and event.action == "wait"
 
 
 def _held(held, run):
@@ -155,9 +164,9 @@ def test_what_hangs_is_ended_and_what_waits_is_left_alone(rigs):
     hanging = [
         rigs("gil", "--unattended", trouble="gil", locks="1"),
         rigs("inline", "--unattended", trouble="sleep", station=(GUARDED, INLINE), locks="2"),
-        rigs(
-            "stopped", "--unattended", procedure=ENERGISED_THEN_ASKED, locks="3"
-        ).until_energised(),
+        rigs("stopped", "--unattended", procedure=ENERGISED_THEN_ASKED, locks="3")
+        .until_energised()
+        .until_waiting(),
     ]
     hanging[2].process.send_signal(signal.SIGSTOP)
     asked = rigs("asked", procedure=ENERGISED_THEN_ASKED, locks="4").until_energised()

@@ -167,8 +167,7 @@ def test_a_strangers_plugin_is_taken_by_the_wheel(author):
         "print(sorted({each.kind for each in found.plugins}), found.disabled)\n"
     )
     shown = succeeded(author.run("python", "-c", code))
-    of_theirs = {*KINDS.values()} - {"decision_rule"}
-    kinds = sorted([*of_theirs, "certificate_format", "event_sink", "study_format"])
+    kinds = sorted([*KINDS.values(), "certificate_format", "event_sink", "study_format"])
     assert shown.strip() == f"{kinds} ()"
 
 
