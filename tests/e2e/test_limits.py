@@ -57,15 +57,15 @@ def failed(tmp_path_factory):
     return run(tmp_path_factory.mktemp("failed"), code=1)
 
 
-def test_values_out_of_limits_are_rows_with_limit_and_judgement(failed):
+def test_values_out_of_limits_are_rows_with_limit_and_verdict(failed):
     stored = read(failed[1])
     assert stored.info.outcome == "completed"
     judged = [(row.setpoints["tester.load"], one) for row in stored.measurements
-              for one in row.judgements]  # fmt: skip
-    loads = [(at, one.passes) for at, one in judged if one.limit.of == "tester.load"]
+              for one in row.decisions]  # fmt: skip
+    loads = [(at, one.passes) for at, one in judged if one.of == "tester.load"]
     assert loads == [(200.0, False), (500.0, False), (1000.0, False)]
-    assert all(one.passes for _, one in judged if one.limit.of == "tester.torque")
-    assert {one.limit.maximum for _, one in judged} == {100.0, 1.0}
+    assert all(one.passes for _, one in judged if one.of == "tester.torque")
+    assert {one.limits.upper for _, one in judged} == {100.0, 1.0}
 
 
 def test_they_are_columns_of_the_run_file(failed):
@@ -119,7 +119,7 @@ def test_result_and_report_tell_them(failed):
 def test_a_run_within_its_limits_passes(tmp_path):
     called, folder = run(tmp_path, WITHIN, code=0)
     assert "verdict  PASS" in called.out
-    assert all(one.passes for row in read(folder).measurements for one in row.judgements)
+    assert all(one.passes for row in read(folder).measurements for one in row.decisions)
 
 
 def test_a_run_that_stops_at_a_limit_is_sealed_reported_and_over(tmp_path):
@@ -243,7 +243,7 @@ def test_limits_on_the_samples_of_a_recording(tmp_path):
         "tester.load": recording.conditions["tester.load"],
     }
     assert dict(row.values) == {name: pytest.approx(each) for name, each in expected.items()}
-    assert {each.limit.of: each.passes for each in row.judgements} == {
+    assert {each.of: each.passes for each in row.decisions} == {
         "tester.torque.minimum": True,
         "tester.torque.maximum": False,
         "tester.torque.mean": True,

@@ -1,11 +1,11 @@
-"""The limits on measured values, each value with its judgement, ready to print."""
+"""The limits on measured values, each with the decision on it, ready to print."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.verdict import Verdict
+from rigrunner.api.verdict import worst
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import VerdictView, shown_verdict
 
@@ -62,7 +62,7 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
         return None
     values = limits.values
     if len(values) > MOST_ROWS:
-        values = tuple(sorted(values, key=lambda each: each.judgement.passes))
+        values = tuple(sorted(values, key=lambda each: each.decision.passes))
     return LimitsView(
         verdict=shown_verdict(limits.verdict),
         reason=limits.reason,
@@ -76,17 +76,17 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
 
 
 def _limit_row(found: JudgedValue) -> LimitRow:
-    row, judged = found.row, found.judgement
+    row, decided = found.row, found.decision
     return LimitRow(
         where=f"{row.name} {found.number}",
         setpoints=", ".join(
             f"{name} {value:g} {row.units.get(name, '')}" for name, value in row.setpoints.items()
         ),
-        of=judged.limit.of,
-        value=judged.shown,
-        limit=judged.limit.text,
-        verdict=_word(passes=judged.passes),
-        marginal=judged.is_marginal,
+        of=decided.of,
+        value=found.shown,
+        limit=decided.limits.in_words,
+        verdict=shown_verdict(decided.verdict),
+        marginal=decided.marginal,
     )
 
 
@@ -116,12 +116,8 @@ def _cells(row: Measurement, setpoints: Sequence[str], values: Sequence[str]) ->
 
 
 def _row_verdict(row: Measurement) -> VerdictView | None:
-    judged = row.judgements
-    return _word(passes=all(each.passes for each in judged)) if judged else None
-
-
-def _word(*, passes: bool) -> VerdictView:
-    return shown_verdict(Verdict.PASS if passes else Verdict.FAIL)
+    found = worst(each.verdict for each in row.decisions)
+    return None if found is None else shown_verdict(found)
 
 
 SECTION = Section(

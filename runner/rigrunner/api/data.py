@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rigrunner.api.limits import Judgement
+from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part of the data, without numpy)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.rig import RigDescription
+    from rigrunner.api.verdict import LimitDecision
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -55,18 +56,6 @@ class Block:
     def samples(self) -> int:
         """How many samples each channel has."""
         return next((len(values) for values in self.channels.values()), 0)
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A measured value with its standard uncertainty and degrees of freedom (GUM 2.3.1, G.3)."""
-
-    value: float
-    u: float
-    dof: float = float("inf")
-    unit: str = "N·m"
-    kurtosis: float = 0.0
-    """Excess kurtosis by which its bounded inputs make it flatter than a normal distribution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,10 +122,10 @@ class Measurement:
     """The recording that the values are of; empty where they were read on their own."""
 
     @property
-    def judgements(self) -> tuple[Judgement, ...]:
-        """Each limited value held against its limit, in the order of the limits."""
+    def decisions(self) -> tuple[LimitDecision, ...]:
+        """The decision on each limited value, in the order of the limits."""
         return tuple(
-            Judgement(limit, self.values[limit.of])
+            limit.decision(self.values[limit.of])
             for limit in self.limits
             if limit.of in self.values
         )

@@ -50,6 +50,18 @@ def quantity_pattern(dimension: str | None = None) -> str:
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """A measured value with its standard uncertainty and degrees of freedom (GUM 2.3.1, G.3)."""
+
+    value: float
+    u: float
+    dof: float = float("inf")
+    unit: str = "N·m"
+    kurtosis: float = 0.0
+    """Excess kurtosis by which its bounded inputs make it flatter than a normal distribution."""
+
+
+@dataclass(frozen=True)
 class Quantity:
     """A value with its unit as a person wrote it, and its SI value for computing."""
 

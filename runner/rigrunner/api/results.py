@@ -8,17 +8,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
-from rigrunner.api.verdict import Verdict, worst
+from rigrunner.api.verdict import worst
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Measurement, Points, RunData
-    from rigrunner.api.limits import Judgement
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
-    from rigrunner.api.verdict import Decision, LaterDecision
+    from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
 
 
 REPLAYED = "replayed"
@@ -27,12 +26,22 @@ REPLAYED = "replayed"
 
 @dataclass(frozen=True)
 class JudgedValue:
-    """A measured value with its judgement, and where in the run it stands."""
+    """The decision on a measured value, and where in the run it stands."""
 
-    judgement: Judgement
+    decision: LimitDecision
     row: Measurement
     number: int
     """The row's number in its table, from 1."""
+
+    @property
+    def value(self) -> float:
+        """The value as it was read, in its SI unit."""
+        return self.row.values[self.decision.of]
+
+    @property
+    def shown(self) -> str:
+        """The value in the unit of its limit, with as many digits as show on which side it is."""
+        return self.decision.limits.shown_apart(self.value)
 
 
 @dataclass(frozen=True)
@@ -52,14 +61,12 @@ class MeasuredLimits:
     @cached_property
     def missed(self) -> tuple[JudgedValue, ...]:
         """The values that are out of limits."""
-        return tuple(each for each in self.values if not each.judgement.passes)
+        return tuple(each for each in self.values if not each.decision.passes)
 
     @property
     def verdict(self) -> Verdict | None:
-        """'fail' if one value is out of limits, else 'pass'; None where no value has a limit."""
-        if not self.values:
-            return None
-        return Verdict.FAIL if self.missed else Verdict.PASS
+        """The worst of them; None where no value has a limit."""
+        return worst(each.decision.verdict for each in self.values)
 
     @property
     def reason(self) -> str:
@@ -70,7 +77,7 @@ class MeasuredLimits:
         if not missed:
             return f"Measured values with limits: {count}, all within limits."
         more = f", and {missed - 1} more" if missed > 1 else ""
-        first = self.missed[0].judgement.text
+        first = self.missed[0].decision.reason
         return f"Measured values out of limits: {missed} of {count} ({first}{more})."
 
 
@@ -78,8 +85,8 @@ def _judged(rows: Iterable[Measurement]) -> Iterator[JudgedValue]:
     numbers = Counter[str]()
     for row in rows:
         numbers[row.name] += 1
-        for judgement in row.judgements:
-            yield JudgedValue(judgement, row, numbers[row.name])
+        for decision in row.decisions:
+            yield JudgedValue(decision, row, numbers[row.name])
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +134,7 @@ class Result:
 
     @cached_property
     def limits(self) -> MeasuredLimits:
-        """The limits on measured values, each with its judgement."""
+        """The limits on measured values, each with its decision."""
         return MeasuredLimits.of(self.run.measurements)
 
     @property

@@ -13,16 +13,22 @@ from functools import cached_property
 from math import inf, isfinite, isinf, nan
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.units import unit
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.api.data import Estimate
     from rigrunner.api.measurand import MeasurandKind
+    from rigrunner.api.quantity import Estimate
 
 MEAN = "mean"
 """What is judged where not a single set-point is: the mean over all of them."""
 CERTAIN = 0.9999
 """A probability beyond this is not printed as a number: it would look like certainty."""
+
+
+_DIGITS = (4, 6, 9, 12, 17)
+"""A value is shown with the fewest of these by which it differs from the limit that it missed."""
 
 
 def probability_text(probability: float) -> str:
@@ -59,24 +65,62 @@ def worst(verdicts: Iterable[Verdict | None]) -> Verdict | None:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a value may be, in its unit; infinite where there is no limit."""
+    """What a value may be; infinite where there is no limit."""
 
     lower: float
     upper: float
     unit: str = "N·m"
+    """Of these numbers, and of the values that they are for."""
+    shown_in: str = ""
+    """The unit in which texts have limits and values, such as °C for K; '' for `unit`."""
 
     @classmethod
-    def between(cls, lower: float | None, upper: float | None) -> Limits:
+    def between(
+        cls, lower: float | None, upper: float | None, unit: str = "N·m", *, shown_in: str = ""
+    ) -> Limits:
         """Return limits with infinity where there is none."""
-        return cls(-inf if lower is None else lower, inf if upper is None else upper)
+        ends = -inf if lower is None else lower, inf if upper is None else upper
+        return cls(*ends, unit, shown_in)
 
     def __str__(self) -> str:
-        """Return the limits as a person writes them."""
-        if isinf(self.lower):
-            return f"≤ {self.upper:.6g} {self.unit}"
-        if isinf(self.upper):
-            return f"≥ {self.lower:.6g} {self.unit}"
-        return f"{self.lower:.6g} {self.unit} to {self.upper:.6g} {self.unit}"
+        """Return the limits as a person writes them: '≤ 0.95 N·m', '0.2 N·m to 0.95 N·m'."""
+        return self._text("≥ {}", "≤ {}", "{} to {}", digits=6)
+
+    @property
+    def in_words(self) -> str:
+        """The limits in words: '0.5 N·m or less'; '20 °C to 26 °C'."""
+        return self._text("{} or more", "{} or less", "{} to {}")
+
+    @property
+    def in_signs(self) -> str:
+        """The limits in signs, for pages in any language: '≤ 0.5 N·m'; '20 °C … 26 °C'."""
+        return self._text("≥ {}", "≤ {}", "{} … {}")
+
+    def shown(self, value: float, digits: int = 12) -> str:
+        """Return a value in the unit that texts have."""
+        number, symbol = value, self.shown_in or self.unit
+        if symbol != self.unit:
+            known = unit(symbol)
+            number = (value - known.offset) / known.factor
+        return f"{number:.{digits}g} {symbol}"
+
+    def shown_apart(self, value: float) -> str:
+        """Return the same, with the fewest digits by which it differs from a limit beside it."""
+        limits = {self.shown(limit) for limit in self.edges(0.0) if limit != value}
+        texts = (self.shown(value, digits) for digits in _DIGITS)
+        return next((text for text in texts if text not in limits), self.shown(value, 17))
+
+    def allow(self, value: float) -> bool:
+        """Say whether a value is within the limits, these included; NaN is not."""
+        return self.lower <= value <= self.upper
+
+    def not_kept(self, value: float, by: float = 0.0) -> Limits:
+        """Return the one limit that a value is not within by that much; both where it is."""
+        if not isinf(self.lower) and not value - self.lower >= by:
+            return replace(self, upper=inf)
+        if not isinf(self.upper) and not self.upper - value >= by:
+            return replace(self, lower=-inf)
+        return self
 
     def margin(self, value: float) -> float:
         """Return how far inside the nearer limit the value is; negative outside."""
@@ -90,6 +134,12 @@ class Limits:
     def can_be_within(self, guard: float) -> bool:
         """Return whether any value is inside both limits by that much."""
         return self.upper - self.lower >= 2 * guard
+
+    def _text(self, at_least: str, at_most: str, both: str, *, digits: int = 12) -> str:
+        low, high = self.shown(self.lower, digits), self.shown(self.upper, digits)
+        if isinf(self.lower):
+            return at_most.format(high)
+        return at_least.format(low) if isinf(self.upper) else both.format(low, high)
 
 
 @dataclass(frozen=True)
@@ -156,6 +206,11 @@ class LimitDecision:
     """What the limit is a limit of."""
     load_n: float | None = None
     """The load that the limit is for, where it names one."""
+
+    @property
+    def passes(self) -> bool:
+        """Whether the verdict is `pass`."""
+        return self.verdict is Verdict.PASS
 
     @property
     def badness(self) -> tuple[int, float]:

@@ -31,13 +31,13 @@ MOST_VALUES = 500
 
 
 def measured_of(result: Result) -> MeasuredLimits | None:
-    """Return the measured values that have limits, with their judgements; None for none."""
+    """Return the measured values that have limits, with the decision on each; None for none."""
     found = result.limits
     if found.verdict is None:
         return None
     values = found.values
     if len(values) > MOST_VALUES:
-        values = tuple(sorted(values, key=lambda each: each.judgement.passes))[:MOST_VALUES]
+        values = tuple(sorted(values, key=lambda each: each.decision.passes))[:MOST_VALUES]
     return MeasuredLimits(
         verdict="fail" if found.missed else "pass",
         reason=found.reason,
@@ -48,7 +48,7 @@ def measured_of(result: Result) -> MeasuredLimits | None:
 
 
 def _measured_value(found: JudgedValue) -> MeasuredValue:
-    row, judged = found.row, found.judgement
+    row, decided = found.row, found.decision
     return MeasuredValue(
         table=row.name,
         row=found.number,
@@ -57,14 +57,14 @@ def _measured_value(found: JudgedValue) -> MeasuredValue:
             name: f"{value:.6g} {row.units.get(name, '')}".rstrip()
             for name, value in row.setpoints.items()
         },
-        of=judged.limit.of,
-        value=judged.value,
-        lower=judged.limit.minimum,
-        upper=judged.limit.maximum,
-        unit=row.units.get(judged.limit.of, ""),
-        printed=judged.shown,
-        printed_limit=judged.limit.sign_text,
-        verdict="pass" if judged.passes else "fail",
+        of=decided.of,
+        value=found.value,
+        lower=finite(decided.limits.lower),
+        upper=finite(decided.limits.upper),
+        unit=row.units.get(decided.of, ""),
+        printed=found.shown,
+        printed_limit=decided.limits.in_signs,
+        verdict="pass" if decided.passes else "fail",
     )
 
 

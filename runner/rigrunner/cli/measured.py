@@ -35,16 +35,16 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
     if limits:
         header, align = [*header, "verdict"], f"{align}l"
         cells = [[*cell, _verdict(one)] for cell, one in zip(cells, rows, strict=True)]
-    allowed = [f"{limit.of}: allowed is {limit.text}" for limit in limits]
+    allowed = [f"{limit.of}: allowed is {limit.limits.in_words}" for limit in limits]
     return "\n".join([f"Measured: {name}", table(header, cells, align), *allowed])
 
 
 def _verdict(row: Measurement) -> str:
     """Return 'pass', or FAIL with the values of a row that are out of limits."""
-    missed = [each.limit.of for each in row.judgements if not each.passes]
+    missed = [each.of for each in row.decisions if not each.passes]
     if missed:
         return f"FAIL: {', '.join(missed)}"
-    return "pass" if row.judgements else ""
+    return "pass" if row.decisions else ""
 
 
 def _cell(value: float | None) -> str:

@@ -1,37 +1,36 @@
-"""What follows from the judgement on the values that a step found."""
+"""What follows from the limits of the values that a step found."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import LimitMissed, Note
-from rigrunner.api.limits import Judgement
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from rigrunner.api.limits import ValueLimit
 
 Remark = tuple[type[Note], str]
-"""An event that tells of a judgement, and its text."""
+"""An event on a value with a limit, and its text."""
 
 
 def remarks_on(
-    limits: Sequence[ValueLimit], values: Mapping[str, float], where: str = ""
+    limits: Sequence[ValueLimit],
+    values: Mapping[str, float],
+    where: Callable[[], str] | None = None,
 ) -> Iterator[Remark]:
     """Yield what is to be put on record of values: which are out of limits, which are marginal.
 
-    `values` are in SI units, by the name that the limits have for them; `where` begins each text.
+    `values` are in SI units, by the name that the limits have for them; `where` says of what point.
     """
     for limit in limits:
-        value, (least, greatest) = values[limit.of], limit.clear
-        if least <= value <= greatest:
+        value = values[limit.of]
+        if limit.limits.allow(value) and not limit.is_marginal(value):
             continue
-        judged = Judgement(limit, value)
-        if not judged.passes:
-            yield LimitMissed, f"{where}{judged.text}"
-        elif judged.is_marginal:
-            yield Note, f"{where}{judged.text}"
+        found = limit.decision(value)
+        place = "" if where is None else f"at {where()}: "
+        yield (Note if found.passes else LimitMissed), f"{place}{found.reason}"
 
 
 def missed_text(remarks: Sequence[Remark]) -> str:

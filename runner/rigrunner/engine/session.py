@@ -155,7 +155,11 @@ class Session:
         self.emit(Note, step=step, text=text)
 
     def judge(
-        self, step: str, limits: Sequence[ValueLimit], values: Mapping[str, float], where: str = ""
+        self,
+        step: str,
+        limits: Sequence[ValueLimit],
+        values: Mapping[str, float],
+        where: Callable[[], str] | None = None,
     ) -> str:
         """Put on record which values are out of limits or marginal; return the former in words."""
         remarks = list(remarks_on(limits, values, where))

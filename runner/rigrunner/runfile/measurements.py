@@ -67,21 +67,21 @@ def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     """
     group = new_group(table, "limits", "NXcollection")
     units = {member: unit for one in rows for member, unit in one.units.items()}
-    judged = [{each.limit.of: each for each in one.judgements} for one in rows]
-    for name in dict.fromkeys(name for each in judged for name in each):
-        column = [each.get(name) for each in judged]
+    decided = [{each.of: each for each in one.decisions} for one in rows]
+    for name in dict.fromkeys(name for each in decided for name in each):
+        column = [each.get(name) for each in decided]
         one = new_group(group, free_name(group, name), "NXcollection")
         one.attrs.update({"name": str(name), "units": units.get(name, "")})
-        limits = [None if each is None else each.limit for each in column]
-        one["minimum"] = _bounds(None if each is None else each.minimum for each in limits)
-        one["maximum"] = _bounds(None if each is None else each.maximum for each in limits)
+        one["minimum"] = _bounds(None if each is None else each.limits.lower for each in column)
+        one["maximum"] = _bounds(None if each is None else each.limits.upper for each in column)
         one["passes"] = np.array([-1 if each is None else each.passes for each in column], np.int8)
-    passes = [all(each.passes for each in one.judgements) for one in rows]
+    passes = [all(each.passes for each in one.values()) for one in decided]
     table["passes"] = np.array(passes, np.uint8)
 
 
 def _bounds(bounds: Iterable[float | None]) -> Array:
-    return np.array([np.nan if each is None else each for each in bounds], np.float64)
+    found = np.array([np.nan if each is None else each for each in bounds], np.float64)
+    return np.where(np.isinf(found), np.nan, found)
 
 
 def _write_columns(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
@@ -133,7 +133,6 @@ class Scan(Action):
         emit, member = doing.emit, self.led
         check, move = doing.checker(), doing.leader(self.role, self.drive)
         read = doing.reader(self.channels)
-        clear = [(each.of, *each.clear) for each in self.limits]
         values: Mapping[str, float] = NONE
         for point, value in enumerate(self.values):
             try:
@@ -154,8 +153,8 @@ class Scan(Action):
                 setpoints={**self.setpoints, member: value},
                 values=values,
             )
-            if any(not low <= values[name] <= high for name, low, high in clear):
-                missed = doing.judge(step, self.limits, values, f"at {self.where(point)}: ")
+            if self.limits:
+                missed = doing.judge(step, self.limits, values, partial(self.where, point))
                 if missed and self.stops_at_limit:
                     return Found(values, self.units, NONE, missed=missed)
         return Found(values, self.units, NONE)

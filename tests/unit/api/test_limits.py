@@ -1,4 +1,4 @@
-"""A limit, and the judgement on one value: what passes, what is marginal, and how it reads."""
+"""A limit, and the decision on one value: what passes, what is marginal, and how it reads."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigrunner.api.limits import Judgement, ValueLimit
+from rigrunner.api.limits import ValueLimit
 from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.verdict import Verdict
 
 NAME = "press.torque"
-bounds = st.floats(-1e3, 1e3).map(lambda number: f"{number:.6f} N·m")
 
 
 def limit(low=None, high=None, marginal=0.0):
@@ -34,21 +34,18 @@ def limit(low=None, high=None, marginal=0.0):
     ],
 )
 def test_a_value_passes_within_the_limit_with_both_bounds(low, high, value, passes):
-    judged = Judgement(limit(low, high), value)
-    assert judged.passes is passes
-    assert judged.verdict == ("pass" if passes else "fail")
+    decided = limit(low, high).decision(value)
+    assert decided.passes is passes
+    assert decided.verdict is (Verdict.PASS if passes else Verdict.FAIL)
 
 
-@given(bounds | st.none(), bounds, st.floats(0, 10), st.floats(-2e3, 2e3))
-def test_a_clear_value_neither_fails_nor_is_marginal(low, high, marginal, value):
-    found = limit(low, high, marginal)
-    least, greatest = found.clear
-    ends = (least, greatest, nextafter(least, inf), nextafter(greatest, -inf))
-    for one in (value, *ends):
-        if least <= one <= greatest and abs(one) != inf:
-            judged = Judgement(found, one)
-            assert judged.passes
-            assert not judged.is_marginal
+@given(st.floats(-1e3, 1e3), st.floats(0, 10), st.floats(-2e3, 2e3))
+def test_a_lower_limit_decides_as_the_mirrored_upper_one_does(bound, marginal, value):
+    lower = ValueLimit(NAME, bound, None, "N·m", marginal).decision(value)
+    upper = ValueLimit(NAME, None, -bound, "N·m", marginal).decision(-value)
+    assert (lower.verdict, lower.marginal) == (upper.verdict, upper.marginal)
+    assert lower.passes is (value >= bound)
+    assert lower.marginal is (lower.passes and value - bound < marginal)
 
 
 @pytest.mark.parametrize(
@@ -56,7 +53,7 @@ def test_a_clear_value_neither_fails_nor_is_marginal(low, high, marginal, value)
     [(0.5, 2.6, True), (0.5, 2.4, False), (0.5, 1.4, True), (0.0, 3.0, False), (0.5, 3.1, False)],
 )
 def test_marginal_is_within_the_limit_and_near_it(marginal, value, expected):
-    assert Judgement(limit("1 N·m", "3 N·m", marginal), value).is_marginal is expected
+    assert limit("1 N·m", "3 N·m", marginal).decision(value).marginal is expected
 
 
 @pytest.mark.parametrize(
@@ -69,13 +66,13 @@ def test_marginal_is_within_the_limit_and_near_it(marginal, value, expected):
     ],
 )
 def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, text):
-    assert Judgement(limit(low, high), value).text == text
+    assert limit(low, high).decision(value).reason == text
 
 
 def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
-    judged = Judgement(limit(None, "0.5 N·m"), nextafter(0.5, inf))
-    assert not judged.passes
-    assert judged.shown != "0.5 N·m"
+    decided = limit(None, "0.5 N·m").decision(nextafter(0.5, inf))
+    assert not decided.passes
+    assert decided.reason == f"{NAME} is 0.50000000000000011 N·m, allowed is 0.5 N·m or less"
 
 
 @pytest.mark.parametrize(
@@ -87,4 +84,11 @@ def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
     ],
 )
 def test_a_limit_in_words(low, high, text):
-    assert limit(low, high).text == text
+    assert limit(low, high).limits.in_words == text
+
+
+def test_a_limit_of_temperature_is_in_kelvin_and_shown_in_degrees():
+    limits = limit("20 °C", "26 °C").limits
+    assert (limits.lower, limits.upper, limits.unit) == (293.15, 299.15, "K")
+    assert (str(limits), limits.in_signs) == ("20 °C to 26 °C", "20 °C … 26 °C")
+    assert limits.shown(300.15) == "27 °C"

@@ -143,7 +143,7 @@ def test_a_value_out_of_limits_ends_it_and_is_its_last_row():
     assert "set load 30" not in device.calls
     assert rows(listener.of(Scanned)) == ALL[:2]
     found = measured(listener.events).rows
-    assert [[one.passes for one in row.judgements] for row in found] == [[True], [False]]
+    assert [[one.passes for one in row.decisions] for row in found] == [[True], [False]]
     (missed,) = listener.of(LimitMissed)
     assert missed.text == summary.reason
 
@@ -154,7 +154,7 @@ def test_a_scan_that_goes_on_after_its_limits_keeps_every_point():
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert rows(listener.of(Scanned)) == ALL
     found = measured(listener.events).rows
-    assert [one.passes for row in found for one in row.judgements] == [True, False, False]
+    assert [one.passes for row in found for one in row.decisions] == [True, False, False]
     assert len(listener.of(LimitMissed)) == 2
 
 

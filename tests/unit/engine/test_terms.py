@@ -271,7 +271,7 @@ def test_a_value_out_of_limits_is_kept_and_stops_the_run(terms, reason):
     assert device.calls.count("make_safe") >= 1
     (row,) = measured(listener.events).rows
     assert row.values == {"tester.load": 1000.0}
-    assert [one.passes for one in row.judgements] == [not reason]
+    assert [one.passes for one in row.decisions] == [not reason]
 
 
 def test_a_value_is_on_record_before_its_judgement():
@@ -330,7 +330,7 @@ def test_a_stop_at_a_limit_does_the_teardown_and_a_limit_there_stops_nothing():
 
     assert summary.outcome is Outcome.COMPLETED
     assert "set load 7" in device.calls
-    assert [one.passes for row in measured(listener.events).rows for one in row.judgements] == [
+    assert [one.passes for row in measured(listener.events).rows for one in row.decisions] == [
         False
     ]
 
@@ -395,7 +395,7 @@ def test_a_zero_has_limits_beside_what_it_may_be():
     assert summary.reason.startswith("tester.torque is -9.9")
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
     (row,) = measured(listener.events).rows
-    assert (row.name, [one.passes for one in row.judgements]) == ("zeroed", [False])
+    assert (row.name, [one.passes for one in row.decisions]) == ("zeroed", [False])
     assert row.units == {"tester.torque": "N·m"}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isinf
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document_values import estimate, number, quantity
@@ -35,10 +36,10 @@ def verdict_in(document: Mapping[str, Any] | None) -> str:
 
 
 def limits(found: MeasuredLimits) -> Json | None:
-    """Return the limits on measured values, each with its judgement; None where there is none."""
+    """Return the limits on measured values, each with its decision; None where there is none."""
     if not found.values:
         return None
-    listed = sorted(found.values, key=lambda each: each.judgement.passes)[:MOST_VALUES]
+    listed = sorted(found.values, key=lambda each: each.decision.passes)[:MOST_VALUES]
     return {
         "verdict": str(found.verdict),
         "reason": found.reason,
@@ -49,9 +50,9 @@ def limits(found: MeasuredLimits) -> Json | None:
 
 
 def _judged_value(found: JudgedValue) -> Json:
-    row, judged = found.row, found.judgement
-    unit = row.units.get(judged.limit.of, "")
-    ends = {"lower_limit": judged.limit.minimum, "upper_limit": judged.limit.maximum}
+    row, decided = found.row, found.decision
+    limits, unit = decided.limits, row.units.get(decided.of, "")
+    ends = {"lower_limit": limits.lower, "upper_limit": limits.upper}
     return {
         "table": row.name,
         "row": found.number,
@@ -60,14 +61,14 @@ def _judged_value(found: JudgedValue) -> Json:
         "setpoints": {
             name: quantity(each, row.units.get(name, "")) for name, each in row.setpoints.items()
         },
-        "of": judged.limit.of,
-        "result": quantity(judged.value, unit),
-        **{name: None if end is None else quantity(end, unit) for name, end in ends.items()},
-        "shown": judged.shown,
-        "allowed": judged.limit.text,
-        "verdict": judged.verdict,
-        "marginal": judged.is_marginal,
-        "text": judged.text,
+        "of": decided.of,
+        "result": quantity(found.value, unit),
+        **{name: None if isinf(end) else quantity(end, unit) for name, end in ends.items()},
+        "shown": found.shown,
+        "allowed": limits.in_words,
+        "verdict": str(decided.verdict),
+        "marginal": decided.marginal,
+        "text": decided.reason,
     }
 
 

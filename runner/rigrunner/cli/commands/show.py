@@ -171,7 +171,11 @@ def _recordings(names: Sequence[str]) -> str:
 
 
 def _row(row: Measurement) -> dict[str, Any]:
-    judged = [{**asdict(each.limit), "verdict": each.verdict} for each in row.judgements]
+    judged = [
+        {**asdict(limit), "verdict": str(limit.decision(row.values[limit.of]).verdict)}
+        for limit in row.limits
+        if limit.of in row.values
+    ]
     return {**asdict(row), "limits": judged}
 
 

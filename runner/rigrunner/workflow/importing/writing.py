@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.data import Block
@@ -151,8 +152,7 @@ class _Import:
             where = {"step": step.path, "point": point, "measurement": action.name}
             setpoints = {**action.setpoints, action.led: value}
             self._emit(Scanned, at, **where, setpoints=setpoints, values=values)
-            told = f"at {action.where(point)}: "
-            for kind, text in remarks_on(action.limits, values, told):
+            for kind, text in remarks_on(action.limits, values, partial(action.where, point)):
                 self._emit(kind, at, step=step.path, text=text)
         self._emit(StepEnded, at, **attempt.ended(ok=True))
 

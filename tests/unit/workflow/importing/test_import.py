@@ -433,7 +433,7 @@ def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
     assert called.code == 1, called.err
     run = imported(lab)
     assert run.info.outcome == "completed"
-    judged = [one.passes for row in run.measurements for one in row.judgements]
+    judged = [one.passes for row in run.measurements for one in row.decisions]
     assert judged == [True, False, True]
     text = "tester.torque is 5.5 N·m, allowed is 5 N·m or less"
     assert text in called.out
