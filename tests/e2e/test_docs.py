@@ -353,7 +353,7 @@ def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
     paths = re.findall(r"^\| `(/[\w/*]*)` \|", text, re.MULTILINE)
     with h5py.File(demo.loaded / "run.h5") as file:
         there = {"/", *(f"/{name}" for name in names_of(file))}
-        assert file.attrs["rigrunner_format"] == 3
+        assert file.attrs["rigrunner_format"] == 4
     tops = {path for path in there if path.count("/") == 2} | {"/", "/entry"}
     of_some_runs = {"/entry/imported", "/entry/superseded_measurements"}
     assert {path.removesuffix("/*") for path in paths} - of_some_runs == tops

@@ -79,7 +79,7 @@ def test_they_are_columns_of_the_run_file(failed):
         assert list(limit["passes"][()]) == [0, 0, 0]
         assert list(table["limits/tester_torque/passes"][()]) == [1, 1, 1]
         assert list(table["passes"][()]) == [0, 0, 0]
-        assert file.attrs["rigrunner_format"] == 3
+        assert file.attrs["rigrunner_format"] == 4
 
 
 def test_the_digest_covers_values_and_limits(failed, tmp_path):

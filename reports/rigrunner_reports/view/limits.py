@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.coordinates import coordinate_text, coordinates_text, with_unit
 from rigrunner.api.verdict import worst
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import VerdictView, shown_verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from rigrunner.api.data import Measurement
     from rigrunner.api.results import JudgedValue, MeasuredLimits
@@ -79,9 +80,7 @@ def _limit_row(found: JudgedValue) -> LimitRow:
     row, decided = found.row, found.decision
     return LimitRow(
         where=f"{row.name} {found.number}",
-        setpoints=", ".join(
-            f"{name} {value:g} {row.units.get(name, '')}" for name, value in row.setpoints.items()
-        ),
+        setpoints=", ".join(_where(row)),
         of=decided.of,
         value=found.shown,
         limit=decided.limits.in_words,
@@ -90,8 +89,16 @@ def _limit_row(found: JudgedValue) -> LimitRow:
     )
 
 
+def _where(row: Measurement) -> Iterator[str]:
+    if row.coordinates:
+        yield coordinates_text(row.coordinates, row.units)
+    for name, value in row.setpoints.items():
+        yield f"{name} {value:g} {row.units.get(name, '')}"
+
+
 def _table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     units = {member: unit for row in rows for member, unit in row.units.items()}
+    coordinates = list(dict.fromkeys(name for row in rows for name in row.coordinates))
     setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))
     values = list(dict.fromkeys(member for row in rows for member in row.values))
     head = [*(f"set {member}" for member in setpoints), *values]
@@ -101,8 +108,17 @@ def _table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     ]
     return MeasuredTable(
         name=name,
-        columns=tuple(columns),
-        rows=tuple((_cells(row, setpoints, values), _row_verdict(row)) for row in rows[:MOST_ROWS]),
+        columns=(*(with_unit(name, units.get(name, "")) for name in coordinates), *columns),
+        rows=tuple(
+            (
+                (
+                    *(coordinate_text(row.coordinates.get(name, "")) for name in coordinates),
+                    *_cells(row, setpoints, values),
+                ),
+                _row_verdict(row),
+            )
+            for row in rows[:MOST_ROWS]
+        ),
         left_out=max(0, len(rows) - MOST_ROWS),
     )
 

@@ -18,7 +18,7 @@ from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import revisions_of
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.analysis.sources import of_this_run, sources
+from rigrunner.analysis.sources import chosen, of_this_run, require_one_label, sources
 from rigrunner.analysis.starts import prepare_starts
 from rigrunner.analysis.validation import validate
 from rigrunner.analysis.verdict.decision import decide
@@ -81,7 +81,8 @@ def analyse(
     prepared at all.
     """
     analysis = _Analysis(
-        run=run,
+        whole_run=run,
+        run=chosen(run, spec.where),
         no_load_run=no_load,
         spec=spec,
         acceptance=acceptance,
@@ -95,7 +96,9 @@ def analyse(
 
 @dataclass(frozen=True, kw_only=True)
 class _Analysis:
+    whole_run: RunData
     run: RunData
+    """With those recordings and rows alone that the analysis is of."""
     no_load_run: RunData | None
     spec: AnalysisSpec
     acceptance: Acceptance | None
@@ -130,7 +133,7 @@ class _Analysis:
             rule = AppliedRule.of(self.acceptance, self.lookup)
             decision = decide(self.acceptance, rule, evidence)
         return Result(
-            run=self.run,
+            run=self.whole_run,
             no_load_run=self.no_load_run,
             measurand=self.measurand.name,
             symbol=self.measurand.symbol,
@@ -171,6 +174,7 @@ class _Analysis:
             return ()
         if not found:
             raise DataError(f"run {run.run_id} has no recordings to analyse")
+        require_one_label(found)
         rule = self._outlier_rule()
         if self.spec.starts is not None:
             return prepare_starts(found, run, self.spec.starts, self.spec, rule)

@@ -2,18 +2,43 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigrunner.analysis.channels import is_set, torque_channels
+from rigrunner.api.coordinates import matches, mixed_labels
 from rigrunner.api.data import Recording
+from rigrunner.api.errors import DataError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from rigrunner.api.data import Measurement, RunData
+
+
+def chosen(run: RunData, where: Mapping[str, Any]) -> RunData:
+    """Return a run with the recordings and rows that have these counters and labels alone."""
+    if not where:
+        return run
+    recordings = tuple(one for one in run.recordings if matches(one.coordinates, where))
+    rows = tuple(one for one in run.measurements if matches(one.coordinates, where))
+    return replace(run, recordings=recordings, measurements=rows)
+
+
+def require_one_label(found: Iterable[Recording]) -> None:
+    """Raise DataError where sources with the same set-points differ by a label.
+
+    They are not the same thing measured again, and have no common mean.
+    """
+    mixed = mixed_labels((one.setpoints, one.coordinates, one.units) for one in found)
+    if mixed:
+        raise DataError(
+            f"recordings with the same set-points would be averaged: {mixed}",
+            hint="say which ones the analysis is of: 'where: {phase: final}' under 'analysis'",
+        )
 
 
 def sources(run: RunData) -> tuple[Recording, ...]:
@@ -43,6 +68,7 @@ def _as_recordings(measurements: Iterable[Measurement]) -> Iterable[Recording]:
             channels={name: np.array([value]) for name, value in one.values.items()},
             units=one.units,
             conditions=one.values,
+            coordinates=one.coordinates,
         )
 
 

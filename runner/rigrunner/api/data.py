@@ -13,6 +13,7 @@ from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.rig import RigDescription
@@ -85,6 +86,10 @@ class Recording:
     units: Mapping[str, str]
     conditions: Mapping[str, float] = field(default_factory=dict)
     """What the station could read while recording: 'tester.load', 'tester.temperature', ..."""
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
+    elapsed_s: float | None = None
+    """When it began, since the run began `main`; None before that, and where it is not known."""
 
     @property
     def samples(self) -> int:
@@ -115,11 +120,15 @@ class Measurement:
 
     Of a recording also its limited statistics, by 'role.name.statistic'."""
     units: Mapping[str, str]
-    """Of each value and drive."""
+    """Of each value and drive, and of coordinates that have one."""
     limits: tuple[ValueLimit, ...] = ()
     """What the values may be, where the procedure says so."""
     recording: str = ""
     """The recording that the values are of; empty where they were read on their own."""
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
+    elapsed_s: float | None = None
+    """When the step was over, since the run began `main`; None before that."""
 
     @property
     def decisions(self) -> tuple[LimitDecision, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.coordinates import Coordinate  # noqa: TC001  (read at run time, as above)
 from rigrunner.api.limits import ValueLimit  # noqa: TC001  (read at run time, as above)
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ class StepStarted(Event):
     units: Mapping[str, str] = field(default_factory=dict)
     limits: tuple[ValueLimit, ...] = ()
     """What the values may be that the step finds."""
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    """Counters and labels of the step and those around it, by name; `units` has their units."""
 
 
 @dataclass(frozen=True, kw_only=True)

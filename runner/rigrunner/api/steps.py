@@ -11,6 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
+from pydantic import Field
+
+from rigrunner.api.coordinates import Labels
 from rigrunner.api.settings import Settings
 
 if TYPE_CHECKING:
@@ -30,6 +33,8 @@ class StepSettings(Settings):
 
     Steps that stand within it are its field `steps`, a `ListOf[Step]`.
     """
+
+    label: Labels = Field(default_factory=dict)
 
     def actions(self) -> int:
         """Return how many actions of the plan it gives by itself, without those within it."""

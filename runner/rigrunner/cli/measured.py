@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.coordinates import coordinate_text, with_unit
 from rigrunner.cli.table import table
 
 if TYPE_CHECKING:
@@ -13,20 +14,23 @@ if TYPE_CHECKING:
 
 
 def measured(measurements: Sequence[Measurement]) -> str:
-    """Return a table for each name: its set-points, then its values, a row each time."""
+    """Return a table for each name: coordinates, set-points, then values, a row each time."""
     names = dict.fromkeys(one.name for one in measurements)
     return "\n\n".join(_table(name, measurements) for name in names)
 
 
 def _table(name: str, measurements: Sequence[Measurement]) -> str:
     rows = [one for one in measurements if one.name == name]
+    coordinates = list(dict.fromkeys(name for one in rows for name in one.coordinates))
     setpoints = list(dict.fromkeys(member for one in rows for member in one.setpoints))
     values = list(dict.fromkeys(member for one in rows for member in one.values))
     units = {member: unit for one in rows for member, unit in one.units.items()}
     header = [f"{member} / {units.get(member, '1')}" for member in setpoints + values]
     header[: len(setpoints)] = [f"set {text}" for text in header[: len(setpoints)]]
+    header = [*(with_unit(name, units.get(name, "")) for name in coordinates), *header]
     cells = [
-        [_cell(one.setpoints.get(member)) for member in setpoints]
+        [coordinate_text(one.coordinates.get(name, "")) for name in coordinates]
+        + [_cell(one.setpoints.get(member)) for member in setpoints]
         + [_cell(one.values.get(member)) for member in values]
         for one in rows
     ]

@@ -7,6 +7,7 @@ from contextlib import contextmanager, nullcontext
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.coordinates import coordinates_text
 from rigrunner.api.events import (
     Alarm,
     Event,
@@ -76,7 +77,9 @@ class LineProgress:
                 message(f"{event.run_id}: {steps_text(event.steps, event.estimated_s)}")
             case StepStarted():
                 number = str(event.index + 1).rjust(len(str(self._steps)))
-                message(f"[{number}/{self._steps}] {event.text}")
+                where = coordinates_text(event.coordinates, event.units)
+                beside = f" ({where})" if where else ""
+                message(f"[{number}/{self._steps}] {event.text}{beside}")
             case _:
                 _tell(event)
 

@@ -36,8 +36,9 @@ class Attempt:
             "text": self.step.text,
             "recording": self.recording,
             "setpoints": self._setpoints,
-            "units": self._units,
+            "units": {**self._units, **self.step.coordinate_units},
             "limits": self.step.limits,
+            "coordinates": self.step.coordinates,
         }
 
     def ended(self, found: Found = NOTHING, *, ok: bool) -> dict[str, Any]:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.data import Array, Measurement, Recording
 
 TIME = "time_s"
@@ -36,7 +37,9 @@ def set_of(recording: Recording) -> xr.Dataset:
         name: (TIME, values, {"units": recording.units.get(name, "1")})
         for name, values in recording.arrays().items()
     }
-    told = {**recording.conditions, **recording.setpoints}
+    told = {**recording.conditions, **recording.setpoints, **recording.coordinates}
+    if recording.elapsed_s is not None:
+        told["elapsed_s"] = recording.elapsed_s
     attributes = {"recording": recording.name, "rate_hz": recording.rate_hz, **told}
     time_s = (TIME, _time_s(recording), {"units": "s"})
     found: xr.Dataset = xarray.Dataset(channels, {TIME: time_s}, attributes)
@@ -44,7 +47,10 @@ def set_of(recording: Recording) -> xr.Dataset:
 
 
 def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.DataFrame:
-    """Return the rows of one name: time, set-points, values; raise UsageError where none is."""
+    """Return the rows of one name: time, coordinates, set-points, values.
+
+    Raises UsageError where there is none.
+    """
     rows = [each for each in measurements if each.name == name]
     if not rows:
         names = ", ".join(dict.fromkeys(each.name for each in measurements)) or "none"
@@ -55,9 +61,10 @@ def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.
     return frame
 
 
-def _cells(row: Measurement) -> dict[str, str | float]:
+def _cells(row: Measurement) -> dict[str, Coordinate | None]:
     setpoints = {f"set {name}": value for name, value in row.setpoints.items()}
-    return {"utc": row.utc, **setpoints, **dict(row.values)}
+    times = {"utc": row.utc, "elapsed_s": row.elapsed_s}
+    return {**times, **row.coordinates, **setpoints, **dict(row.values)}
 
 
 def _time_s(recording: Recording) -> Array:

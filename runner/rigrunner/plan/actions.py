@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
     from rigrunner.api.steps import Action
@@ -61,6 +62,10 @@ class PlannedStep:
     is run where it stands, and also if the run fails within that call."""
     points: tuple[str, ...] = ()
     """The set-points of sweeps and times of repetitions that it is part of, the outermost first."""
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    """Counters and labels of the step and those around it, by name, the outermost first."""
+    coordinate_units: Mapping[str, str] = field(default_factory=dict)
+    """The units of those that have one."""
 
     @property
     def limits(self) -> tuple[ValueLimit, ...]:
@@ -150,6 +155,9 @@ class Recorded:
     path: Path
     conditions: Sequence[str] = ()
     """All channels, 'role.name', that are read beside it."""
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    """As of its step."""
+    coordinate_units: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

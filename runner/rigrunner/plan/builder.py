@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.quantity import LONGEST_S, readable
+from rigrunner.api.coordinates import in_si
+from rigrunner.api.quantity import LONGEST_S, Quantity, readable
 from rigrunner.plan.actions import Phase
 from rigrunner.plan.draft import Draft, Place, Scene
 from rigrunner.plan.drives import DriveStates
@@ -15,6 +16,7 @@ from rigrunner.plan.size import actions_in, recordings_in
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.plan.bench import Bench
     from rigrunner.procedure import LoadedProcedure, Step
     from rigrunner.yamlfile.problems import Problems
@@ -58,9 +60,18 @@ class _Walker:
     def steps(self, steps: Sequence[Step], place: Place) -> None:
         """Write down the actions of steps, each as its kind plans it."""
         for index, step in enumerate(steps):
-            at = place.step(index).inside(step.kind)
+            at = self._labelled(step, place.step(index).inside(step.kind))
             planning = Planning(step.settings, at, self.scene, self)
             step.record.factory(step.settings, planning)
+
+    def _labelled(self, step: Step, place: Place) -> Place:
+        """Return the place of a step with the labels that it gives."""
+        for name, written in step.settings.label.items():
+            value, unit = in_si(written)
+            kind = _kind_of(written)
+            if self.scene.coordinate(place, name, kind, (*place.path, "label", name)):
+                place = place.at(name, value, unit)
+        return place
 
     def call(self, place: Place) -> None:
         """Write down another procedure's steps; in a teardown, all of them are teardown."""
@@ -79,6 +90,18 @@ class _Walker:
         for section in Phase:
             phase = section if section is Phase.TEARDOWN else place.phase
             label = f"{place.label}.{section}"
-            _Walker(called, scene).section(
-                section.value, Place(phase, (section.value,), label, calls, place.points)
-            )
+            at = replace(place, phase=phase, path=(section.value,), label=label, calls=calls)
+            _Walker(called, scene).section(section.value, at)
+
+
+def _kind_of(value: Quantity | Coordinate) -> str:
+    """Return what the values of a label are, in a word."""
+    match value:
+        case Quantity():
+            return value.dimension
+        case bool():
+            return "true or false"
+        case str():
+            return "text"
+        case _:
+            return "number"

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.plan.actions import PlannedStep
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path as Folder
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.steps import Action
     from rigrunner.plan.actions import Phase, Recorded, Terms
     from rigrunner.plan.bench import Bench
@@ -29,22 +31,28 @@ class Place:
     label: str
     calls: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    """Counters and labels that hold here, by name, the outermost first."""
+    coordinate_units: Mapping[str, str] = field(default_factory=dict)
 
     def inside(self, *parts: str) -> Place:
         """Return the place of a part of the step."""
-        return self._at((*self.path, *parts), ".".join((self.label, *parts)), self.points)
+        label = ".".join((self.label, *parts))
+        return replace(self, path=(*self.path, *parts), label=label)
 
     def step(self, index: int) -> Place:
         """Return the place of a step in the list that stands here."""
-        return self._at((*self.path, index), f"{self.label}[{index}]", self.points)
+        return replace(self, path=(*self.path, index), label=f"{self.label}[{index}]")
 
     def time(self, index: int) -> Place:
         """Return the place of steps done for the so-manieth time; in the file it is the same."""
         label = f"{self.label}[{index}]"
-        return self._at(self.path, label, (*self.points, label))
+        return replace(self, label=label, points=(*self.points, label))
 
-    def _at(self, path: Path, label: str, points: tuple[str, ...]) -> Place:
-        return Place(self.phase, path, label, self.calls, points)
+    def at(self, name: str, value: Coordinate, unit: str = "") -> Place:
+        """Return the same place with a coordinate more."""
+        units = {**self.coordinate_units, name: unit} if unit else self.coordinate_units
+        return replace(self, coordinates={**self.coordinates, name: value}, coordinate_units=units)
 
 
 @dataclass(eq=False)
@@ -55,6 +63,8 @@ class Draft:
     """How many recordings are asked for; those with problems never come to be."""
     steps: list[PlannedStep] = field(default_factory=list)
     recordings: list[Recorded] = field(default_factory=list)
+    coordinates: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Of each name of a counter or label: what kind its values are, and where it is first given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +83,38 @@ class Scene:
         """Add a problem with the value (or key) at a path of this file."""
         self.problems.add(self.document, path, message, hint, key=key)
 
+    def coordinate(self, place: Place, name: str, kind: str, path: Path) -> bool:
+        """Say whether a name can be given to a value here; add the problem if not.
+
+        `kind` is what its values are, in a word: of one name all are of one kind.
+        """
+        where = str(self.document.where(path))
+        first, at = self.draft.coordinates.setdefault(name, (kind, where))
+        if first != kind:
+            message = f"'{name}' is a {kind} here, and a {first} at {at}"
+            self.complain(path, message, "values of one name must be comparable: use two names")
+        elif name in place.coordinates:
+            message = f"a step around this one gives '{name}' already"
+            self.complain(path, message, "choose another name")
+        else:
+            return True
+        return False
+
     def emit(self, place: Place, action: Action, text: str, seconds: float, terms: Terms) -> None:
         """Write down one step; one that takes longer than any may is a problem."""
         if seconds > LONGEST_S:
             most = readable(LONGEST_S, "time")
             self.complain(place.path, f"it would take {seconds:.3g} s, allowed is at most {most}")
         step = PlannedStep(
-            place.label, place.phase, action, text, seconds, terms, place.calls, place.points
+            place.label,
+            place.phase,
+            action,
+            text,
+            seconds,
+            terms,
+            place.calls,
+            place.points,
+            place.coordinates,
+            place.coordinate_units,
         )
         self.draft.steps.append(step)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
 from rigrunner.api.units import unit
+from rigrunner.plan.selection import analysed
 from rigrunner.procedure.limits import add_other_measurands, limits_of
 from rigrunner.yamlfile.problems import Problems
 
@@ -22,6 +23,7 @@ def check_limits(procedure: LoadedProcedure, plan: Plan | None, lookup: Measuran
     Without a plan the loads and frequencies are not known, and not checked.
     """
     problems = Problems()
+    plan = plan and analysed(plan, procedure)
     add_other_measurands(problems, procedure, lookup, _loads(procedure, plan))
     if plan is not None:
         _check_frequencies(procedure, plan, problems)

@@ -12,6 +12,7 @@ from rigrunner.plan.builder import build
 from rigrunner.plan.interlocks import plan_interlocks
 from rigrunner.plan.needs import check_analysis, check_motion, check_register
 from rigrunner.plan.safety import check_order, drive_rules
+from rigrunner.plan.selection import check_selection
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def make_plan(
     draft = build(procedure, Bench(procedure, devices, problems, rules), problems)
     interlocks = plan_interlocks(procedure, station, devices, problems)
     check_analysis(procedure, draft, problems)
+    check_selection(procedure, draft, problems)
     check_register(station, draft, problems)
     problems.stop_if_any()
     # Only now: a mistake above that leaves a frequency unset would be told twice.

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.coordinates import matches
 from rigrunner.api.member import Member
 from rigrunner.api.units import unit
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rigrunner.plan.actions import Recorded, Recording
     from rigrunner.plan.draft import Draft
     from rigrunner.procedure import LoadedProcedure
@@ -23,6 +26,12 @@ ANALYSED_IN = {"torque": "N·m", "angle": "rad", "angular velocity": "rad/s"}
 TORQUE = ANALYSED_IN["torque"]
 
 
+def chosen(recordings: Iterable[Recorded], procedure: LoadedProcedure) -> list[Recorded]:
+    """Return the recordings that the analysis is of."""
+    where = procedure.model.analysis.where
+    return [each for each in recordings if matches(each.coordinates, where)]
+
+
 def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:
     """Add a problem for all that would keep the analysis from using what is recorded."""
     if not analyses(procedure):
@@ -31,7 +40,7 @@ def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems)
     if not draft.wanted and not measures:
         message = "there is no recording to analyse"
         problems.add(procedure.document, ("analysis",), message, "add a record step", key=True)
-    for recorded in draft.recordings:
+    for recorded in chosen(draft.recordings, procedure):
         _check_channels(recorded, problems)
 
 
@@ -39,7 +48,7 @@ def check_motion(procedure: LoadedProcedure, draft: Draft, problems: Problems) -
     """Add a problem for every recording without the cyclic motion that the analysis needs."""
     if not analyses(procedure) or procedure.model.analysis.starts is not None:
         return
-    for recorded in draft.recordings:
+    for recorded in chosen(draft.recordings, procedure):
         if not recorded.record.cycle_frequency_hz:
             message = "the analysis needs a cycle frequency, and none is set here"
             hint = "set the drive before"

@@ -135,7 +135,14 @@ class Planning:
 
     def record(self, recording: Recording, beside: Sequence[Member]) -> None:
         """Take note of a recording, and of what is read beside it."""
-        known = Recorded(recording, self.scene.document, self.place.path, beside)
+        known = Recorded(
+            recording,
+            self.scene.document,
+            self.place.path,
+            beside,
+            self.place.coordinates,
+            self.place.coordinate_units,
+        )
         self.scene.draft.recordings.append(known)
 
     def limits(self, bands: Mapping[Member, Band], found: Sequence[Member]) -> list[ValueLimit]:

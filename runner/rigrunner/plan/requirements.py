@@ -23,6 +23,7 @@ from rigrunner.api.analysis.requirements import (
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member
 from rigrunner.plan.needs import TORQUE, channels_of, motion_channels
+from rigrunner.plan.selection import analysed
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def check_requirements(procedure: LoadedProcedure, plan: Plan, lookup: Requireme
     spec = procedure.model.analysis
     if spec.asks_nothing:
         return
-    problems = Problems()
+    problems, plan = Problems(), analysed(plan, procedure)
     if not (spec.fits or spec.compensations):
         message = "the analysis names neither a fit nor a compensation, so it has no result"
         hint = "add 'fits: [polynomial]', or leave 'analysis' out to record only"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
+from rigrunner.api.coordinates import Labels
 from rigrunner.api.measurand import Condition, MeasurandKind
 from rigrunner.api.settings import Angle, Duration, ListOf, Settings
 from rigrunner.yamlfile.names import Identifier, Name, Text
@@ -175,6 +176,8 @@ class ValidateSpec(Settings):
 class AnalysisSpec(Settings):
     """The analysis section; a procedure without one records and computes nothing."""
 
+    where: Labels = Field(default_factory=dict)
+    """Which recordings and rows it is of, by counters and labels; all, unless told."""
     no_load: NoLoadSpec | None = None
     starts: StartsSpec | None = None
     """The recordings are starts from rest in place of swings; `{}` for the defaults."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.api.data import Measurement
 from rigrunner.api.events import Scanned, StepEnded, StepStarted
+from rigrunner.runfile.elapsed import main_began, seconds_since
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
+    from datetime import datetime
 
     from rigrunner.api.events import Event
 
@@ -40,11 +42,12 @@ class Measured(NamedTuple):
     """Of the attempts before: kept beside."""
 
 
-def measured(events: Iterable[Event]) -> Measured:
+def measured(events: Sequence[Event]) -> Measured:
     """Return what was measured, of each step by its last attempt that was completed.
 
     Of a scan of which none was completed the points of the last one count: each of them was done.
     """
+    began = main_began(events)
     attempts: list[_Attempt] = []
     counting: dict[_Step, _Attempt] = {}
     started: StepStarted | None = None
@@ -56,11 +59,11 @@ def measured(events: Iterable[Event]) -> Measured:
                     attempts.append(_Attempt((event.step, event.index)))
                     _count(attempts[-1], counting)
             case Scanned() if attempts:
-                attempts[-1].rows.append(_row(event, started))
+                attempts[-1].rows.append(_row(event, started, began))
             case StepEnded(ok=True, action="scan") if attempts:
                 attempts[-1].completed = True
                 _count(attempts[-1], counting)
-            case StepEnded(ok=True) if row := _row_of_step(event, started):
+            case StepEnded(ok=True) if row := _row_of_step(event, started, began):
                 attempts.append(_Attempt((event.step, event.index), [row], completed=True))
                 _count(attempts[-1], counting)
     last = set(map(id, counting.values()))
@@ -87,13 +90,15 @@ def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
         counting[attempt.step] = attempt
 
 
-def _row_of_step(event: StepEnded, started: StepStarted | None) -> Measurement | None:
+def _row_of_step(
+    event: StepEnded, started: StepStarted | None, began: datetime | None
+) -> Measurement | None:
     """Return the row that a step makes; None for one that makes none.
 
     A zero or a recording makes one of its values that have limits.
     """
     if event.measurement:
-        return _row(event, started)
+        return _row(event, started, began)
     limits = started.limits if started is not None else ()
     if not limits:
         return None
@@ -104,7 +109,8 @@ def _row_of_step(event: StepEnded, started: StepStarted | None) -> Measurement |
     members = (*setpoints, *values)
     units = {name: unit for name in members if (unit := _unit(name, known))}
     table = RECORDED if event.recording else ZEROED
-    return Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
+    row = Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
+    return _placed(row, started, began)
 
 
 def _unit(name: str, known: Mapping[str, str]) -> str:
@@ -112,10 +118,22 @@ def _unit(name: str, known: Mapping[str, str]) -> str:
     return known.get(name) or known.get(name.rpartition(".")[0], "")
 
 
-def _row(event: StepEnded | Scanned, started: StepStarted | None) -> Measurement:
+def _row(
+    event: StepEnded | Scanned, started: StepStarted | None, began: datetime | None
+) -> Measurement:
     """Return a row; its start knows the limits, and of a scan the units."""
     known = event.units if isinstance(event, StepEnded) else started.units if started else {}
     members = (*event.setpoints, *event.values)
     units = {member: known[member] for member in members if member in known}
     limits = started.limits if started is not None else ()
-    return Measurement(event.measurement, event.utc, event.setpoints, event.values, units, limits)
+    row = Measurement(event.measurement, event.utc, event.setpoints, event.values, units, limits)
+    return _placed(row, started, began)
+
+
+def _placed(row: Measurement, started: StepStarted | None, began: datetime | None) -> Measurement:
+    """Return a row with its coordinates and when it was made."""
+    found = started.coordinates if started is not None else {}
+    known = started.units if started is not None else {}
+    units = {name: known[name] for name in found if name in known}
+    elapsed_s = seconds_since(began, row.utc)
+    return replace(row, coordinates=found, units={**row.units, **units}, elapsed_s=elapsed_s)

@@ -11,25 +11,35 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.data import Array
 
 
 class RecordingDigest:
-    """SHA-256 over name, rate, set-points, units and samples of one recording, block by block.
+    """SHA-256 over all that was recorded, block by block.
+
+    That is name, rate, set-points, coordinates, units and samples of one recording.
 
     It is the digest of a JSON text (keys sorted, no spaces) that holds the digest of each channel's
     samples as little-endian float64, so that it can be checked without this program.
     """
 
     def __init__(
-        self, name: str, rate_hz: float, setpoints: Mapping[str, float], units: Mapping[str, str]
+        self,
+        name: str,
+        rate_hz: float,
+        setpoints: Mapping[str, float],
+        units: Mapping[str, str],
+        coordinates: Mapping[str, Coordinate],
     ) -> None:
-        self._known = {
+        self._known: dict[str, object] = {
             "name": name,
             "rate_hz": float(rate_hz),
             "setpoints": {key: float(value) for key, value in setpoints.items()},
             "units": dict(units),
         }
+        if coordinates:  # a recording of before has none, and the same digest as ever
+            self._known["coordinates"] = dict(coordinates)
         self._channels: dict[str, hashlib._Hash] = {}
 
     def update(self, channels: Mapping[str, Array]) -> None:

@@ -11,6 +11,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import event_from, event_text
 from rigrunner.runfile.digest import run_digest
+from rigrunner.runfile.elapsed import main_began, seconds_since, with_elapsed
 from rigrunner.runfile.hdf5 import (
     free_name,
     new_group,
@@ -111,9 +112,9 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
 
     Those whose point was repeated go into a group of their own. Each says in which part of the run
-    it was made.
+    it was made, and how long after the beginning of `main`.
     """
-    replaced, part_of = superseded(events), parts_of(events)
+    replaced, part_of, began = superseded(events), parts_of(events), main_began(events)
     finished = new_group(entry, "recordings", "NXcollection")
     incomplete = new_group(entry, "incomplete", "NXcollection")
     former = new_group(entry, SUPERSEDED, "NXcollection")
@@ -126,6 +127,9 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: Sequence[Ev
             place = free_name(group, name)
             file.copy(part, group, place)
             group[place].attrs["part"] = part_of.get(name, 1)
+            elapsed_s = seconds_since(began, str(part.attrs["started_utc"]))
+            if elapsed_s is not None:
+                group[place].attrs["elapsed_s"] = elapsed_s
     recordings = _in_order(finished)
     entry.attrs["sha256"] = _digest(recordings, events, format_of(entry))
     for first in recordings[:1]:
@@ -185,9 +189,9 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     rows = measured(events)
     return StoredRun(
         info=_read_info(entry, path, events),
-        recordings=_read_all(entry, "recordings", scratch),
-        incomplete=_read_all(entry, "incomplete", scratch),
-        superseded=_read_all(entry, SUPERSEDED, scratch),
+        recordings=with_elapsed(_read_all(entry, "recordings", scratch), events),
+        incomplete=with_elapsed(_read_all(entry, "incomplete", scratch), events),
+        superseded=with_elapsed(_read_all(entry, SUPERSEDED, scratch), events),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events),
         measurements=rows.rows,
@@ -277,7 +281,7 @@ def _in_order(group: h5py.Group) -> list[h5py.Group]:
     return sorted(group.values(), key=lambda one: int(one.attrs["number"]))
 
 
-def digest_of(entry: h5py.Group, events: Iterable[Event]) -> str:
+def digest_of(entry: h5py.Group, events: Sequence[Event]) -> str:
     """Return the digest of what an entry holds: its finished recordings and the measurements."""
     return _digest(_in_order(entry["recordings"]), events, format_of(entry))
 
@@ -293,7 +297,7 @@ def _checked_digest(
     return digest
 
 
-def _digest(recordings: list[h5py.Group], events: Iterable[Event], version: int) -> str:
+def _digest(recordings: list[h5py.Group], events: Sequence[Event], version: int) -> str:
     own = [str(group.attrs["sha256"]) for group in recordings]
     rows = [measurement_digest(row, version) for row in measured(events).rows]
     return run_digest([*own, *rows])

@@ -12,6 +12,7 @@ from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarte
 from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
+from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.hdf5 import objects, open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.measurements import measurement_digest
@@ -199,11 +200,13 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
     found = list(_each(files, read_part, read_samples)) if samples else []
     replaced = superseded(journal.events)
     rows = measured(journal.events)
-    complete = [(facts, recording) for facts, recording, _ in found if facts.complete]
+    timed = with_elapsed((recording for _, recording, _ in found), journal.events)
+    made = [(facts, each) for (facts, _, _), each in zip(found, timed, strict=True)]
+    complete = [(facts, each) for facts, each in made if facts.complete]
     return StoredRun(
         info=_info(files, journal, [(facts, digest) for facts, _, digest in found]),
         recordings=tuple(each for facts, each in complete if facts.name not in replaced),
-        incomplete=tuple(recording for facts, recording, _ in found if not facts.complete),
+        incomplete=tuple(each for facts, each in made if not facts.complete),
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
         recording_zeros=zeros_in_force(journal.events),

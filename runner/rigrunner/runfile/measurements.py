@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigrunner.runfile.coordinates import write_coordinate_columns
 from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
     if version >= FIRST_WITH_LIMITS:
         known["limits"] = [asdict(limit) for limit in measurement.limits]
         known["recording"] = measurement.recording
+    if measurement.coordinates:  # a row of before has none, and the same digest as ever
+        known["coordinates"] = dict(measurement.coordinates)
     text = json.dumps(known, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -45,13 +48,20 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
 def write_measurements(
     entry: h5py.Group, measurements: Sequence[Measurement], group: str = "measurements"
 ) -> None:
-    """Write a table for each name: a column for each set-point and channel, a row each time."""
+    """Write a table for each name: a column for each set-point and channel, a row each time.
+
+    Beside them are columns of what else is known of a row: coordinates, elapsed time, recording.
+    """
     tables = new_group(entry, group, "NXcollection")
     for name in dict.fromkeys(one.name for one in measurements):
         rows = [one for one in measurements if one.name == name]
         table = new_group(tables, free_name(tables, name), "NXdata")
         table.attrs["name"] = name
         write_ascii(table, "utc", [one.utc for one in rows])
+        if any(one.elapsed_s is not None for one in rows):
+            table["elapsed"] = _bounds(one.elapsed_s for one in rows)
+            table["elapsed"].attrs["units"] = "s"
+        write_coordinate_columns(table, rows)
         _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
         _write_columns(table, "values", [one.values for one in rows], rows)
         if any(one.recording for one in rows):

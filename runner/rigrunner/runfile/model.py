@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Measurement, Recording
     from rigrunner.api.events import Event
 
-FORMAT = 3
+FORMAT = 4
 """The version of the journal and of `run.h5`; a reader refuses a newer one.
 
-Version 2 added the manifest; version 3 limits of measured values, which the digest covers. A run
+Version 2 added the manifest; version 3 limits of measured values, version 4
+coordinates of recordings and rows: the digest covers both. A run
 keeps the version with which it began: the algorithm of its digest goes by it."""
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.api.data import Block, Recording
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.coordinates import read_coordinates, write_coordinates
 from rigrunner.runfile.digest import RecordingDigest
 from rigrunner.runfile.hdf5 import free_name, read_values, write_values
 from rigrunner.runfile.stored_samples import StoredSamples
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     import h5py
 
+    from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.data import Array, Samples
     from rigrunner.api.events import StepEnded, StepStarted
     from rigrunner.runfile.scratch import Scratch
@@ -45,6 +47,7 @@ class RecordingFacts:
     setpoints: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     conditions: Mapping[str, float] = field(default_factory=dict)
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
 
     def recording(self, channels: Mapping[str, Samples]) -> Recording:
         """Return the recording with these samples."""
@@ -56,12 +59,14 @@ class RecordingFacts:
             channels=channels,
             units=self.units,
             conditions=self.conditions,
+            coordinates=self.coordinates,
         )
 
     def digest(self) -> RecordingDigest:
         """Return the digest, to be fed with samples."""
         units = {channel: self.units.get(channel, "") for channel in self.channels}
-        return RecordingDigest(self.name, self.rate_hz, self.setpoints, units)
+        units |= {name: self.units[name] for name in self.coordinates if name in self.units}
+        return RecordingDigest(self.name, self.rate_hz, self.setpoints, units, self.coordinates)
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,7 @@ def facts_of(
         setpoints=started.setpoints,
         units={**started.units, **(found.units if found else {})},
         conditions=found.values if found else {},
+        coordinates=started.coordinates,
     )
 
 
@@ -125,6 +131,7 @@ def read_facts(group: h5py.Group) -> RecordingFacts:
 def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingFacts:
     setpoints, setpoint_units = read_values(group["setpoints"])
     conditions, condition_units = read_values(group["conditions"])
+    coordinates, coordinate_units = read_coordinates(group)
     units = {
         name: str(item.attrs["units"]) for name, item in columns.items() if "units" in item.attrs
     }
@@ -137,8 +144,9 @@ def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingF
         started_utc=str(group.attrs["started_utc"]),
         complete=bool(group.attrs["complete"]),
         setpoints=setpoints,
-        units={**setpoint_units, **condition_units, **units},
+        units={**setpoint_units, **condition_units, **coordinate_units, **units},
         conditions=conditions,
+        coordinates=coordinates,
     )
 
 
@@ -207,6 +215,8 @@ def _write_facts(group: h5py.Group, facts: RecordingFacts) -> None:
     )
     write_values(group, "setpoints", facts.setpoints, facts.units)
     write_values(group, "conditions", facts.conditions, facts.units)
+    if facts.coordinates:
+        write_coordinates(group, facts.coordinates, facts.units)
 
 
 def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.Dataset:

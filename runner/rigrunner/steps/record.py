@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.coordinates import coordinate_text
 from rigrunner.api.events import Samples
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import PositiveDuration
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.plan.planning import Planning
 
 _LEAST_DIGITS = 3
+_LONGEST_NAME = 100
 
 
 class RecordStep(StepSettings):
@@ -127,7 +130,7 @@ def plan(record: RecordStep, planning: Planning) -> None:
     digits = max(_LEAST_DIGITS, len(str(draft.wanted)))
     number = f"{len(draft.recordings) + 1:0{digits}d}"
     action = Record(
-        name=number if frequency_hz is None else f"{number}_{frequency_hz:.6g}Hz",
+        name=_name(number, frequency_hz, planning),
         role=role,
         channels=names,
         duration_s=duration_s,
@@ -140,6 +143,16 @@ def plan(record: RecordStep, planning: Planning) -> None:
     planning.record(action, beside)
     text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
     planning.emit(action, text, duration_s, limits)
+
+
+def _name(number: str, frequency_hz: float | None, planning: Planning) -> str:
+    """Return number, frequency and coordinates of a recording: '004_10Hz_wear_block3'."""
+    place = planning.place
+    parts = [number, *([] if frequency_hz is None else [f"{frequency_hz:.6g}Hz"])]
+    for name, value in place.coordinates.items():
+        text = coordinate_text(value, place.coordinate_units.get(name, ""))
+        parts.append(re.sub(r"[^\w.+-]+", "", text if isinstance(value, str) else name + text))
+    return "_".join(parts)[:_LONGEST_NAME]
 
 
 def _one_role(record: RecordStep, planning: Planning) -> tuple[str, dict[Member, str]]:

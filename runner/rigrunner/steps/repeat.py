@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
+from rigrunner.api.coordinates import CoordinateName
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import ListOf
 from rigrunner.api.steps import StepSettings
@@ -20,6 +21,8 @@ class RepeatStep(StepSettings):
 
     times_: Annotated[int, Field(alias="times", ge=1, le=100_000)]
     """How often."""
+    as_: Annotated[CoordinateName | None, Field(alias="as")] = None
+    """What the times are called: recordings and rows carry it as a counter from 1."""
     steps: Annotated[ListOf[Step], Field(min_length=1)]
     """What is done each time."""
 
@@ -34,8 +37,12 @@ class RepeatStep(StepSettings):
 
 def plan(repeat: RepeatStep, planning: Planning) -> None:
     """Write down what is done, for each time."""
+    name, place = repeat.as_, planning.place
+    if name and not planning.scene.coordinate(place, name, "counter", planning.path("as")):
+        name = None
     for index in range(repeat.times_):
-        planning.walker.steps(repeat.steps, planning.place.time(index).inside("steps"))
+        at = place.time(index).at(name, index + 1) if name else place.time(index)
+        planning.walker.steps(repeat.steps, at.inside("steps"))
 
 
 STEP = StepRecord(
@@ -43,6 +50,6 @@ STEP = StepRecord(
     help="Steps are done several times.",
     settings=RepeatStep,
     factory=plan,
-    example="repeat: {times: 3, steps: [...]}",
-    trial={"times": 2, "steps": [{"wait": {"time": "1 s"}}]},
+    example="repeat: {times: 3, as: block, steps: [...]}",
+    trial={"times": 2, "as": "block", "steps": [{"wait": {"time": "1 s"}}]},
 )

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
-_OPTIONS = ("timeout", "retries", "repeatable")
+_OPTIONS = ("label", "timeout", "retries", "repeatable")
 
 
 class SetStep(StepSettings):

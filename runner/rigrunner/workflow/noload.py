@@ -16,6 +16,7 @@ from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.member import Member
 from rigrunner.api.results import REPLAYED
 from rigrunner.plan.requirements import Point, no_load_problems, points_of_plan, requirers
+from rigrunner.plan.selection import analysed
 from rigrunner.procedure.analysis_spec import LATEST
 from rigrunner.runfile import read, read_info
 from rigrunner.station import parse_station
@@ -57,7 +58,7 @@ def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path 
     spec = planned.procedure.model.analysis.no_load
     if spec is None or spec.is_this_run:
         return None
-    points = points_of_plan(planned.plan)
+    points = points_of_plan(analysed(planned.plan, planned.procedure))
     loaded = LoadedRun(
         station=planned.station.model,
         started=planned.clock.utc(),

@@ -113,3 +113,28 @@ def test_only_this_run_needs_no_procedure():
     assert spec.no_load.is_this_run
     with pytest.raises(ValueError, match="the key 'procedure' is missing, or 'from: this run'"):
         AnalysisSpec.model_validate({"no_load": {"from": "latest"}})
+
+
+def labelled(hertz, load_n, torque_nm, **coordinates):
+    return replace(measured(hertz, load_n, torque_nm), coordinates=coordinates)
+
+
+def test_things_of_other_labels_are_not_averaged():
+    run = tables()
+    worn = labelled(10.0, 1000.0, 2.5, phase="wear")
+    both = replace(run, measurements=(*run.measurements, worn))
+    with pytest.raises(DataError, match="would be averaged: no label; phase wear"):
+        analysed(both, analysis_spec=THIS_RUN)
+
+
+def test_an_analysis_is_of_what_it_says():
+    """With `where` the worn one at 10 Hz, 0.3 N·m more, is no part of the mean."""
+    final = [replace(each, coordinates={"phase": "final"}) for each in tables().measurements]
+    worn = labelled(10.0, 1000.0, no_load_nm(10.0) + 1.0, phase="wear", block=1)
+    run = replace(run_of(), measurements=(*final, worn))
+    spec = THIS_RUN.model_copy(update={"where": {"phase": "final"}})
+    result = analysed(run, analysis_spec=spec)
+    assert [point.torque.value for point in result.compensations[spec.primary].points] == (
+        pytest.approx([0.7] * 4)
+    )
+    assert result.run is run

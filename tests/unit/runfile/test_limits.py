@@ -85,7 +85,7 @@ def test_a_row_out_of_limits_comes_back_sealed_and_not(tmp_path):
         (row,) = run.measurements
         assert (row.values, row.limits) == (ROW.values, ROW.limits)
         assert [each.passes for each in row.decisions] == [False]
-        assert (run.info.outcome, run.info.format) == ("stopped at a limit", 3)
+        assert (run.info.outcome, run.info.format) == ("stopped at a limit", 4)
     assert loose.digest == sealed.digest
     assert sealed.digest == hashlib.sha256(f"{sha256(OF_VERSION_3)}\n".encode()).hexdigest()
 
@@ -123,7 +123,7 @@ def test_an_older_run_that_is_embedded_keeps_its_digest(tmp_path):
     write(tmp_path / "run", (0.75, (LIMIT,), 0))
     seal(tmp_path / "run", no_load=OLD)
     run = read(tmp_path / "run")
-    assert run.info.format == 3
+    assert run.info.format == 4
     assert run.no_load.info.format == 2
     assert run.no_load.digest == older.digest
 

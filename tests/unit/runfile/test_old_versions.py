@@ -119,7 +119,7 @@ def checked(archive, look):
 def test_a_newer_file_is_refused_with_both_versions(run):
     (run / "run.h5").chmod(0o644)
     with h5py.File(run / "run.h5", "r+") as file:
-        file.attrs.modify("rigrunner_format", 4)
+        file.attrs.modify("rigrunner_format", 5)
     found = call("analyse", run)
     assert found.code == 5
-    assert "format 4, this one reads up to 3" in found.err
+    assert "format 5, this one reads up to 4" in found.err

@@ -160,12 +160,12 @@ def test_what_is_not_a_run_is_told(tmp_path):
 
 
 def test_newer_version_is_told(folder, tmp_path):
-    change(folder, lambda file: file.attrs.modify("rigrunner_format", 4))
-    with pytest.raises(DataError, match=r"newer version of Rigrunner \(format 4, .* up to 3\)"):
+    change(folder, lambda file: file.attrs.modify("rigrunner_format", 5))
+    with pytest.raises(DataError, match=r"newer version of Rigrunner \(format 5, .* up to 4\)"):
         read(folder)
     write_run(tmp_path / "loose", TWO)
     journal = tmp_path / "loose" / "journal" / "events.journal"
-    assert b'"format": 3' in journal.read_bytes()
+    assert b'"format": 4' in journal.read_bytes()
 
 
 def test_missing_part_is_told(folder):

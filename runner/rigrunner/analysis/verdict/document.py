@@ -61,6 +61,7 @@ def _judged_value(found: JudgedValue) -> Json:
         "setpoints": {
             name: quantity(each, row.units.get(name, "")) for name, each in row.setpoints.items()
         },
+        **({"coordinates": dict(row.coordinates)} if row.coordinates else {}),
         "of": decided.of,
         "result": quantity(found.value, unit),
         **{name: None if isinf(end) else quantity(end, unit) for name, end in ends.items()},

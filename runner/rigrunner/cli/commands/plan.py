@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rigrunner.api.coordinates import coordinates_text
 from rigrunner.cli.durations import clock_text
 from rigrunner.cli.options import json_option, procedure_argument, station_option
 from rigrunner.cli.output import message, result, result_json
@@ -50,7 +51,12 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     rows = [
         [str(i), each.phase, _short(each.text), _seconds(each)] for i, each in enumerate(steps, 1)
     ]
-    yield table(["step", "phase", "what is done", "time"], rows, "rllr")
+    header, align = ["step", "phase", "what is done", "time"], "rllr"
+    if any(each.coordinates for each in steps):
+        header, align = [*header, "coordinates"], f"{align}l"
+        where = [coordinates_text(each.coordinates, each.coordinate_units) for each in steps]
+        rows = [[*row, text] for row, text in zip(rows, where, strict=True)]
+    yield table(header, rows, align)
     drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")
     yield f"Limits of the drives\n{drives}"
     if planned.plan.interlocks:

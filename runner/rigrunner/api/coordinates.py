@@ -1,0 +1,146 @@
+"""Coordinates: what tells a recording or a row of a table from others, beside its set-points.
+
+A counter of a `repeat` is an integer. The value of a label is a text, a boolean or a float: a
+number, or a quantity in SI units, whose unit stands among the units of its recording or row.
+"""
+
+from __future__ import annotations
+
+import re
+from math import isclose
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+
+from rigrunner.api.member import NAME
+from rigrunner.api.quantity import Quantity, parse_quantity
+from rigrunner.api.texts import plain
+from rigrunner.api.units import QuantityError, si_symbol
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+Coordinate = bool | int | float | str
+RESERVED = frozenset({"cycles", "elapsed", "name", "recording", "utc"})
+"""What tables have as columns of their own."""
+_LONGEST = 80
+_MEANT_AS_QUANTITY = re.compile(r"[^\w\s]?[0-9][0-9.,]*\s+\S|[^\w\s]?[0-9]+[.,][0-9]+[^\d.,\s-]")
+
+
+def labels_of(coordinates: Mapping[str, Coordinate]) -> dict[str, Coordinate]:
+    """Return the coordinates that say what differs: all but counters, which count the same."""
+    return {
+        name: value
+        for name, value in coordinates.items()
+        if isinstance(value, bool) or not isinstance(value, int)
+    }
+
+
+def coordinate_text(value: Coordinate, unit: str = "") -> str:
+    """Return the value of a coordinate in words: '3', 'wear', 'yes', '60 s'."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    number = f"{value:.6g}"
+    return f"{number} {unit}" if unit and unit != "1" else number
+
+
+def coordinates_text(coordinates: Mapping[str, Coordinate], units: Mapping[str, str]) -> str:
+    """Return coordinates in words: 'phase wear, dwell 60 s, block 3'."""
+    return ", ".join(
+        f"{name} {coordinate_text(value, units.get(name, ''))}"
+        for name, value in coordinates.items()
+    )
+
+
+def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> bool:
+    """Say whether coordinates have the values of a selection, of Labels as a file has them."""
+    return all(
+        name in coordinates and _is_same(coordinates[name], in_si(wanted)[0])
+        for name, wanted in where.items()
+    )
+
+
+def mixed_labels(
+    found: Iterable[tuple[Mapping[str, float], Mapping[str, Coordinate], Mapping[str, str]]],
+) -> str:
+    """Return the labels, in words, by which things with the same set-points differ; '' for none.
+
+    Each of `found` is set-points, coordinates and units. Counters do not matter: they count the
+    same thing.
+    """
+    seen: dict[tuple[object, ...], str] = {}
+    for setpoints, coordinates, units in found:
+        text = coordinates_text(labels_of(coordinates), units) or "no label"
+        first = seen.setdefault(tuple(sorted(setpoints.items())), text)
+        if first != text:
+            return f"{first}; {text}"
+    return ""
+
+
+def _is_same(value: Coordinate, wanted: Coordinate) -> bool:
+    if isinstance(value, bool | str) or isinstance(wanted, bool | str):
+        return type(value) is type(wanted) and value == wanted
+    return isclose(value, wanted, rel_tol=1e-9)
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return the head of a column of coordinates: 'phase', 'dwell / s'."""
+    return f"{name} / {unit}" if unit and unit != "1" else name
+
+
+def in_si(value: Quantity | Coordinate) -> tuple[Coordinate, str]:
+    """Return the value of a label as it is stored, and its unit; '' where it has none."""
+    if isinstance(value, Quantity):
+        return value.si, si_symbol(value.dimension)
+    return value, ""
+
+
+def _name(text: str) -> str:
+    if "." in text:
+        raise ValueError(f"'{text[:40]}' names a set-point; a label has a name without a dot")
+    if not re.fullmatch(NAME, text):
+        raise ValueError(f"'{text[:40]}' is not a name: letters, digits and _, a letter first")
+    if text in RESERVED:
+        raise ValueError(f"tables have a column '{text}' already; choose another name")
+    return text
+
+
+def _value(value: object) -> Quantity | Coordinate:
+    if isinstance(value, bool | Quantity):
+        return value
+    if isinstance(value, int | float):
+        return float(value)
+    if not isinstance(value, str) or not value.strip():
+        allowed = "a text, a number, true or false, or a quantity such as '60 s'"
+        raise ValueError(
+            f"got {'nothing' if value is None else 'no such value'}, allowed is {allowed}"
+        )
+    if len(value) > _LONGEST:
+        raise ValueError(f"a text of {len(value)} characters, allowed are {_LONGEST}")
+    try:
+        return parse_quantity(value)
+    except QuantityError:
+        if _MEANT_AS_QUANTITY.match(value.strip()):
+            raise
+    return plain(value)
+
+
+CoordinateName = Annotated[
+    str, AfterValidator(_name), Field(json_schema_extra={"pattern": f"^{NAME}$"})
+]
+"""The name of a counter or a label."""
+LabelValue = Annotated[
+    Any,
+    BeforeValidator(_value),
+    WithJsonSchema({"anyOf": [{"type": each} for each in ("string", "number", "boolean")]}),
+]
+"""A text, a float, a boolean or a Quantity. A text that reads as a quantity is one."""
+Labels = Annotated[
+    dict[CoordinateName, LabelValue],
+    Field(
+        description="By name, what tells it from other steps of this kind: recordings and rows that"
+        " are made here and within it carry it. A text, a number, true or false, or a quantity.",
+    ),
+]

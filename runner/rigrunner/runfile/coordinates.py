@@ -1,0 +1,74 @@
+"""Coordinates in a run file: of a recording as a group, of the rows of a table as columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from rigrunner.api.coordinates import coordinate_text
+from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import h5py
+
+    from rigrunner.api.coordinates import Coordinate
+    from rigrunner.api.data import Measurement
+
+_GROUP = "coordinates"
+
+
+def write_coordinates(
+    parent: h5py.Group, coordinates: Mapping[str, Coordinate], units: Mapping[str, str]
+) -> None:
+    """Write a member for each, with the attributes `name`, `value` and, where it has one, `units`.
+
+    A counter is an int64, a number a float64, true or false a boolean, a text a text.
+    """
+    group = new_group(parent, _GROUP, "NXcollection")
+    for name, value in coordinates.items():
+        member = new_group(group, free_name(group, name), "NXcollection")
+        member.attrs.update({"name": name, "value": value})
+        if name in units:
+            member.attrs["units"] = units[name]
+
+
+def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[str, str]]:
+    """Read coordinates and their units; none of a run of an earlier version."""
+    if _GROUP not in parent:
+        return {}, {}
+    members = {str(each.attrs["name"]): each.attrs for each in parent[_GROUP].values()}
+    values = {name: _plain(each["value"]) for name, each in members.items()}
+    units = {name: str(each["units"]) for name, each in members.items() if "units" in each}
+    return values, units
+
+
+def write_coordinate_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:
+    """Write a column for each coordinate of the rows of a table, if they have any.
+
+    A counter or number that a row lacks is not-a-number; true and false are the texts yes and no.
+    """
+    names = dict.fromkeys(name for one in rows for name in one.coordinates)
+    if not names:
+        return
+    group = new_group(table, _GROUP, "NXcollection")
+    units = {name: unit for one in rows for name, unit in one.units.items()}
+    for name in names:
+        column = [one.coordinates.get(name) for one in rows]
+        place = free_name(group, name)
+        if all(each is None or _is_number(each) for each in column):
+            group[place] = np.array([np.nan if each is None else each for each in column])
+        else:
+            texts = ["" if each is None else coordinate_text(each) for each in column]
+            write_ascii(group, place, texts)
+        group[place].attrs.update({"name": name, "units": units.get(name, "")})
+
+
+def _is_number(value: Coordinate) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _plain(value: object) -> Coordinate:
+    return cast("Coordinate", value.item() if isinstance(value, np.generic) else str(value))

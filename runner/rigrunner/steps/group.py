@@ -1,0 +1,41 @@
+"""`group`: steps that belong together are done once, under one label."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from rigrunner.api.hooks import StepRecord
+from rigrunner.api.settings import ListOf
+from rigrunner.api.steps import StepSettings
+from rigrunner.procedure.steps import Step
+
+if TYPE_CHECKING:
+    from rigrunner.plan.planning import Planning
+
+
+class GroupStep(StepSettings):
+    """Steps that belong together: done once, with the labels of the group."""
+
+    steps: Annotated[ListOf[Step], Field(min_length=1)]
+    """What is done."""
+
+    def actions(self) -> int:
+        """Return 0: it gives only what stands within it."""
+        return 0
+
+
+def plan(group: GroupStep, planning: Planning) -> None:
+    """Write down what is done."""
+    planning.walker.steps(group.steps, planning.place.inside("steps"))
+
+
+STEP = StepRecord(
+    name="group",
+    help="Steps that belong together are done once, under one label.",
+    settings=GroupStep,
+    factory=plan,
+    example="group: {label: {phase: final}, steps: [...]}",
+    trial={"label": {"phase": "final"}, "steps": [{"wait": {"time": "1 s"}}]},
+)

@@ -1,0 +1,152 @@
+"""Counters and labels of steps: on each action of the plan, in names of recordings, checked."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_language import PROCEDURE, STATION, TESTER, edited, only_problem
+from rigrunner.plan import make_plan
+from rigrunner.procedure import load_procedure, parse_procedure
+from rigrunner.station import parse_station
+
+MARK = "  - sweep:\n"
+RECORD = "record: {channels: [tester.angle, tester.torque], cycles: 30}"
+ALONE = PROCEDURE[: PROCEDURE.index("analysis:")]
+"""Without analysis and acceptance."""
+
+
+def plan_of(text, devices=None):
+    procedure = parse_procedure(text, "p.yaml")
+    return make_plan(procedure, parse_station(STATION, "s.yaml"), devices or {"tester": TESTER})
+
+
+def with_steps(steps, text=ALONE):
+    return edited(text, (MARK, f"  - set: {{tester.frequency: 10 Hz}}\n  - {steps}\n{MARK}"))
+
+
+def coordinates(steps):
+    found = plan_of(with_steps(steps)).steps
+    return [(dict(each.coordinates), dict(each.coordinate_units)) for each in found
+            if each.path.startswith("main[2]")]  # fmt: skip
+
+
+def test_six_blocks_are_six_different_things():
+    plan = plan_of(with_steps(
+        f"repeat: {{times: 6, as: block, label: {{phase: wear}}, steps: [{{{RECORD}}}]}}"
+    ))  # fmt: skip
+    names = [each.record.name for each in plan.recordings]
+    assert names[:6] == [f"00{n}_10Hz_wear_block{n}" for n in range(1, 7)]
+    assert names[6:] == ["007_2Hz", "008_10Hz"]
+    assert [each.coordinates for each in plan.recordings[:2]] == [
+        {"phase": "wear", "block": 1}, {"phase": "wear", "block": 2},
+    ]  # fmt: skip
+
+
+def test_labels_are_inherited_and_end_with_their_step():
+    inner = "group: {label: {part: x}, steps: [{wait: {time: 1 s, label: {dwell: 2 min}}}]}"
+    steps = f"group: {{label: {{phase: wear}}, steps: [{{{inner}}}, {{wait: {{time: 1 s}}}}]}}"
+    assert coordinates(steps) == [
+        ({"phase": "wear", "part": "x", "dwell": 120.0}, {"dwell": "s"}),
+        ({"phase": "wear"}, {}),
+    ]
+
+
+def test_set_and_sweep_take_labels_beside_their_own_keys():
+    over = "over: [1 N, 2 N], label: {stroke: up}, steps: [{note: {text: here}}]"
+    assert [each for each, _ in coordinates(f"sweep: {{set: tester.load, {over}}}")] == [
+        {"stroke": "up"}
+    ] * 4
+    assert [each for each, _ in coordinates("set: {tester.load: 1 N, label: {aged: true}}")] == [
+        {"aged": True}
+    ]
+
+
+def test_a_called_procedure_inherits_labels(tmp_path):
+    (tmp_path / "inner.yaml").write_text(ALONE, encoding="utf-8")
+    text = with_steps("call: {procedure: inner.yaml, label: {phase: final}}")
+    (tmp_path / "outer.yaml").write_text(text, encoding="utf-8")
+    procedure = load_procedure(tmp_path / "outer.yaml")
+    plan = make_plan(procedure, parse_station(STATION, "s.yaml"), {"tester": TESTER})
+    called = [each for each in plan.steps if each.path.startswith("main[2].call")]
+    assert len(called) > 6
+    assert all(each.coordinates == {"phase": "final"} for each in called)
+
+
+# the step, where the finger points, field, message, hint
+CASES = [
+    ("group: {steps: [{wait: {time: 1 s, label: {x: 60 s}}}, {wait: {time: 1 s, label: {x: a}}}]}",
+     "a}}}", "main[2].group.steps[1].wait.label.x", "'x' is a text here, and a time at p.yaml:",
+     "two names"),
+    ("repeat: {times: 2, as: x, steps: [{wait: {time: 1 s, label: {x: 1}}}]}",
+     "1}}}", "main[2].repeat.steps[0].wait.label.x", "'x' is a number here, and a counter at",
+     "two names"),
+    ("repeat: {times: 2, as: b, steps: [{repeat: {times: 2, as: b, steps: [{note: {text: x}}]}}]}",
+     "b, steps: [{note", "main[2].repeat.steps[0].repeat.as",
+     "a step around this one gives 'b' already", "choose another name"),
+    ("group: {label: {x: a}, steps: [{wait: {time: 1 s, label: {x: b}}}]}",
+     "b}}}", "main[2].group.steps[0].wait.label.x",
+     "a step around this one gives 'x' already", "choose another name"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("step", "finger", "field", "message", "hint"), CASES)
+def test_a_name_means_one_thing(step, finger, field, message, hint):
+    text = with_steps(step)
+    problem = only_problem(lambda: plan_of(text))
+    assert problem.location.line == text[: text.index(finger)].count("\n") + 1
+    assert problem.field == field
+    assert message in problem.message
+    assert hint in problem.hint
+
+
+@pytest.mark.parametrize(
+    ("label", "message"),
+    [
+        ("{tester.load: 5}", "'tester.load' names a set-point"),
+        ("{dwell: '1,5 s'}", "decimal comma"),
+        ("{utc: x}", "tables have a column 'utc' already"),
+    ],
+)
+def test_a_label_that_hides_a_set_point_is_refused_with_its_line(label, message):
+    text = with_steps(f"wait: {{time: 1 s, label: {label}}}")
+    problem = only_problem(lambda: parse_procedure(text, "p.yaml"))
+    assert problem.location.line == text[: text.index("time: 1 s, label")].count("\n") + 1
+    assert message in problem.message
+
+
+MIXED = with_steps(
+    f"group: {{label: {{phase: wear}}, steps: [{{set: {{tester.load: $load}}}}, {{{RECORD}}}]}}",
+    PROCEDURE,
+)
+
+
+def test_what_would_be_averaged_over_labels_is_refused_before_the_run():
+    problem = only_problem(lambda: plan_of(MIXED))
+    assert problem.field == "analysis"
+    assert problem.message == (
+        "recordings with the same set-points would be averaged: phase wear; no label"
+    )
+    assert "where" in problem.hint
+
+
+def chosen(where):
+    return edited(MIXED, ("analysis:\n", f"analysis:\n  where: {where}\n"))
+
+
+def test_a_selection_says_which_ones_the_analysis_is_of():
+    assert plan_of(chosen("{phase: wear}")).recordings
+
+
+@pytest.mark.parametrize(
+    ("where", "message", "hint"),
+    [
+        ("{phase: final}", "nothing has phase final", "there are: wear"),
+        ("{phas: wear}", "nothing that is recorded or measured has 'phas'", "did you mean 'phase'"),
+    ],
+)
+def test_a_selection_that_finds_nothing_is_refused_with_its_line(where, message, hint):
+    text = chosen(where)
+    problem = only_problem(lambda: plan_of(text))
+    assert problem.location.line == text[: text.index("where: {")].count("\n") + 1
+    assert problem.message == message
+    assert hint in problem.hint
