@@ -9,7 +9,7 @@ import runpy
 import pytest
 
 from helpers_docs import ROOT
-from rigrunner.cli.main import SUMMARIES
+from rigrunner.cli.main import rigrunner
 
 REFERENCE = ROOT / "docs/reference"
 language = runpy.run_path(str(REFERENCE / "language_pages.py"))
@@ -50,7 +50,7 @@ def test_every_key_of_every_model_is_on_its_page(name):
 def test_every_command_has_its_section():
     text = (REFERENCE / "help.md").read_text(encoding="utf-8")
     tops = re.findall(r"^## `rigrunner ([\w-]+)", text, re.MULTILINE)
-    assert list(dict.fromkeys(tops)) == list(SUMMARIES)
+    assert list(dict.fromkeys(tops)) == list(rigrunner.summaries)
 
 
 def test_a_value_is_told_in_words():

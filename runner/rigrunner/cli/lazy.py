@@ -16,17 +16,20 @@ if TYPE_CHECKING:
 
 
 class LazyGroup(click.Group):
-    """Commands by name with their line of help; each lives in `<package>.<name>` as `command`.
+    """Commands in groups, with their line of help; each lives in `<package>.<name>` as `command`.
 
     The lines of help stand here, not in the modules, so that `--help` imports none of them. The
     module of a name with a hyphen has an underscore there; that of a name which Python keeps for
     itself, such as `import`, one at its end.
     """
 
-    def __init__(self, *, package: str, summaries: Mapping[str, str], **settings: Any) -> None:
+    def __init__(
+        self, *, package: str, groups: Mapping[str, Mapping[str, str]], **settings: Any
+    ) -> None:
         super().__init__(**settings)
         self.package = package
-        self.summaries = dict(summaries)
+        self.groups = groups
+        self.summaries = {name: line for group in groups.values() for name, line in group.items()}
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  (click's signature)
         """Return the names in the order in which a newcomer needs them."""
@@ -64,8 +67,10 @@ class LazyGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  (click's signature)
         """Write the list of commands without importing any."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(self.summaries.items()))
+        widest = max(map(len, self.summaries))  # the same column in every group
+        for title, group in self.groups.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(widest), line) for name, line in group.items()])
 
 
 def lazy_group(name: str, package: str, summaries: Mapping[str, str], text: str) -> LazyGroup:
@@ -76,7 +81,7 @@ def lazy_group(name: str, package: str, summaries: Mapping[str, str], text: str)
         cls=LazyGroup,
         invoke_without_command=True,
         package=package,
-        summaries=summaries,
+        groups={"Commands": summaries},
         help=text,
     )
     @click.pass_context

@@ -22,60 +22,73 @@ ENVIRONMENT = {**ONE_THREAD, "PYDANTIC_DISABLE_PLUGINS": "__all__"}
 """What the environment does not say itself. Looking for plugins of pydantic's, which nothing here
 needs, takes the time of several models, and what they find would change how files are checked."""
 
-SUMMARIES = {
-    "demo": "Run both procedures on the simulated rig and write the report.",
-    "run": "Run a procedure on a station.",
-    "import": "Import recordings that another program made.",
-    "panel": "Open the operator's screen in a browser.",
-    "resume": "Go on with a run that was broken off.",
-    "recover": "Close an interrupted run as it is, or salvage a damaged one.",
-    "approve": "Approve a procedure as it stands, or show who did.",
-    "check": "Check a procedure, and how it fits a station, without a rig.",
-    "plan": "Show each action of a run, its torque, time and disk.",
-    "analyse": "Analyse a stored run again.",
-    "reanalyse": "Analyse many stored runs again, on all cores or a cluster.",
-    "golden": "Hold what stored runs give against references, before new software is trusted.",
-    "decide": "Decide a stored run again, by another rule or other limits.",
-    "report": "Write the report of a stored run again.",
-    "certify": "Issue a certificate on a stored run.",
-    "amend": "Issue a document that replaces a certificate.",
-    "verify": "Check a certificate or a run, and that its numbers follow from the samples.",
-    "sign": "Sign a certificate with the laboratory's own key, or make a key.",
-    "runs": "List the stored runs.",
-    "archive": "Index many run folders, search and export what they found.",
-    "trend": "Make control charts of what many runs found.",
-    "capability": "Compare what many runs found with limits.",
-    "fit": "Fit a curve to columns of a CSV file.",
-    "gauge-rr": "Study how well a gauge repeats, and reproduces between operators.",
-    "pack": "Write a sealed run to one file, with the digest of everything in it.",
-    "unpack": "Take a run that was packed into the folder of runs.",
-    "show": "Show what a stored run holds and found.",
-    "diff": "Tell in words what changed between two procedures or two runs.",
-    "plugins": "List the plugins and what each can be told.",
-    "new": "Make a plugin of your own, which works at once.",
-    "check-plugin": "Check that a plugin keeps to what every plugin must.",
-    "devices": "Connect each device of a station, and say what it is and whether it is safe.",
-    "jog": "Set and read one device by hand, within the limits of its station.",
-    "init": "Make a lab folder with station, procedures and a plugin.",
-    "schema": "Print the JSON Schema of procedures, stations and our other kinds of files.",
-    "doctor": "Look at the installation and the machine, and say how to mend what is not right.",
-    "completion": "Print a script that lets a shell complete.",
-    "study": "Measure what checks and uncertainties are worth, on random simulated rigs.",
+COMMANDS = {
+    "Run": {
+        "run": "Run a procedure on a station.",
+        "resume": "Resume an interrupted run.",
+        "recover": "Close an interrupted run as it is, or salvage a damaged one.",
+        "panel": "Open the operator panel in a browser.",
+        "demo": "Run both procedures on the simulated rig and write the report.",
+    },
+    "Prepare": {
+        "check": "Check a procedure, and how it fits a station, without a rig.",
+        "plan": "Preview steps, expected values, duration and disk space.",
+        "approve": "Approve a procedure in its present form, or show its approvals.",
+        "init": "Create a lab folder with a station, procedures and a plugin.",
+        "devices": "Connect each device of a station, and report its identity and state.",
+        "jog": "Set and read one device manually, within the limits of its station.",
+        "doctor": "Check the installation and the machine, and suggest fixes.",
+    },
+    "Results": {
+        "runs": "List the stored runs.",
+        "show": "Show the recordings, events and results of a stored run.",
+        "analyse": "Analyse a stored run again.",
+        "report": "Write the report of a stored run again.",
+        "diff": "List the differences between two procedures or two runs.",
+        "import": "Import recordings made by another program.",
+        "fit": "Fit a curve to columns of a CSV file.",
+        "pack": "Pack a sealed run into one file, with the digest of every part.",
+        "unpack": "Unpack a packed run into the folder of runs.",
+    },
+    "Certificates": {
+        "certify": "Issue a certificate on a stored run.",
+        "amend": "Issue a document that replaces a certificate.",
+        "verify": "Verify a certificate or a run, and recompute its numbers from the samples.",
+        "sign": "Sign a certificate with the laboratory's key, or create a key.",
+        "decide": "Decide a stored run again, by another rule or other limits.",
+    },
+    "Fleet": {
+        "archive": "Index many run folders, search them and export their results.",
+        "trend": "Make control charts of the results of many runs.",
+        "capability": "Compare the results of many runs with limits.",
+        "gauge-rr": "Estimate repeatability and reproducibility of a gauge.",
+        "reanalyse": "Analyse many stored runs again, on all cores or a cluster.",
+        "golden": "Regression-test new software against reference runs.",
+    },
+    "Develop": {
+        "new": "Create a plugin that works at once.",
+        "check-plugin": "Run the conformance checks on a plugin.",
+        "plugins": "List the plugins and their settings.",
+        "schema": "Print the JSON Schema of procedures, stations and other files.",
+        "study": "Validate uncertainty coverage and fault detection by simulation.",
+        "completion": "Print a script for shell completion.",
+    },
 }
+"""The commands with their line of help, in groups by what somebody wants to do."""
 
 
 @click.group(
     cls=LazyGroup,
     invoke_without_command=True,
     package="rigrunner.cli.commands",
-    summaries=SUMMARIES,
+    groups=COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="'rigrunner demo' needs no rig, and takes less than a minute.",
 )
 @click.version_option(__version__, prog_name="rigrunner", message="%(prog)s %(version)s")
 @click.pass_context
 def rigrunner(context: click.Context) -> None:
-    """Run laboratory test procedures, and say what they measured and how surely."""
+    """Run laboratory test procedures; report each result with its measurement uncertainty."""
     if context.invoked_subcommand is None:
         result(context.get_help())
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rigrunner.cli.main import SUMMARIES, rigrunner
+from rigrunner.cli.main import rigrunner
 
 PROCEDURE = "starting_torque_1000n"
 MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_extensions", "typing_inspection"}
@@ -76,7 +76,7 @@ def test_a_command_imports_no_more_than_is_listed(arguments):
 
 def test_the_help_of_no_command_imports_a_package_beside_click():
     modules = modules_after(
-        f"for name in {list(SUMMARIES)!r}: rigrunner.get_command(None, name)\n"
+        f"for name in {list(rigrunner.summaries)!r}: rigrunner.get_command(None, name)\n"
         "studies = rigrunner.get_command(None, 'study')\n"
         "for name in studies.list_commands(None): studies.get_command(None, name)"
     )
@@ -121,11 +121,11 @@ def test_no_model_is_built_before_it_is_used():
     )
 
 
-@pytest.mark.parametrize("name", SUMMARIES)
+@pytest.mark.parametrize("name", rigrunner.summaries)
 def test_every_command_says_first_what_the_list_of_commands_says(name):
     command = rigrunner.get_command(None, name)
     assert command.name == name
-    assert command.help.partition("\n")[0] == SUMMARIES[name]
+    assert command.help.partition("\n")[0] == rigrunner.summaries[name]
 
 
 def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_pydantic():

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 )
 @click.option("--show", is_flag=True, help="Show the state, and change nothing.")
 def command(procedure: str, by: str | None, on: datetime | None, *, show: bool) -> None:
-    """Approve a procedure as it stands, or show who did.
+    """Approve a procedure in its present form, or show its approvals.
 
     The approval is kept in a file beside it. Once the procedure, or one that it calls, is edited,
     it is a draft again.

@@ -41,7 +41,7 @@ def command(
     as_json: bool,
     **words: Any,
 ) -> None:
-    """Compare what many runs found with limits.
+    """Compare the results of many runs with limits.
 
     QUANTITY is as of `trend`. With an upper limit alone the index is Cpu, with a lower one Cpl,
     with both there are Cp and Cpk besides; each has its confidence interval.

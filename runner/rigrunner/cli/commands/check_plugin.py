@@ -74,7 +74,7 @@ def command(
     yes: bool,
     as_json: bool,
 ) -> ExitCode:
-    """Check that a plugin keeps to what every plugin must.
+    """Run the conformance checks on a plugin.
 
     What it does not keep to is told with what to do; checks that need what failed are left out.
     Without settings, those with which its own record says that it can be tried are taken. The exit

@@ -13,7 +13,7 @@ from rigrunner.cli.output import result
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def command(context: click.Context, shell: str) -> None:
-    """Print a script that lets a shell complete.
+    """Print a script for shell completion.
 
     For bash put 'eval "$(rigrunner completion bash)"' into ~/.bashrc, for zsh the same with zsh
     into ~/.zshrc; for fish write the script to ~/.config/fish/completions/rigrunner.fish.

@@ -44,7 +44,7 @@ def command(
     safe_by: str | None,
     reason: str,
 ) -> ExitCode:
-    """Connect each device of a station, and say what it is and whether it is safe.
+    """Connect each device of a station, and report its identity and state.
 
     Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
     A rig that was left energised is told of first. Where a device of it cannot be read back, a

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @runs_option
 @json_option
 def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
-    """Tell in words what changed between two procedures or two runs.
+    """List the differences between two procedures or two runs.
 
     A and B are procedures, or stored runs. Ends with 0 where nothing changed that matters, and
     with 1 otherwise. Results matter where they differ by more than their combined uncertainty.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @lab_option
 @json_option
 def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
-    """Look at the installation and the machine, and say how to mend what is not right.
+    """Check the installation and the machine, and suggest fixes.
 
     The exit code is 1 if something that is needed does not work.
     """

@@ -35,7 +35,7 @@ def command(
     as_json: bool,
     **words: Any,
 ) -> None:
-    """Study how well a gauge repeats, and reproduces between operators.
+    """Estimate repeatability and reproducibility of a gauge.
 
     The study is crossed, of sessions such as those of the procedure gauge_rr: the specimen of a
     run is the part, its operator the operator, and each of its set-points a trial. Every operator

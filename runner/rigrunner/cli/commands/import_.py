@@ -41,7 +41,7 @@ def command(
     reason: str,
     as_json: bool,
 ) -> ExitCode:
-    """Import recordings that another program made.
+    """Import recordings made by another program.
 
     MAPPING is a YAML file that says what stands where, and at which set-points it was recorded.
     """

@@ -13,7 +13,7 @@ from rigrunner.cli.output import message, result
 @click.command(name="init")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
 def command(folder: Path) -> None:
-    """Make a lab folder with station, procedures and a plugin.
+    """Create a lab folder with a station, procedures and a plugin.
 
     It can be run at once, on simulated devices. Nothing that is there is overwritten.
     """

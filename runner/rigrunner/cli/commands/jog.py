@@ -59,7 +59,7 @@ def command(  # noqa: PLR0917  (click hands over each option)
     debugger: bool,
     as_json: bool,
 ) -> None:
-    """Set and read one device by hand, within the limits of its station.
+    """Set and read one device manually, within the limits of its station.
 
     Without --set and --read it asks what is to be done. Limits, combinations and interlocks hold as
     in a run; however it ends, the rig is made safe.

@@ -24,7 +24,7 @@ PLUGINS = "plugins"
     help="Where to make it; left out, 'rigrunner-NAME', or 'plugins' with --drop-in.",
 )
 def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None:
-    """Make a plugin of your own, which works at once.
+    """Create a plugin that works at once.
 
     A package that can be installed, with its tests and a README, or with --drop-in one file. NAME
     is what procedures and stations call it. Nothing that is there is overwritten.

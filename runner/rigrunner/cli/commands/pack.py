@@ -22,7 +22,7 @@ from rigrunner.workflow.locate import find_run
     help="The new file; the run's name with .zip if it is left out.",
 )
 def command(run: str, runs: Path, out: Path | None) -> None:
-    """Write a sealed run to one file, with the digest of everything in it.
+    """Pack a sealed run into one file, with the digest of every part.
 
     The run stays as it is. The same run always gives the same file.
     """

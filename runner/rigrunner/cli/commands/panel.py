@@ -67,7 +67,7 @@ def command(
     public_name: str,
     no_browser: bool,
 ) -> ExitCode:
-    """Open the operator's screen in a browser.
+    """Open the operator panel in a browser.
 
     A run goes on whatever the browser does. Ctrl-C ends the panel; while a run goes on it aborts
     the run, and a second one stops it at once: the rig is made safe first.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @station_option
 @json_option
 def command(procedure: str, station: str, *, as_json: bool) -> None:
-    """Show each action of a run, its torque, time and disk.
+    """Preview steps, expected values, duration and disk space.
 
     Nothing is connected. Torque is an upper estimate from the station's design values.
     """

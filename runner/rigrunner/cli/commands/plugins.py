@@ -29,7 +29,7 @@ WIDTH = 80
 @lab_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with each plugin's schema.")
 def command(name: str | None, station: str | None, *, as_json: bool) -> None:
-    """List the plugins and what each can be told.
+    """List the plugins and their settings.
 
     With the NAME of a plugin, show its settings as they may stand in YAML.
     """

@@ -52,7 +52,7 @@ def command(
     realtime: bool,
     as_json: bool,
 ) -> ExitCode:
-    """Go on with a run that was broken off.
+    """Resume an interrupted run.
 
     Setup and zero are done once more, then the run goes on at its next point. Procedure, station,
     software and instruments must be as they were.

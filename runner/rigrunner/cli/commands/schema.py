@@ -21,7 +21,7 @@ KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
 @click.argument("language", type=click.Choice(KINDS))
 @lab_option
 def command(language: str, station: str | None) -> None:
-    """Print the JSON Schema of procedures, stations and our other kinds of files.
+    """Print the JSON Schema of procedures, stations and other files.
 
     Those of procedures, stations and imports know the installed plugins: editors check with them.
     """

@@ -36,7 +36,7 @@ MOST_ALARMS = 20
 @runs_option
 @json_option
 def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
-    """Show what a stored run holds and found.
+    """Show the recordings, events and results of a stored run.
 
     RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs. Of a
     damaged run it shows which recordings are sound and what is lost, and ends with 5.

@@ -43,7 +43,7 @@ def command(
     letterhead: Path,
     station: str | None,
 ) -> None:
-    """Sign a certificate with the laboratory's own key, or make a key.
+    """Sign a certificate with the laboratory's key, or create a key.
 
     One signature covers JSON, HTML and PDF; it is written beside them. Before, each page is made
     again from the content, and compared with it and with the record of numbers.

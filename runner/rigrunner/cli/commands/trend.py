@@ -63,7 +63,7 @@ def command(
     as_json: bool,
     **words: Any,
 ) -> ExitCode:
-    """Make control charts of what many runs found.
+    """Make control charts of the results of many runs.
 
     QUANTITY is torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or another one by
     its name, as 'source/name' where several are called so. Without --by, torque goes by type and

@@ -14,7 +14,7 @@ from rigrunner.cli.output import result
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @runs_option
 def command(file: Path, runs: Path) -> None:
-    """Take a run that was packed into the folder of runs.
+    """Unpack a packed run into the folder of runs.
 
     Refuses what does not match its digests, and a run that is there already.
     """

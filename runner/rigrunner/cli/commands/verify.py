@@ -59,7 +59,7 @@ def command(
     letterhead: Path | None,
     as_json: bool,
 ) -> ExitCode:
-    """Check a certificate or a run, and that its numbers follow from the samples.
+    """Verify a certificate or a run, and recompute its numbers from the samples.
 
     The first line is the verdict, the others say what was checked. Ends with 1 if anything differs,
     11 if the document was replaced, 12 if a page is not proven, 13 if its numbers are by methods of

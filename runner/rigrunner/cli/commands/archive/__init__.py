@@ -16,7 +16,7 @@ command = lazy_group(
     "archive",
     __name__,
     SUMMARIES,
-    """Index many run folders, search and export what they found.
+    """Index many run folders, search them and export their results.
 
 The run files stay the truth: the archive can be made anew from them at any time.""",
 )

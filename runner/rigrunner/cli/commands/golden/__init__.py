@@ -13,7 +13,7 @@ command = lazy_group(
     "golden",
     __name__,
     SUMMARIES,
-    """Hold what stored runs give against references, before new software is trusted.
+    """Regression-test new software against reference runs.
 
 The runs' own files stay as they are.""",
 )

@@ -14,7 +14,7 @@ command = lazy_group(
     "study",
     __name__,
     SUMMARIES,
-    """Measure what checks and uncertainties are worth, on random simulated rigs.
+    """Validate uncertainty coverage and fault detection by simulation.
 
 The same seed gives the same rigs and the same tables.""",
 )
