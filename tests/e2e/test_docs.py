@@ -24,7 +24,7 @@ from helpers_served import served_command
 from rigrunner.api.errors import ExitCode
 from rigrunner.api.hooks import HookSpecs
 from rigrunner.cli.lazy import LazyGroup
-from rigrunner.cli.main import SUMMARIES, rigrunner
+from rigrunner.cli.main import rigrunner
 from rigrunner.procedure.steps import installed_kinds
 from rigrunner.runfile import read
 
@@ -322,7 +322,7 @@ def test_every_command_and_option_is_on_its_page():
     sections = dict(
         re.findall(r"^## `rigrunner ([\w-]+).*?`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
     )
-    assert list(sections) == list(SUMMARIES)
+    assert list(sections) == list(rigrunner.summaries)
     for name, section in sections.items():
         command = rigrunner.get_command(None, name)
         if isinstance(command, LazyGroup):

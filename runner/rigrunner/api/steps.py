@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 from pydantic import Field
 
-from rigrunner.api.coordinates import Labels
+from rigrunner.api.labels import Labels
 from rigrunner.api.settings import Settings
 
 if TYPE_CHECKING:

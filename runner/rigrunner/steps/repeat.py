@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from rigrunner.api.coordinates import CoordinateName
 from rigrunner.api.hooks import StepRecord
+from rigrunner.api.labels import CoordinateName
 from rigrunner.api.settings import ListOf
 from rigrunner.api.steps import StepSettings
 from rigrunner.procedure.steps import Step

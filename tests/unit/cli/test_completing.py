@@ -12,7 +12,7 @@ from click.shell_completion import BashComplete
 
 from helpers_cli import call
 from rigrunner.cli.completing import PROGRAM, VARIABLE
-from rigrunner.cli.main import SUMMARIES, rigrunner
+from rigrunner.cli.main import rigrunner
 
 PROCEDURES = ["no_load_inertia_sweep", "starting_torque_1000n"]
 
@@ -35,7 +35,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_commands_are_offered():
-    assert offered("") == list(SUMMARIES)
+    assert offered("") == list(rigrunner.summaries)
     assert offered("sch") == ["schema"]
 
 
