@@ -12,7 +12,7 @@ from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.api.settings import ListOf, Settings, Torque, YesNo
 
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: TEST-1
 revision: "A"
 title: A test
@@ -39,16 +39,17 @@ main:
 teardown:
   - set: {tester.frequency: 0 Hz}
 analysis:
-  no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}
-  despike: {hampel: {window: 11}}
-  outliers: {grubbs: {alpha: 0.05}}
-  fits:
-    - polynomial: {degree: 2}
-    - inertia
-  compensations:
-    - template
-    - energy
-  primary: template
+  - swing_torque:
+      no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}
+      despike: {hampel: {window: 11}}
+      outliers: {grubbs: {alpha: 0.05}}
+      fits:
+        - polynomial: {degree: 2}
+        - inertia
+      compensations:
+        - template
+        - energy
+      primary: template
 acceptance:
   limit:
     max: 0.95 N·m

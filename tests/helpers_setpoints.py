@@ -88,7 +88,7 @@ durability: {{sync: {sync}}}
 """
 
 _PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: SETPOINTS
 revision: "A"
 title: Set-points

@@ -124,7 +124,7 @@ safety: {{guardian: no}}
 GUARDED = ("guardian: no", "guardian: yes, patience: {connect: 5 s, answer: 1 s}")
 """The station with the guardian that stations have unless they say otherwise."""
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: STEPS
 revision: "A"
 title: Voltage steps

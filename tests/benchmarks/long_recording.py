@@ -240,7 +240,7 @@ def _peak_bytes(samples: int) -> float:
     (long,) = (each for each in stored.recordings if each.setpoints[FREQUENCY] == LONG_HZ)
     made = repeated(with_third(long), samples)
     data = run_data(stored)
-    spec = parse_procedure(stored.header.procedure_text, "").model.analysis
+    spec = parse_procedure(stored.header.procedure_text, "").model.torque_analysis
     return allocated_peak(lambda: prepare_point(made, data, spec, lambda _: []))
 
 

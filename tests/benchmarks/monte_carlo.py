@@ -121,7 +121,7 @@ class Demo:
         (instrument,) = found.run.instruments.values()
         loads = [point.load_n for point in found.loaded]
         rig = with_known_load(found.run, instrument.channel, loads)
-        method = parse_procedure(text, name).model.analysis.primary_plugin
+        method = parse_procedure(text, name).model.torque_analysis.primary_plugin
         draw_pipeline(
             registry.make("compensation", method.name, method.settings),
             Sweep(found.loaded, found.no_load, rig, instrument, lambda _: None),

@@ -154,7 +154,7 @@ def memory(hours):
 
 LONGEST_S = 600.0
 LONG = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: LONG
 revision: "A"
 title: A recording each minute

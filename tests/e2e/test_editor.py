@@ -20,7 +20,7 @@ PROCEDURES = ROOT / "procedures"
 SERVER = "yaml-language-server"
 PROCEDURE = """\
 # yaml-language-server: $schema=./procedure.schema.json
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: TEST-1
 revision: "A"
 title: A test
@@ -44,16 +44,17 @@ main:
 teardown:
   - ramp: {drive: tester.load, to: 0 N, rate: 100 N/s}
 analysis:
-  no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}
-  despike: {hampel: {window: 11}}
-  outliers: {grubbs: {alpha: 0.05}}
-  fits:
-    - polynomial: {degree: 2}
-  compensations:
-    - paper_peak: {coefficients: refit}
-    - template_inverse
-    - energy
-  primary: template_inverse
+  - swing_torque:
+      no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}
+      despike: {hampel: {window: 11}}
+      outliers: {grubbs: {alpha: 0.05}}
+      fits:
+        - polynomial: {degree: 2}
+      compensations:
+        - paper_peak: {coefficients: refit}
+        - template_inverse
+        - energy
+      primary: template_inverse
 acceptance:
   limit:
     max: 0.95 N·m
@@ -222,11 +223,12 @@ WRONG_PROCEDURES = [
      "needed is a number with its unit: s, ms, min, h, d"),
     ("{alpha: 0.05}", "{alfa: 0.05}", "alfa", "Property alfa is not allowed."),
     ("{alpha: 0.05}", "{alpha: 5}", "5}}", "Value is above the exclusive maximum of 0.5."),
-    ("    - template_inverse", "    - template_invers", "template_invers\n",
+    ("        - template_inverse", "        - template_invers", "template_invers\n",
      "Value is not accepted. Valid values:"),
-    ("    - energy", "    - energy: {frequency_match: 1 N}", "1 N}",
+    ("        - energy", "        - energy: {frequency_match: 1 N}", "1 N}",
      "needed is a number with its unit: 1, %"),
-    ("    - energy", "    - energy: {wind: 1 deg}", "wind:", "Property wind is not allowed."),
+    ("        - energy", "        - energy: {wind: 1 deg}", "wind:",
+     "Property wind is not allowed."),
     ("rule: guard_band_u", "rule: guard", "guard\n",
      'Value is not accepted. Valid values: "guard_band_fraction", "guard_band_u"'),
     ('revision: "A"', "revision: 1", "1\ntitle", 'Incorrect type. Expected "string".'),
@@ -235,7 +237,7 @@ WRONG_PROCEDURES = [
     ("{min: 900 N", "{minimum: 900 N", "minimum", "Property minimum is not allowed."),
     ("marginal: 10 N}", "marginal: 10}", "10}", QUANTITY),
     ("ramp: {drive: tester.load, ", "ramp: {", "ramp: {to", 'Missing property "drive".'),
-    ("    - energy", "    - energy: {}\n      as: 1", "1\n  primary",
+    ("        - energy", "        - energy: {}\n          as: 1", "1\n      primary",
      'Incorrect type. Expected "string".'),
 ]  # fmt: skip
 WRONG_STATIONS = [
@@ -277,8 +279,13 @@ STEP = "        - settle: {cycles: 5}\n"
         (STEP, "        - ‸\n" + STEP, "settle", "Time passes until the motion is steady"),
         (STEP, "        - se‸\n" + STEP, "sweep", "goes through a list of set-points"),
         (STEP, "        - settle:\n            ‸\n", "cycles", "How many cycles of the motion"),
-        ("    - energy\n", "    - ‸\n", "energy", "Running torque"),
-        ("    - energy\n", "    - energy:\n        ‸\n", "frequency_match", "Default: 2 %"),
+        ("        - energy\n", "        - ‸\n", "energy", "Running torque"),
+        (
+            "        - energy\n",
+            "        - energy:\n            ‸\n",
+            "frequency_match",
+            "Default: 2 %",
+        ),
         ("outliers: {grubbs: {alpha: 0.05}}", "outliers: ‸", "grubbs", "Grubbs' test"),
         ("primary: template_inverse", "primary: ‸", "energy", "Running torque"),
         ("acceptance:", "‸\nacceptance:", "description", "Why, and how"),
@@ -290,7 +297,7 @@ def test_what_may_stand_here_is_offered_with_its_help(server, old, new, label, w
 
 
 def test_a_plugin_is_offered_with_and_without_settings(server):
-    editor = Editor(server, edited(PROCEDURE, "    - energy\n", "    - ‸\n"))
+    editor = Editor(server, edited(PROCEDURE, "        - energy\n", "        - ‸\n"))
     items = server.completions(editor.path, *editor._cursor)
     written = {item["insertText"].split("\n")[0] for item in items}
     assert {"energy", "energy:"} <= written
@@ -316,7 +323,11 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
         ("settle: {", "set‸tle: {", "Time passes until the motion is steady"),
         ("max_age: 30 d", "max‸_age: 30 d", "Default: 30 d"),
         ("paper_peak: {", "paper‸_peak: {", "as published"),
-        ("    - template_inverse", "    - template‸_inverse", "resonance and filter undone"),
+        (
+            "        - template_inverse",
+            "        - template‸_inverse",
+            "resonance and filter undone",
+        ),
         ("analysis:\n", "anal‸ysis:\n", "The analysis section"),
     ],
 )

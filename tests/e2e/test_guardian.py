@@ -27,7 +27,7 @@ PATIENCE_S = 120.0
 LIMIT_S, GRACE_S = 10.0, 10.0
 """How long the guardian of these stations waits for a beat, and after SIGTERM."""
 ENERGISED_THEN_ASKED = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: ASKS
 revision: "A"
 title: A question under voltage

@@ -12,7 +12,7 @@ from helpers_cli import call
 from rigrunner.runfile import read
 
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: LIMITS
 revision: "A"
 title: Load cell, within limits
@@ -196,7 +196,7 @@ def test_a_certificate_whose_measured_value_was_changed_does_not_match(laborator
 
 
 RECORDS = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: LIMITS
 revision: "A"
 title: Torque of a swing, within limits

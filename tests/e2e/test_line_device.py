@@ -17,7 +17,7 @@ LATE = object()
 """In place of an answer: the usual one, after the driver's time limit."""
 LATE_S = 0.5
 SIX = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: SIX
 revision: "A"
 title: Six readings

@@ -29,10 +29,10 @@ def lab(tmp_path_factory):
         (folder / "plugins" / f"{name}.py").write_text(text, encoding="utf-8")
     station = station_file(folder, ("id: simulated\n", "id: simulated\nplugins: plugins\n"))
     rule = ("{grubbs: {alpha: 0.05}}", f"{{{NAMES['outlier-rule']}: {{limit: 6}}}}")
-    fit = ("    - polynomial: {degree: 2}\n", f"    - {NAMES['fit']}\n")
+    fit = ("        - polynomial: {degree: 2}\n", f"        - {NAMES['fit']}\n")
     method = (
-        "    - template_inverse\n",
-        f"    - template_inverse\n    - {NAMES['compensation']}\n",
+        "        - template_inverse\n",
+        f"        - template_inverse\n        - {NAMES['compensation']}\n",
     )
     no_load = quick_procedure(folder, "no_load_inertia_sweep", rule, fit)
     limit = ("rule: guard_band_u", f"rule: {{{NAMES['rule']}: {{share: 0.5}}}}")

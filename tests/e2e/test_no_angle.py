@@ -14,7 +14,10 @@ from rigrunner.workflow.stored import analyse_run
 pytestmark = pytest.mark.thorough
 
 ANGLE = "channels: [tester.angle, tester.torque]"
-PEAKS = ("    - template_inverse\n", "    - peak_same_frequency\n    - template_inverse\n")
+PEAKS = (
+    "        - template_inverse\n",
+    "        - peak_same_frequency\n        - template_inverse\n",
+)
 
 
 BY_PEAKS = ("primary: template_inverse", "primary: peak_same_frequency")

@@ -17,7 +17,7 @@ from rigrunner.runfile import read
 from rigrunner.workflow.locate import find_procedure
 
 HEAD = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: SCAN
 revision: "A"
 title: Load cell over the range of the press

@@ -21,6 +21,8 @@ OF_STARTS = ROOT / "procedures/no_load_breakaway.yaml"
 BENCH = ROOT / "procedures/stations/simulated_bench.yaml"
 PART = "run by the reader alone: a part of a procedure"
 OF_A_STATION = {"devices", "durability", "safety", "instruments", "rig"}
+OF_AN_ANALYSIS = "      "
+"""What its keys stand behind."""
 LANGUAGE = ROOT / "docs/reference/procedure-language.md"
 
 
@@ -49,9 +51,10 @@ def sections(text, indent=""):
 
 def completed(part, whole):
     """Return a file with the sections of a part in place of its own."""
-    if part.startswith("  "):  # of its analysis
-        inner = sections(sections(whole)["analysis"].partition("\n")[2], "  ")
-        part = "analysis:\n" + "".join((inner | sections(part, "  ")).values())
+    if part.startswith(OF_AN_ANALYSIS):
+        head, name, inner = sections(whole)["analysis"].split("\n", 2)
+        inner = sections(inner, OF_AN_ANALYSIS) | sections(part, OF_AN_ANALYSIS)
+        part = f"{head}\n{name}\n{''.join(inner.values())}"
     found = sections(whole) | sections(part)
     if part.startswith("analysis:") and "template_inverse" not in part:
         del found["acceptance"]  # its limit is for that method's torque
@@ -70,7 +73,7 @@ def checked(procedure, station):
 def test_a_part_of_a_file_fits_into_a_whole_one(part, tmp_path):
     known = set(yaml.safe_load(part))
     procedure, station = tmp_path / "procedure.yaml", tmp_path / "station.yaml"
-    whole, bench = (OF_STARTS, BENCH) if "starts:" in part else (PROCEDURE, STATION)
+    whole, bench = (OF_STARTS, BENCH) if "breakaway:" in part else (PROCEDURE, STATION)
     text = whole.read_text("utf-8")
     text = text.replace("$running_in", "10 rpm" if whole is OF_STARTS else "5 Hz")
     procedure.write_text(text, encoding="utf-8")
@@ -98,8 +101,8 @@ def test_the_answers_that_are_shown_fit_the_questions_before_them(tmp_path):
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ("analysis:\n  fits: [polinomial]\n", "polinomial"),
-        ("  primary: energi\n", "energi"),
+        ("analysis:\n  - swing_torque: {fits: [polinomial]}\n", "polinomial"),
+        ("      primary: energi\n", "energi"),
         ("acceptance:\n  limitt: {}\n", "limitt"),
         ("durability: {sync: never}\n", "never"),
     ],

@@ -34,6 +34,7 @@ COMMANDS = {
         "check": "Check a procedure, and how it fits a station, without a rig.",
         "plan": "Preview steps, expected values, duration and disk space.",
         "approve": "Approve a procedure in its present form, or show its approvals.",
+        "upgrade": "Upgrade files of an older version of the language.",
         "init": "Create a lab folder with a station, procedures and a plugin.",
         "devices": "Connect each device of a station, and report its identity and state.",
         "jog": "Set and read one device manually, within the limits of its station.",

@@ -47,7 +47,7 @@ def _loads(procedure: LoadedProcedure, plan: Plan | None) -> list[float]:
     """Return the set loads of what is judged, as far as the procedure sets them, in N."""
     if plan is None:
         return []
-    no_load = procedure.model.analysis.no_load
+    no_load = procedure.model.torque_analysis.no_load
     records = [each.record for each in plan.recordings]
     loads = [each.setpoints.get(Member(each.role, "load")) for each in records]
     known = [load for load in loads if load is not None]

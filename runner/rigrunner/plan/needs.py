@@ -28,7 +28,7 @@ TORQUE = ANALYSED_IN["torque"]
 
 def chosen(recordings: Iterable[Recorded], procedure: LoadedProcedure) -> list[Recorded]:
     """Return the recordings that the analysis is of."""
-    where = procedure.model.analysis.where
+    where = procedure.model.torque_analysis.where
     return [each for each in recordings if matches(each.coordinates, where)]
 
 
@@ -39,14 +39,15 @@ def check_analysis(procedure: LoadedProcedure, draft: Draft, problems: Problems)
     measures = any(step.action.rows for step in draft.steps)
     if not draft.wanted and not measures:
         message = "there is no recording to analyse"
-        problems.add(procedure.document, ("analysis",), message, "add a record step", key=True)
+        at = procedure.model.torque_analysis_at
+        problems.add(procedure.document, at, message, "add a record step", key=True)
     for recorded in chosen(draft.recordings, procedure):
         _check_channels(recorded, problems)
 
 
 def check_motion(procedure: LoadedProcedure, draft: Draft, problems: Problems) -> None:
     """Add a problem for every recording without the cyclic motion that the analysis needs."""
-    if not analyses(procedure) or procedure.model.analysis.starts is not None:
+    if not analyses(procedure) or procedure.model.torque_analysis.starts is not None:
         return
     for recorded in chosen(draft.recordings, procedure):
         if not recorded.record.cycle_frequency_hz:
@@ -86,7 +87,7 @@ def motion_channels(record: Recording) -> list[str]:
 
 def analyses(procedure: LoadedProcedure) -> bool:
     """Say whether a procedure asks for an analysis."""
-    spec = procedure.model.analysis
+    spec = procedure.model.torque_analysis
     return bool(spec.fits or spec.compensations or spec.no_load)
 
 

@@ -88,7 +88,8 @@ def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> Non
 
 
 def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
-    for path, plugin in _named(procedure.model.analysis):
+    model = procedure.model
+    for path, plugin in _named(model.torque_analysis, model.torque_analysis_at):
         yield _use(procedure.document, path, plugin)
 
 
@@ -103,13 +104,13 @@ def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
         )
 
 
-def _named(spec: AnalysisSpec) -> Iterator[tuple[Path, PluginRef]]:
+def _named(spec: AnalysisSpec, at: Path) -> Iterator[tuple[Path, PluginRef]]:
     if spec.outliers is not None:
-        yield ("analysis", "outliers"), spec.outliers
+        yield (*at, "outliers"), spec.outliers
     for index, fit in enumerate(spec.fits):
-        yield ("analysis", "fits", index), fit
+        yield (*at, "fits", index), fit
     for index, compensation in enumerate(spec.compensations):
-        yield ("analysis", "compensations", index), compensation
+        yield (*at, "compensations", index), compensation
 
 
 def _use(document: Document, path: Path, plugin: PluginRef) -> _Use:

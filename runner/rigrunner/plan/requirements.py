@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.plan.actions import Plan, Recorded
-    from rigrunner.procedure import AnalysisSpec, LoadedProcedure
+    from rigrunner.procedure import AnalysisSpec, LoadedProcedure, Procedure
     from rigrunner.yamlfile.document import Path
 
 _ROUNDING = 1e-9
@@ -69,23 +69,24 @@ class Point:
     """Whether a recorded channel shows the crank phase."""
 
 
-def requirers(spec: AnalysisSpec, lookup: RequirementsLookup) -> tuple[Requirer, ...]:
+def requirers(procedure: Procedure, lookup: RequirementsLookup) -> tuple[Requirer, ...]:
     """Return all parts of an analysis that a run cannot do without; raise PluginError."""
-    found = [_analysis(spec, lookup)]
+    spec, at = procedure.torque_analysis, procedure.torque_analysis_at
+    found = [_analysis(spec, at, lookup)]
     if spec.outliers is not None:
         rule = spec.outliers
         needs = lookup.requires("outlier_rule", rule.name, rule.settings)
-        found.append(Requirer(f"the rule '{rule.name}'", ("analysis", "outliers"), needs))
+        found.append(Requirer(f"the rule '{rule.name}'", (*at, "outliers"), needs))
     primary = spec.primary_plugin
     if primary is not None:
         needs = lookup.requires("compensation", primary.name, primary.settings)
         index = spec.compensations.index(primary)
-        path: Path = ("analysis", "compensations", index)
+        path: Path = (*at, "compensations", index)
         found.append(Requirer(f"the compensation '{primary.label}'", path, needs))
         if needs.fit and spec.fits:
             fit = spec.fits[0]
             of_fit = lookup.requires("fit", fit.name, fit.settings)
-            found.append(Requirer(f"the fit '{fit.label}'", ("analysis", "fits", 0), of_fit))
+            found.append(Requirer(f"the fit '{fit.label}'", (*at, "fits", 0), of_fit))
     return tuple(found)
 
 
@@ -110,17 +111,18 @@ def check_requirements(procedure: LoadedProcedure, plan: Plan, lookup: Requireme
 
     What a no-load run of its own must have is asked when that run is chosen.
     """
-    spec = procedure.model.analysis
-    if spec.asks_nothing:
+    spec = procedure.model.torque_analysis
+    if not procedure.model.analysis:
         return
     problems, plan = Problems(), analysed(plan, procedure)
     if not (spec.fits or spec.compensations):
         message = "the analysis names neither a fit nor a compensation, so it has no result"
         hint = "add 'fits: [polynomial]', or leave 'analysis' out to record only"
-        problems.add(procedure.document, ("analysis",), message, hint, key=True)
+        at = procedure.model.torque_analysis_at
+        problems.add(procedure.document, at, message, hint, key=True)
         problems.stop_if_any()
     try:
-        needed = requirers(spec, lookup)
+        needed = requirers(procedure.model, lookup)
     except PluginError:
         return  # told by the check of the plugins
     _check_kind(procedure, needed, problems)
@@ -138,28 +140,28 @@ def points_of_plan(plan: Plan) -> list[Point]:
     return list(_rows(plan))
 
 
-def _analysis(spec: AnalysisSpec, lookup: RequirementsLookup) -> Requirer:
+def _analysis(spec: AnalysisSpec, at: Path, lookup: RequirementsLookup) -> Requirer:
     """Return what is needed whatever plugins there are; a rule may reject half of the cycles."""
     name = "the analysis"
     if spec.starts is not None:
-        return Requirer(name, ("analysis", "starts"), Requirements(cycles=LEAST_STARTS))
+        return Requirer(name, at, Requirements(cycles=LEAST_STARTS))
     if spec.outliers is not None and lookup.rejects(spec.outliers.name):
         name += f", with the rule '{spec.outliers.name}',"
         least = LEAST_CYCLES_WITH_RULE - SPARE_CYCLES
-        return Requirer(name, ("analysis",), Requirements(cycles=least))
-    return Requirer(name, ("analysis",), Requirements(cycles=LEAST_CYCLES))
+        return Requirer(name, at, Requirements(cycles=least))
+    return Requirer(name, at, Requirements(cycles=LEAST_CYCLES))
 
 
 def _check_kind(procedure: LoadedProcedure, needed: Iterable[Requirer], problems: Problems) -> None:
-    spec = procedure.model.analysis
+    spec = procedure.model.torque_analysis
     for each in needed:
         if each.needs.fit and not spec.fits:
             message = f"{each.name} takes the first fit, and the procedure names none"
-            hint = "add one under analysis, such as 'fits: [polynomial]'"
+            hint = "add one to the analysis, such as 'fits: [polynomial]'"
             problems.add(procedure.document, each.path, message, hint)
         if each.needs.starts is True and spec.starts is None:
             message = f"{each.name} needs starts from rest, and these are swings"
-            hint = "say 'starts: {}' under analysis if they are starts"
+            hint = "write 'breakaway' in the place of 'swing_torque' if they are starts"
             problems.add(procedure.document, each.path, message, hint)
         if each.needs.starts is False and spec.starts is not None:
             message = f"{each.name} needs swings, and these are starts from rest"
@@ -170,7 +172,7 @@ def _check_kind(procedure: LoadedProcedure, needed: Iterable[Requirer], problems
 def _check_recordings(
     procedure: LoadedProcedure, plan: Plan, needed: Sequence[Requirer], problems: Problems
 ) -> None:
-    spec = procedure.model.analysis
+    spec = procedure.model.torque_analysis
     if spec.starts is not None:
         _check_starts(procedure, plan, needed, problems)
         return
@@ -232,7 +234,7 @@ def _check_load(recorded: Recorded, problems: Problems) -> None:
 def _check_starts(
     procedure: LoadedProcedure, plan: Plan, needed: Sequence[Requirer], problems: Problems
 ) -> None:
-    spec = procedure.model.analysis
+    spec = procedure.model.torque_analysis
     window = spec.starts.window if spec.starts else 0.0
     groups: dict[tuple[float, float], list[Recorded]] = {}
     for recorded in plan.recordings:
@@ -288,10 +290,10 @@ def _check_own_no_load(
     problems: Problems,
 ) -> None:
     """Ask of a run that is its own no-load run for both kinds of set-points, at fitting places."""
-    no_load_spec = procedure.model.analysis.no_load
+    no_load_spec = procedure.model.torque_analysis.no_load
     if no_load_spec is None or not no_load_spec.is_this_run:
         return
-    document, at = procedure.document, ("analysis", "no_load")
+    document, at = procedure.document, (*procedure.model.torque_analysis_at, "no_load")
     loaded = [point for point in points if point.loaded]
     no_load = [point for point in points if not point.loaded]
     for kind, found in (("with", loaded), ("without", no_load)):
@@ -334,11 +336,12 @@ def _check_tables(
     if not points:
         message = "the analysis needs a recording, or a torque that is measured in motion"
         hint = "add a record step, or set the frequency before the torque is measured"
-        problems.add(document, ("analysis",), message, hint, key=True)
+        problems.add(document, procedure.model.torque_analysis_at, message, hint, key=True)
         return
-    if procedure.model.analysis.starts is not None:
+    if procedure.model.torque_analysis.starts is not None:
         message = "starts from rest need recordings, and only single values are measured"
-        problems.add(document, ("analysis", "starts"), message, "add a record step")
+        at = procedure.model.torque_analysis_at
+        problems.add(document, at, message, "add a record step", key=True)
     for each in needed:
         if each.needs.phase:
             message = f"{each.name} needs recorded swings, and only single values are measured"

@@ -15,12 +15,10 @@ if TYPE_CHECKING:
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.yamlfile.problems import Problems
 
-_WHERE = ("analysis", "where")
-
 
 def analysed(plan: Plan, procedure: LoadedProcedure) -> Plan:
     """Return of a plan what the analysis looks at."""
-    where = procedure.model.analysis.where
+    where = procedure.model.torque_analysis.where
     if not where:
         return plan
     steps = tuple(each for each in plan.steps if matches(each.coordinates, where))
@@ -31,7 +29,8 @@ def check_selection(procedure: LoadedProcedure, draft: Draft, problems: Problems
     """Add a problem for a `where` that chooses nothing, and for labels that would be averaged."""
     if not analyses(procedure):
         return
-    where = procedure.model.analysis.where
+    where = procedure.model.torque_analysis.where
+    at = procedure.model.torque_analysis_at
     for name, written in where.items():
         value, unit = in_si(written)
         steps = [each for each in draft.steps if each.action.recording or each.action.rows]
@@ -39,16 +38,16 @@ def check_selection(procedure: LoadedProcedure, draft: Draft, problems: Problems
         if not there:
             hint = suggestion(name, draft.coordinates, "counters and labels")
             message = f"nothing that is recorded or measured has '{name}'"
-            problems.add(procedure.document, (*_WHERE, name), message, hint, key=True)
+            problems.add(procedure.document, (*at, "where", name), message, hint, key=True)
         elif not any(matches({name: each}, {name: written}) for each in there):
             known = ", ".join(sorted(coordinate_text(each, unit) for each in there))
             message = f"nothing has {name} {coordinate_text(value, unit)}"
-            problems.add(procedure.document, (*_WHERE, name), message, f"there are: {known}")
+            problems.add(procedure.document, (*at, "where", name), message, f"there are: {known}")
     mixed = mixed_labels(
         (each.record.setpoints, each.coordinates, each.coordinate_units)
         for each in chosen(draft.recordings, procedure)
     )
     if mixed:
-        hint = "say which ones it is of, such as 'where: {phase: final}' under 'analysis'"
+        hint = "say which ones it is of, such as 'where: {phase: final}' in the analysis"
         message = f"recordings with the same set-points would be averaged: {mixed}"
-        problems.add(procedure.document, ("analysis",), message, hint, key=True)
+        problems.add(procedure.document, at, message, hint, key=True)

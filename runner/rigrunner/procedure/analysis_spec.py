@@ -173,14 +173,12 @@ class ValidateSpec(Settings):
         return {"anyOf": [{"const": MONTE_CARLO, "type": "string"}, schema]}
 
 
-class AnalysisSpec(Settings):
-    """The analysis section; a procedure without one records and computes nothing."""
+class TorqueAnalysis(Settings):
+    """What is asked of an analysis of torque: its plugins, and which of them counts."""
 
     where: Labels = Field(default_factory=dict)
     """Which recordings and rows it is of, by counters and labels; all, unless told."""
     no_load: NoLoadSpec | None = None
-    starts: StartsSpec | None = None
-    """The recordings are starts from rest in place of swings; `{}` for the defaults."""
     despike: Despike | None = None
     outliers: OutlierRuleRef | None = None
     fits: ListOf[FitRef] = ()
@@ -195,6 +193,13 @@ class AnalysisSpec(Settings):
 
     validate_: Annotated[ValidateSpec | None, Field(alias="validate")] = None
     """Whether the primary method's uncertainty is checked by Monte Carlo; it takes minutes."""
+
+
+class AnalysisSpec(TorqueAnalysis):
+    """How the torque of swings is analysed, or of starts from rest."""
+
+    starts: StartsSpec | None = None
+    """The recordings are starts from rest in place of swings; `{}` for the defaults."""
 
     @property
     def asks_nothing(self) -> bool:

@@ -23,6 +23,7 @@ def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
     return [
         Problem(message, document.where(path, key=document.part(path) is None), dotted(path), hint)
         for check in (
+            _analyses,
             _compensation,
             _validation,
             _acceptance,
@@ -46,40 +47,48 @@ def analysis_contradictions(procedure: Procedure) -> list[Problem]:
 Complaint = tuple["Path", str, str]
 
 
+def _analyses(procedure: Procedure) -> Iterator[Complaint]:
+    for index, each in enumerate(procedure.analysis[1:], start=1):
+        message = f"'{each.name}' is a second analysis of torque"
+        yield ("analysis", index), message, "a procedure has one of them"
+
+
 def _compensation(procedure: Procedure) -> Iterator[Complaint]:
-    spec = procedure.analysis
+    spec, at = procedure.torque_analysis, procedure.torque_analysis_at
     names = [each.label for each in spec.compensations]
     allowed = ", ".join(names) or "none, as there are no compensations"
     if spec.primary_ and spec.primary_ not in names:
         message = f"got '{spec.primary_}', which is not among the compensations"
-        yield ("analysis", "primary"), message, f"allowed: {allowed}"
+        yield (*at, "primary"), message, f"allowed: {allowed}"
     if names and not spec.primary:
         hint = f"say which one counts: {allowed}"
-        yield ("analysis", "primary"), "the key 'primary' is missing", hint
+        yield (*at, "primary"), "the key 'primary' is missing", hint
     if names and spec.no_load is None and spec.starts is None:
         hint = "compensations need it: 'no_load: {from: latest, procedure: ID}'"
-        yield ("analysis", "no_load"), "the key 'no_load' is missing", hint
+        yield (*at, "no_load"), "the key 'no_load' is missing", hint
 
 
 def _validation(procedure: Procedure) -> Iterator[Complaint]:
-    if procedure.analysis.validate_ is not None and not procedure.analysis.compensations:
-        hint = "add analysis.compensations, or leave 'validate' out"
-        yield ("analysis", "validate"), "there is no compensated torque to validate", hint
+    spec = procedure.torque_analysis
+    if spec.validate_ is not None and not spec.compensations:
+        hint = "add 'compensations' to the analysis, or leave 'validate' out"
+        at = (*procedure.torque_analysis_at, "validate")
+        yield at, "there is no compensated torque to validate", hint
 
 
 def _acceptance(procedure: Procedure) -> Iterator[Complaint]:
-    if procedure.acceptance is not None and not procedure.analysis.compensations:
-        hint = "add analysis.compensations, or leave the limit out"
+    if procedure.acceptance is not None and not procedure.torque_analysis.compensations:
+        hint = "add 'compensations' to the analysis, or leave the limit out"
         yield ("acceptance",), "a limit needs a compensated torque to decide on", hint
 
 
 def _repeated_plugins(procedure: Procedure) -> Iterator[Complaint]:
-    spec = procedure.analysis
+    spec, at = procedure.torque_analysis, procedure.torque_analysis_at
     for section, plugins in (("fits", spec.fits), ("compensations", spec.compensations)):
         for index in _repeated(plugins):
             label = plugins[index].label
             hint = "name it once, or give this one a name of its own: 'as: NAME'"
-            yield ("analysis", section, index), f"'{label}' stands twice", hint
+            yield (*at, section, index), f"'{label}' stands twice", hint
 
 
 def _repeated(plugins: Sequence[PluginRef]) -> list[int]:

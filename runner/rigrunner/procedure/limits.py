@@ -41,7 +41,7 @@ def add_other_measurands(
     loads_n: Collection[float],
 ) -> None:
     """Add every limit of another torque than the one that is measured under these loads."""
-    spec = procedure.model.analysis
+    spec = procedure.model.torque_analysis
     primary = spec.primary_plugin
     if primary is None:
         return

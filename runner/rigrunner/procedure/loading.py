@@ -14,6 +14,7 @@ from rigrunner.procedure.references import resolve, with_given
 from rigrunner.procedure.steps import KINDS, STORED
 from rigrunner.procedure.texts import texts_digest
 from rigrunner.yamlfile import parse, validate
+from rigrunner.yamlfile.upgrade import refuse_older, upgraded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -91,10 +92,12 @@ def parse_procedure(
     """Return the procedure in a text; `name` stands for the file in messages.
 
     `kinds` are the kinds of steps that it may have; left out, those that are installed. `stored`:
-    of a run that was done, whose kinds may be missing here. What it calls is not looked up. Raises
-    InvalidFileError with all that is wrong.
+    of a run that was done, whose kinds may be missing here; it may be in an older form of the
+    language. What it calls is not looked up. Raises InvalidFileError with all that is wrong.
     """
-    document = resolve(with_given(parse(text, name), given or {}))
+    written = parse(upgraded(text, name) if stored else text, name)
+    refuse_older(written)
+    document = resolve(with_given(written, given or {}))
     model = validate(Procedure, document, context={KINDS: kinds, STORED: stored})
     digest = hashlib.sha256(text.encode()).hexdigest()
     loaded = LoadedProcedure(model, document, digest, text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field
 
@@ -10,10 +10,14 @@ from rigrunner.api.settings import ListOf, PlainText, Settings
 from rigrunner.api.units import QuantityError, unit, units_of
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
+from rigrunner.procedure.analyses import AnalysisRef
 from rigrunner.procedure.analysis_spec import AnalysisSpec
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.steps import Parameter, Step
 from rigrunner.yamlfile.names import Identifier, Name, Text
+
+if TYPE_CHECKING:
+    from rigrunner.yamlfile.document import Path
 
 
 def _torque_unit(symbol: str) -> str:
@@ -38,7 +42,7 @@ class Measurand(Settings):
 class Procedure(Settings):
     """A procedure: what is measured, what is done, how it is analysed, what is acceptable."""
 
-    rigrunner: Literal["procedure/1"]
+    rigrunner: Literal["procedure/2"]
     """What this file is, and its version of the language."""
     id: Identifier
     """How runs and other procedures name it."""
@@ -63,5 +67,21 @@ class Procedure(Settings):
     """What is measured."""
     teardown: ListOf[Step] = ()
     """What is done at the end, whatever happened before."""
-    analysis: AnalysisSpec = Field(default_factory=AnalysisSpec)
+    analysis: ListOf[AnalysisRef] = ()
+    """What is computed of what was recorded; without any, nothing."""
     acceptance: Acceptance | None = None
+
+    @property
+    def torque_analysis(self) -> AnalysisSpec:
+        """What is asked of the analysis of torque; of a procedure without one: nothing."""
+        return self.analysis[0].settings if self.analysis else AnalysisSpec()
+
+    @property
+    def torque_analysis_at(self) -> Path:
+        """Where the analysis of torque stands in the file."""
+        return ("analysis", 0, self.analysis[0].name) if self.analysis else ("analysis",)
+
+    def with_torque_analysis(self, spec: AnalysisSpec) -> Self:
+        """Return the procedure with another analysis of torque; it has one."""
+        changed = AnalysisRef(self.analysis[0].name, spec)
+        return self.model_copy(update={"analysis": (changed, *self.analysis[1:])})

@@ -53,7 +53,7 @@ def tools() -> Tools:
     """Return them, loaded once in a process."""
     procedure = load_procedure(find_procedure(PROCEDURE)).model
     station = load_station(find_station(STATION)).model
-    return Tools(station, procedure.analysis, procedure.measurand, load_registry())
+    return Tools(station, procedure.torque_analysis, procedure.measurand, load_registry())
 
 
 def primary_alone(spec: AnalysisSpec) -> AnalysisSpec:

@@ -75,7 +75,7 @@ class _StopAt:
 
 def _planned(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
     content = {
-        "rigrunner": "procedure/1",
+        "rigrunner": "procedure/2",
         "id": "TRIAL",
         "revision": "A",
         "title": "One step",

@@ -209,7 +209,7 @@ def entering_channels(planned: Planned) -> tuple[Member, ...]:
     analysis: what is recorded but for index pulses, of which only the time counts; of what is
     measured the torque; and the load that is read beside.
     """
-    analysed = not planned.procedure.model.analysis.asks_nothing
+    analysed = not planned.procedure.model.torque_analysis.asks_nothing
     found: dict[Member, None] = {}
     recordings = {each.record.name: each.record for each in planned.plan.recordings}
     for step in planned.plan.steps:

@@ -138,7 +138,7 @@ def decide_again(
     after = change(before)
     if after == before:
         raise UsageError("these limits and this rule hold already", hint="nothing was written")
-    spec = _procedure(stored).analysis
+    spec = _procedure(stored).torque_analysis
     if spec.primary_plugin is None:
         raise DataError(
             f"{stored.header.run_id} has no result to decide on",

@@ -55,7 +55,7 @@ class LoadedRun:
 
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
     """Return the no-load run that the planned run needs; None if it needs none; raise DataError."""
-    spec = planned.procedure.model.analysis.no_load
+    spec = planned.procedure.model.torque_analysis.no_load
     if spec is None or spec.is_this_run:
         return None
     points = points_of_plan(analysed(planned.plan, planned.procedure))
@@ -65,7 +65,7 @@ def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path 
         drive=_cycle_drive(planned.devices),
         frequencies_hz=sorted({point.frequency_hz for point in points if point.frequency_hz > 0}),
         replays=planned.tape is not None and planned.tape.replays,
-        needed=requirers(planned.procedure.model.analysis, planned.registry),
+        needed=requirers(planned.procedure.model, planned.registry),
     )
     return find_no_load(spec, loaded, runs, named)
 

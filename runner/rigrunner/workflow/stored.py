@@ -79,7 +79,7 @@ def analyse_stored(
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
     procedure = changes(parse_procedure(text, name, stored=True).model)
-    spec, limits = procedure.analysis, acceptance or procedure.acceptance
+    spec, limits = procedure.torque_analysis, acceptance or procedure.acceptance
     if not is_analysed(stored, procedure):
         if not any(row.limits for row in stored.measurements):
             raise DataError(
@@ -103,7 +103,10 @@ def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
 
     Those of a run that stopped at a limit are not all that the procedure's analysis is for.
     """
-    return not procedure.analysis.asks_nothing and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
+    return (
+        not procedure.torque_analysis.asks_nothing
+        and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
+    )
 
 
 def _operator(inputs: Mapping[str, str]) -> dict[str, str]:

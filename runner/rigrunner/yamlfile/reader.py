@@ -23,7 +23,7 @@ _NOT_TEXT = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff" + f"{TURNING}]"
 )
 """What stands in no text file, be it in a comment. U+0085 ends a line in YAML."""
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read(path: Path) -> Document:
@@ -58,7 +58,7 @@ def parse(text: str, name: str) -> Document:
         hint = "it turns the order of letters: remove it" if turning else "is this a YAML file?"
         raise _refused(name, message, _position(text, found.start()), hint)
     try:
-        return compose(yaml.parse(text, Loader=_LOADER), text, name)
+        return compose(yaml.parse(text, Loader=LOADER), text, name)
     except yaml.MarkedYAMLError as error:
         raise _syntax_error(error, text, name) from error
 

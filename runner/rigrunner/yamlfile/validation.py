@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=BaseModel)
 MAX_PROBLEMS = 50
 MARK = "rigrunner"
-"""The key that says what a file is, such as 'procedure/1'."""
+"""The key that says what a file is, such as 'procedure/2'."""
 
 
 def validate(

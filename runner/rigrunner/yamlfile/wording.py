@@ -36,7 +36,7 @@ _ALLOWED = {
     "string_too_short": "a text of {min_length} or more characters",
     "string_too_long": "a text of {max_length} or fewer characters",
 }
-_MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/1'"
+_MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/2'"
 ALLOWED = ", allowed is "
 """What parts what was got from what may stand there."""
 _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")

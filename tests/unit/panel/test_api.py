@@ -89,7 +89,7 @@ def test_a_plan_that_needs_a_no_load_run_says_that_there_is_none(client):
 
 
 def test_problems_of_files_come_with_their_places(client, folder):
-    text = "rigrunner: procedure/1\nid: X\nrevision: A\ntitle: t\nmain: [{wait: x}]\nxx: 1\n"
+    text = "rigrunner: procedure/2\nid: X\nrevision: A\ntitle: t\nmain: [{wait: x}]\nxx: 1\n"
     (folder / "lab/p.yaml").write_text(text, encoding="utf-8")
     answer = client.post("/api/plan", json={"procedure": "p.yaml", "station": "simulated"})
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid")

@@ -122,7 +122,7 @@ MIXED = with_steps(
 
 def test_what_would_be_averaged_over_labels_is_refused_before_the_run():
     problem = only_problem(lambda: plan_of(MIXED))
-    assert problem.field == "analysis"
+    assert problem.field == "analysis[0].swing_torque"
     assert problem.message == (
         "recordings with the same set-points would be averaged: phase wear; no label"
     )
@@ -130,7 +130,7 @@ def test_what_would_be_averaged_over_labels_is_refused_before_the_run():
 
 
 def chosen(where):
-    return edited(MIXED, ("analysis:\n", f"analysis:\n  where: {where}\n"))
+    return edited(MIXED, ("swing_torque:\n", f"swing_torque:\n      where: {where}\n"))
 
 
 def test_a_selection_says_which_ones_the_analysis_is_of():

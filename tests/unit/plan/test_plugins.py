@@ -9,6 +9,8 @@ from rigrunner.plan import check_plugins
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
 
+AT = "analysis[0].swing_torque"
+
 
 def checked(text, station=STATION):
     check_plugins(parse_procedure(text, "p.yaml"), parse_station(station, "s.yaml"), Lookup())
@@ -21,23 +23,23 @@ def test_what_is_right_passes():
 @pytest.mark.parametrize(
     ("old", "new", "finger", "field", "message"),
     [
-        ("{grubbs:", "{grubs:", "grubs", "analysis.outliers.grubs",
+        ("{grubbs:", "{grubs:", "grubs", f"{AT}.outliers.grubs",
          "there is no outlier_rule 'grubs'"),
-        ("- inertia", "- inretia", "inretia", "analysis.fits[1]", "there is no fit 'inretia'"),
-        ("- energy", "- enrgy", "enrgy", "analysis.compensations[1]",
+        ("- inertia", "- inretia", "inretia", f"{AT}.fits[1]", "there is no fit 'inretia'"),
+        ("- energy", "- enrgy", "enrgy", f"{AT}.compensations[1]",
          "there is no compensation 'enrgy'"),
-        ("alpha: 0.05", "alfa: 0.05", "alfa", "analysis.outliers.grubbs.alfa",
+        ("alpha: 0.05", "alfa: 0.05", "alfa", f"{AT}.outliers.grubbs.alfa",
          "unknown key 'alfa'"),
-        ("alpha: 0.05", "alpha: low", "low", "analysis.outliers.grubbs.alpha",
+        ("alpha: 0.05", "alpha: low", "low", f"{AT}.outliers.grubbs.alpha",
          "got 'low', allowed is a number"),
-        ("degree: 2", "degree: 2.5", "2.5", "analysis.fits[0].polynomial.degree",
+        ("degree: 2", "degree: 2.5", "2.5", f"{AT}.fits[0].polynomial.degree",
          "got 2.5, allowed is a whole number"),
-        ("degree: 2", "degree: 2, powers: [0, x]", "x]", "analysis.fits[0].polynomial.powers[1]",
+        ("degree: 2", "degree: 2, powers: [0, x]", "x]", f"{AT}.fits[0].polynomial.powers[1]",
          "got 'x', allowed is a whole number"),
         ("polynomial: {degree: 2}", "polynomial", "polynomial",
-         "analysis.fits[0].polynomial.degree", "the key 'degree' is missing"),
+         f"{AT}.fits[0].polynomial.degree", "the key 'degree' is missing"),
         ("polynomial: {degree: 2}", "polynomial:", "polynomial:",
-         "analysis.fits[0].polynomial.degree", "the key 'degree' is missing"),
+         f"{AT}.fits[0].polynomial.degree", "the key 'degree' is missing"),
         ("rule: guard_band_u", "rule: guard_band", "guard_band\n", "acceptance.rule",
          "there is no decision_rule 'guard_band'"),
         ("rule: guard_band_u", "rule: guard_band\n  fraction: 1", "guard_band\n",
@@ -85,7 +87,7 @@ def test_a_reference_in_settings_keeps_both_places():
     text = edited(PROCEDURE, ("degree: 2", "degree: $load"))
     problem = only_problem(checked, text)
 
-    place = place_of(text, "$load}\n    - i")
+    place = place_of(text, "$load}\n        - i")
     assert str(problem.location) == f"p.yaml:{place}"
     assert problem.hint == f"it is written at p.yaml:{place_of(text, '1000 N')}"
 

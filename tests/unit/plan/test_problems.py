@@ -168,7 +168,10 @@ def test_an_analysis_without_a_recording():
     start, end = PROCEDURE.index("  - sweep:"), PROCEDURE.index("teardown:")
     problem = only_problem(planned, PROCEDURE[:start] + PROCEDURE[end:])
 
-    assert (problem.field, problem.message) == ("analysis", "there is no recording to analyse")
+    assert (problem.field, problem.message) == (
+        "analysis[0].swing_torque",
+        "there is no recording to analyse",
+    )
 
 
 def test_the_register_must_know_the_recorded_torque():

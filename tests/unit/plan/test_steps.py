@@ -374,7 +374,7 @@ def test_a_drive_whose_rate_has_no_unit():
 
 
 INNER = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: INNER
 revision: "A"
 title: Inner

@@ -11,7 +11,7 @@ from rigrunner.procedure import load_procedure
 from rigrunner.procedure.calls import MAX_CALLS
 
 HEAD = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: {id}
 revision: "A"
 title: A test

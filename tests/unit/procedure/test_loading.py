@@ -62,7 +62,7 @@ def test_a_procedure_is_what_its_file_says():
 
 def test_the_analysis_is_what_its_section_says():
     model = parse_procedure(PROCEDURE, "p.yaml").model
-    spec = model.analysis
+    spec = model.torque_analysis
 
     assert (spec.no_load.from_, spec.no_load.procedure) == ("latest", "TEST-0")
     assert spec.no_load.max_age == 30 * 24 * 3600
@@ -79,18 +79,18 @@ def test_the_analysis_is_what_its_section_says():
 
 
 def test_a_plugin_with_an_empty_value_has_no_settings():
-    text = edited(PROCEDURE, ("    - inertia\n", "    - inertia:\n"))
+    text = edited(PROCEDURE, ("        - inertia\n", "        - inertia:\n"))
 
-    assert parse_procedure(text, "p.yaml").model.analysis.fits[1].settings == {}
+    assert parse_procedure(text, "p.yaml").model.torque_analysis.fits[1].settings == {}
 
 
 def test_a_plugin_may_stand_twice_under_names_of_its_own():
     text = edited(
         PROCEDURE,
-        ("    - energy\n", "    - energy\n    - {energy: {a: 1}, as: other}\n"),
+        ("        - energy\n", "        - energy\n        - {energy: {a: 1}, as: other}\n"),
         ("primary: template", "primary: other"),
     )
-    spec = parse_procedure(text, "p.yaml").model.analysis
+    spec = parse_procedure(text, "p.yaml").model.torque_analysis
 
     assert [(each.name, each.label) for each in spec.compensations] == [
         ("template", "template"), ("energy", "energy"), ("energy", "other"),
@@ -100,17 +100,17 @@ def test_a_plugin_may_stand_twice_under_names_of_its_own():
 
 
 def test_the_only_compensation_is_the_primary_one():
-    text = edited(PROCEDURE, ("    - energy\n", ""), ("  primary: template\n", ""))
+    text = edited(PROCEDURE, ("        - energy\n", ""), ("      primary: template\n", ""))
 
-    assert parse_procedure(text, "p.yaml").model.analysis.primary == "template"
+    assert parse_procedure(text, "p.yaml").model.torque_analysis.primary == "template"
 
 
 def test_the_threshold_for_spikes_is_that_of_the_filter_unless_told():
-    assert parse_procedure(PROCEDURE, "p.yaml").model.analysis.despike.threshold == (
+    assert parse_procedure(PROCEDURE, "p.yaml").model.torque_analysis.despike.threshold == (
         spikes.DEFAULT_THRESHOLD
     )
     text = edited(PROCEDURE, ("window: 11", "window: 11, threshold: 4"))
-    assert parse_procedure(text, "p.yaml").model.analysis.despike.threshold == 4.0
+    assert parse_procedure(text, "p.yaml").model.torque_analysis.despike.threshold == 4.0
 
 
 def test_a_stored_text_gives_the_same_procedure(tmp_path):
@@ -130,7 +130,7 @@ def test_sections_may_be_left_out():
     model = parse_procedure(text, "p.yaml").model
 
     assert (model.setup, model.teardown, model.acceptance) == ((), (), None)
-    assert model.analysis.compensations == ()
+    assert model.torque_analysis.compensations == ()
 
 
 def test_sweeps_nest():

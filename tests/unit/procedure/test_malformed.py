@@ -7,6 +7,8 @@ import pytest
 from helpers_language import PROCEDURE, edited, only_problem, place_of, problems_of
 from rigrunner.procedure import parse_procedure
 
+AT = "analysis[0].swing_torque"
+
 STEPS = (
     "allowed is one of: ask, call, confirm, group, measure, note, ramp, record, repeat, scan, set,"
     " settle, sweep, wait, zero"
@@ -15,9 +17,12 @@ KEYS = "known keys: "
 
 # old part, new part, where the finger points, field, message, hint
 CASES = [
-    ("procedure/1", "procedure/2", "procedure/2", "rigrunner",
-     "got 'procedure/2', allowed is 'procedure/1'", "did you mean 'procedure/1'?"),
-    ("procedure/1", "station/1", "station/1", "rigrunner", "allowed is 'procedure/1'", ""),
+    ("procedure/2", "procedure/3", "procedure/3", "rigrunner",
+     "got 'procedure/3', allowed is 'procedure/2'", "did you mean 'procedure/2'?"),
+    ("procedure/2", "procedure/1", "procedure/1", "rigrunner",
+     "got 'procedure/1', an older form of the language, allowed is 'procedure/2'",
+     "type 'rigrunner upgrade p.yaml'"),
+    ("procedure/2", "station/1", "station/1", "rigrunner", "allowed is 'procedure/2'", ""),
     ("id: TEST-1\n", "", "rigrunner", "id", "the key 'id' is missing", ""),
     ("TEST-1", "../../etc", "../../etc", "id", "'../../etc' is not an id: letters, digits", ""),
     ("TEST-1", "1", "1\nrev", "id", "got 1, allowed is a text", "put it in quotes: '1'"),
@@ -130,48 +135,51 @@ CASES = [
      "main[1].sweep.steps[1].record.channels", "got 'tester.torque', allowed is a list", ""),
     ("tester.angle,", "tester.,", "tester., ", "main[1].sweep.steps[1].record.channels[0]",
      "'tester.' is not of the form role.name", ""),
-    ("from: latest", "form: latest", "form", "analysis.no_load.form", "unknown key 'form'",
+    ("from: latest", "form: latest", "form", f"{AT}.no_load.form", "unknown key 'form'",
      "did you mean 'from'? known keys: from, procedure, max_age, same"),
-    ("procedure: TEST-0, ", "", "{from: latest", "analysis.no_load",
+    ("procedure: TEST-0, ", "", "{from: latest", f"{AT}.no_load",
      "the key 'procedure' is missing, or 'from: this run'", ""),
-    ("max_age: 30 d", "max_age: 30", "30, same", "analysis.no_load.max_age",
+    ("max_age: 30 d", "max_age: 30", "30, same", f"{AT}.no_load.max_age",
      "30 is not a number with a unit", "write it as '30 s'"),
-    ("max_age: 30 d", "max_age: 30 N", "30 N", "analysis.no_load.max_age",
+    ("max_age: 30 d", "max_age: 30 N", "30 N", f"{AT}.no_load.max_age",
      "'30 N' is a force, not a time", "units of time: s, ms, min, h, d"),
-    ("[station, mandrel]", "[station, mandril]", "mandril", "analysis.no_load.same[1]",
+    ("[station, mandrel]", "[station, mandril]", "mandril", f"{AT}.no_load.same[1]",
      "got 'mandril', allowed is 'station' or 'mandrel'", "did you mean 'mandrel'?"),
-    ("window: 11", "window: 2", "2}}", "analysis.despike.hampel.window",
+    ("window: 11", "window: 2", "2}}", f"{AT}.despike.hampel.window",
      "got 2, allowed is 3 or more", ""),
-    ("window: 11", "window: no", "no}}", "analysis.despike.hampel.window",
+    ("window: 11", "window: no", "no}}", f"{AT}.despike.hampel.window",
      "got 'no', allowed is a whole number", ""),
-    ("{grubbs: {alpha: 0.05}}", "{grubbs: 0.05}", "0.05}\n  fits", "analysis.outliers.grubbs",
+    ("{grubbs: {alpha: 0.05}}", "{grubbs: 0.05}", "0.05}\n      fits", f"{AT}.outliers.grubbs",
      "got 0.05, allowed is a mapping of names to values", ""),
-    ("{grubbs: {alpha: 0.05}}", "{grubbs: {}, mad: {}}", "{grubbs", "analysis.outliers",
+    ("{grubbs: {alpha: 0.05}}", "{grubbs: {}, mad: {}}", "{grubbs", f"{AT}.outliers",
      "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
-    ("{grubbs: {alpha: 0.05}}", "[grubbs]", "[grubbs]", "analysis.outliers",
+    ("{grubbs: {alpha: 0.05}}", "[grubbs]", "[grubbs]", f"{AT}.outliers",
      "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
-    ("    - inertia\n", "    - polynomial\n", "polynomial\n", "analysis.fits[1]",
+    ("        - inertia\n", "        - polynomial\n", "polynomial\n", f"{AT}.fits[1]",
      "'polynomial' stands twice", "name it once"),
-    ("    - energy\n", "    - energy: fast\n", "fast", "analysis.compensations[1].energy",
+    ("        - energy\n", "        - energy: fast\n", "fast", f"{AT}.compensations[1].energy",
      "got 'fast', allowed is a mapping of names to values", ""),
-    ("    - energy\n", "    - {energy: {}, as: running torque}\n", "running torque",
-     "analysis.compensations[1].as", "'running torque' is not a name: letters, digits and _", ""),
-    ("    - energy\n", "    - {as: running}\n", "{as: running}", "analysis.compensations[1]",
+    ("        - energy\n", "        - {energy: {}, as: running torque}\n", "running torque",
+     f"{AT}.compensations[1].as", "'running torque' is not a name: letters, digits and _", ""),
+    ("        - energy\n", "        - {as: running}\n", "{as: running}", f"{AT}.compensations[1]",
      "a plugin is written as 'name', or as 'name: {setting: value}'", ""),
-    ("    - energy\n", "    - {energy: {}, as: template}\n", "{energy",
-     "analysis.compensations[1]", "'template' stands twice", "as: NAME"),
-    ("window: 11", "window: 11, threshold: true", "true", "analysis.despike.hampel.threshold",
+    ("        - energy\n", "        - {energy: {}, as: template}\n", "{energy",
+     f"{AT}.compensations[1]", "'template' stands twice", "as: NAME"),
+    ("window: 11", "window: 11, threshold: true", "true", f"{AT}.despike.hampel.threshold",
      "got true, allowed is a number", ""),
-    ("window: 11", "window: 11, threshold: 0", "0}}", "analysis.despike.hampel.threshold",
+    ("window: 11", "window: 11, threshold: 0", "0}}", f"{AT}.despike.hampel.threshold",
      "got 0, allowed is 1.0 or more", ""),
-    ("    - energy\n", "    - template\n", "template\n  primary", "analysis.compensations[1]",
+    ("        - energy\n", "        - template\n", "template\n      primary",
+     f"{AT}.compensations[1]",
      "'template' stands twice", "name it once"),
-    ("primary: template", "primary: templat", "templat\n", "analysis.primary",
+    ("primary: template", "primary: templat", "templat\n", f"{AT}.primary",
      "got 'templat', which is not among the compensations", "allowed: template, energy"),
-    ("  primary: template\n", "", "analysis", "analysis.primary", "the key 'primary' is missing",
+    ("      primary: template\n", "", "swing_torque",
+     f"{AT}.primary", "the key 'primary' is missing",
      "say which one counts: template, energy"),
-    ("  no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}\n", "",
-     "analysis", "analysis.no_load", "the key 'no_load' is missing",
+    ("      no_load: {from: latest, procedure: TEST-0, max_age: 30 d, same: [station, mandrel]}\n",
+     "",
+     "swing_torque", f"{AT}.no_load", "the key 'no_load' is missing",
      "compensations need it: 'no_load: {from: latest, procedure: ID}'"),
     ("    max: 0.95 N·m\n", "", "source: nobody", "acceptance.limit",
      "a limit needs max, min, or both", ""),
@@ -233,7 +241,7 @@ def test_every_problem_is_told_at_once():
 
 
 def test_a_limit_without_compensation_decides_on_nothing():
-    start = PROCEDURE.index("  compensations:")
+    start = PROCEDURE.index("      compensations:")
     text = PROCEDURE[:start] + PROCEDURE[PROCEDURE.index("acceptance:") :]
     problem = only_problem(parse_procedure, text, "p.yaml")
 

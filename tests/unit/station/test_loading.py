@@ -20,8 +20,8 @@ SECOND = """
 
 # old part, new part, where the finger points, field, message, hint
 CASES = [
-    ("station/1", "procedure/1", "procedure/1", "rigrunner",
-     "got 'procedure/1', allowed is 'station/1'", ""),
+    ("station/1", "procedure/2", "procedure/2", "rigrunner",
+     "got 'procedure/2', allowed is 'station/1'", ""),
     ("id: bench-1", "id: bench 1", "bench 1", "id", "'bench 1' is not an id", ""),
     ("eccentric: 2 mm", "eccentric: 2", "2\n", "rig.eccentric", "2 is not a number with a unit",
      "write it as '2 m'"),

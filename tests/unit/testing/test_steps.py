@@ -129,7 +129,7 @@ def test_a_broken_kind_fails(action, check, found):
 
 
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: LAB-1
 revision: "A"
 title: With a step of the lab's own

@@ -18,7 +18,7 @@ from rigrunner.workflow.locate import find_procedure
 
 WHEN = "2026-02-03T10:00:00.000Z"
 CALLER = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: OUTER
 revision: "2"
 title: Calls another one
@@ -28,7 +28,7 @@ main:
   - call: {procedure: parts/inner.yaml}
 """
 CALLED = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: INNER
 revision: "1"
 title: Is called

@@ -10,7 +10,7 @@ from rigrunner.api.events import Outcome
 from rigrunner.workflow.stored import open_run
 
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: TABLE
 revision: "A"
 title: A table of values

@@ -58,7 +58,7 @@ devices:
 safety: {patience: {answer: 0.3 s}}
 """
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: heat
 revision: "1"
 title: Heat

@@ -9,7 +9,7 @@ from rigrunner.api.errors import InvalidFileError
 from rigrunner.station import load_station
 
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: TRY
 revision: "1"
 title: Tries all of the station
@@ -20,7 +20,8 @@ main:
   - record: {channels: [tester.angle, tester.torque], cycles: 10}
   - record: {channels: [tester.angle, bench.torque], duration: 1 s}
 analysis:
-  fits: [polynomial: {degree: 2}]
+  - swing_torque:
+      fits: [polynomial: {degree: 2}]
 """
 STATION = """\
 rigrunner: station/1

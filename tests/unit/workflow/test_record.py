@@ -45,7 +45,7 @@ def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
     by_hand = analyse(
         open_run(loaded.folder).data,
         open_run(no_load.folder).data,
-        procedure.analysis,
+        procedure.torque_analysis,
         acceptance=procedure.acceptance,
         measurand=procedure.measurand,
         lookup=registry,

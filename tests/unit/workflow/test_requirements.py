@@ -27,17 +27,17 @@ from rigrunner.workflow.prepare import plan_run
 NO_LOAD = "no_load_inertia_sweep"
 LOADED = "starting_torque_1000n"
 STARTS = "no_load_breakaway"
-RULE = "  outliers: {grubbs: {alpha: 0.05}}\n"
+RULE = "      outliers: {grubbs: {alpha: 0.05}}\n"
 CHANNELS = "[tester.angle, tester.torque]"
 NO_LOAD_FITS = """\
-  fits:                                   # of the peak over frequency; the first one is the paper's
-    - polynomial: {degree: 2}
-    - inertia_physical
+      fits:                               # of the peak over frequency; the first one is the paper's
+        - polynomial: {degree: 2}
+        - inertia_physical
 """
 LOADED_FITS = """\
-  fits:                                   # of the no-load peaks; the first one serves paper_peak
-    - polynomial: {degree: 2}
-    - inertia_physical
+      fits:                               # of the no-load peaks; the first one serves paper_peak
+        - polynomial: {degree: 2}
+        - inertia_physical
 """
 LATEST = "{from: latest, procedure: SSPB-NLI, max_age: 30 d, same: [station, mandrel]}"
 SWEEP = """\
@@ -54,7 +54,7 @@ BREAKAWAY = "breakaway_peak: {fixture_friction: 0.008 N·m}"
 
 # procedure, changes of it, where the finger points, the message
 REFUSED = [
-    (NO_LOAD, [(NO_LOAD_FITS, "")], "analysis:",
+    (NO_LOAD, [(NO_LOAD_FITS, "")], "swing_torque:",
      "the analysis names neither a fit nor a compensation, so it has no result"),
     (NO_LOAD, [(RULE, ""), ("cycles: 30}", "cycles: 3}")], "3}",
      "the analysis needs at least 6 cycles in each recording, got 3"),
@@ -72,20 +72,20 @@ REFUSED = [
     (LOADED, [(LOADED_FITS, ""), ("primary: template_inverse", "primary: paper_peak")],
      "paper_peak: {co",
      "the compensation 'paper_peak' takes the first fit, and the procedure names none"),
-    (LOADED, [("  despike", "  starts: {}\n  despike"), ("cycles: 30}", "duration: 1 s}")],
-     "template_inverse\n    - energy",
+    (LOADED, [("  - swing_torque:", "  - breakaway:"), ("cycles: 30}", "duration: 1 s}")],
+     "template_inverse\n        - energy",
      "the compensation 'template_inverse' needs swings, and these are starts from rest"),
-    (LOADED, [("    - energy\n", f"    - {BREAKAWAY}\n"),
+    (LOADED, [("        - energy\n", f"        - {BREAKAWAY}\n"),
               ("primary: template_inverse", "primary: breakaway_peak"),
               ("load_induced, condition: at_reversal", "total, condition: from_rest")],
      "breakaway_peak: {fix",
      "the compensation 'breakaway_peak' needs starts from rest, and these are swings"),
     (LOADED, [OWN], "{from: this run}",
      "the run is to be its own no-load run, and has no set-point without load"),
-    (LOADED, [OWN, ("main:\n", UNLOADED_SWEEP)], "template_inverse\n    - energy",
+    (LOADED, [OWN, ("main:\n", UNLOADED_SWEEP)], "template_inverse\n        - energy",
      ("the compensation 'template_inverse' needs 4 different frequencies without load, "
      "got 10 Hz, 20 Hz")),
-    (LOADED, [OWN, ("main:\n", UNLOADED_SWEEP)], "template_inverse\n    - energy",
+    (LOADED, [OWN, ("main:\n", UNLOADED_SWEEP)], "template_inverse\n        - energy",
      ("the compensation 'template_inverse' needs set-points without load for 1 Hz, 3 Hz, 5 Hz, "
      "8 Hz, 15 Hz, 18 Hz, 25 Hz, 30 Hz, 33 Hz, 35 Hz")),
     (LOADED, [OWN, ("main:\n", UNLOADED_SWEEP),
@@ -103,8 +103,8 @@ REFUSED = [
      "a start from rest needs an angle, and none is recorded"),
     (STARTS, [("start_frequency: $start}", "start_frequency: 0 Hz}")], "record:",
      "the analysis needs a start, and no speed is set here"),
-    (STARTS, [("  starts: {window: 5 deg, smoothing: 5 ms}\n",
-               "  no_load: {from: this run}\n")], "record:",
+    (STARTS, [("  - breakaway:\n      window: 5 deg\n      smoothing: 5 ms\n",
+               "  - swing_torque:\n      no_load: {from: this run}\n")], "record:",
      "the analysis needs a cycle frequency, and none is set here"),
     ("paper_reproduction", [("primary: paper_peak", "primary: template_inverse")],
      "template_inverse  ",
@@ -177,11 +177,16 @@ def test_a_no_load_run_with_too_few_cycles_for_the_rule_is_refused_before_the_ru
         run(quick_procedure(tmp_path, LOADED, ("grubbs: {alpha: 0.05}", "pauta: {}")), runs)
 
 
-RULES = ["", *(f"  outliers: {name}\n" for name in (
+RULES = ["", *(f"      outliers: {name}\n" for name in (
     "none", "grubbs", "chauvenet", "mad", "pauta", "generalized_esd"))]  # fmt: skip
+METHODS_OF_LOADED = """\
+        - paper_peak: {coefficients: refit}
+        - template_inverse
+        - energy
+"""
 METHODS = ["paper_peak", "peak_same_frequency", "template_inverse", "model_inverse", "energy"]
-FITS = ["", "  fits: [polynomial]\n", "  fits: [inertia_physical]\n", "  fits: [pchip]\n",
-        "  fits: [aicc]\n", "  fits: [{polynomial: {degree: 5}}]\n"]  # fmt: skip
+FITS = ["", *(f"      fits: [{name}]\n" for name in (
+    "polynomial", "inertia_physical", "pchip", "aicc", "{polynomial: {degree: 5}}"))]  # fmt: skip
 
 
 def varied(rng, folder):
@@ -198,13 +203,13 @@ def varied(rng, folder):
     ]
     primary = rng.choice(METHODS)
     methods = sorted({primary, rng.choice(METHODS)})
-    listed = "".join(f"    - {name}\n" for name in methods)
+    listed = "".join(f"        - {name}\n" for name in methods)
     acceptance = find_procedure(LOADED).read_text(encoding="utf-8").partition("acceptance:")[2]
     no_load = [*common, (NO_LOAD_FITS, rng.choice(FITS))]
     loaded = [
         *common,
         (LOADED_FITS, rng.choice(FITS)),
-        ("    - paper_peak: {coefficients: refit}\n    - template_inverse\n    - energy\n", listed),
+        (METHODS_OF_LOADED, listed),
         ("primary: template_inverse", f"primary: {primary}"),
         ("acceptance:" + acceptance, ""),
     ]

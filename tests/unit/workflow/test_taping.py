@@ -42,9 +42,6 @@ from rigrunner.workflow.stored import open_run
 from rigrunner.workflow.taping import inputs_on, on_tape, overrides_on, tape_for
 
 TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[8 Hz, 15 Hz]")
-NO_ANALYSIS = (
-    "analysis:\n  despike: {hampel: {window: 11}}\n  outliers: {grubbs: {alpha: 0.05}}\n", "",
-)  # fmt: skip
 
 
 def run(tape, procedure, runs, *, station=None, registry=None, answers=None, stop=None, **people):
@@ -153,7 +150,7 @@ def test_a_replay_is_no_no_load_run_for_a_measurement(taped):
         load_registry(),
         SimulatedClock(START),
     )
-    spec = planned.procedure.model.analysis.no_load
+    spec = planned.procedure.model.torque_analysis.no_load
     loaded = LoadedRun(planned.station.model, START, "tester.frequency", ())
     with pytest.raises(DataError, match="it is the replay of a tape"):
         find_no_load(spec, loaded, folder / "runs", again.folder.name)

@@ -36,18 +36,18 @@ class Model(Settings):
 
 
 class Marked(Settings):
-    rigrunner: Literal["procedure/1"]
+    rigrunner: Literal["procedure/2"]
     name: str
 
 
 @pytest.mark.parametrize(
     ("mark", "messages"),
     [
-        ("station/1", ["got 'station/1', allowed is 'procedure/1'"]),
+        ("station/1", ["got 'station/1', allowed is 'procedure/2'"]),
         (
             "procedure/2",
             [
-                "got 'procedure/2', allowed is 'procedure/1'",
+                "got 'procedure/2', allowed is 'procedure/2'",
                 "the key 'name' is missing",
                 "unknown key 'devices'",
             ],

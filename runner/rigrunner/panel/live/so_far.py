@@ -53,9 +53,9 @@ def live_analysis(stored: StoredRun, registry: Registry) -> LiveAnalysis | None:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    if procedure.analysis.asks_nothing:
+    if procedure.torque_analysis.asks_nothing:
         return None
-    spec = procedure.analysis.model_copy(update={"validate_": None})
+    spec = procedure.torque_analysis.model_copy(update={"validate_": None})
     return LiveAnalysis(spec, procedure.measurand, registry)
 
 

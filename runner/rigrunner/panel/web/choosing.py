@@ -161,7 +161,7 @@ def _inputs(planned: Planned) -> Iterator[InputItem]:
 
 
 def _no_load(planned: Planned, runs: Path) -> NoLoad:
-    spec = planned.procedure.model.analysis.no_load
+    spec = planned.procedure.model.torque_analysis.no_load
     if spec is None or spec.is_this_run:
         return NoLoad(needed=False)
     try:

@@ -43,7 +43,7 @@ def report_inputs() -> tuple[ReportInput, ...]:
     runs = swings(CLOSED_FORM, 0)
     procedure = load_procedure(find_procedure(PROCEDURE)).model
     loaded, no_load = _named(runs.loaded), _named(runs.no_load or runs.loaded)
-    asked = procedure.analysis
+    asked = procedure.torque_analysis
     alone = asked.model_copy(update={"no_load": None, "compensations": (), "primary_": ""})
     decided = analyse(
         loaded,

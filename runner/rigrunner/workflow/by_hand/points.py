@@ -96,7 +96,7 @@ def _procedure(loaded: LoadedProcedure) -> LoadedProcedure:
     """Return the procedure's measurand and analysis, with a note in the place of its steps."""
     model, data = loaded.model, loaded.document.data
     content = {
-        "rigrunner": "procedure/1",
+        "rigrunner": "procedure/2",
         "id": f"{model.id}{SUFFIX}",
         "revision": model.revision,
         "title": f"{model.title}: by hand",

@@ -9,6 +9,7 @@ from rigrunner.api.errors import InvalidFileError
 from rigrunner.procedure import parse_procedure
 from rigrunner.workflow.comparing.tree import Change, changes
 from rigrunner.yamlfile import parse
+from rigrunner.yamlfile.upgrade import upgraded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -45,7 +46,8 @@ def procedure_changes(before: ProcedureTexts, after: ProcedureTexts) -> Iterator
 
 
 def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Change]:
-    before, after = parse(text, name).data, parse(other, other_name).data
+    before = parse(upgraded(text, name), name).data
+    after = parse(upgraded(other, other_name), other_name).data
     equal = _equal_sections(name, text, other_name, other)
     points = _swept(before) | _swept(after)
     for section in dict.fromkeys([*SECTIONS, *before, *after]):

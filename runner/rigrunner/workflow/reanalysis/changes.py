@@ -32,12 +32,11 @@ class Changes:
         named = {} if given is None else {n: getattr(given, n) for n in given.model_fields_set}
         if self.primary:
             named["primary_"] = self.primary
-        if not procedure.analysis.compensations:
+        if not procedure.torque_analysis.compensations:
             named = {name: each for name, each in named.items() if name not in _OF_COMPENSATIONS}
         if not named:
             return procedure
-        spec = procedure.analysis.model_copy(update=named)
-        changed = procedure.model_copy(update={"analysis": spec})
+        changed = procedure.with_torque_analysis(procedure.torque_analysis.model_copy(update=named))
         for problem in analysis_contradictions(changed):
             raise DataError(f"{problem.field}: {problem.message}", hint=problem.hint)
         return changed

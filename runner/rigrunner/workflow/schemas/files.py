@@ -16,16 +16,17 @@ from rigrunner.certificate.letterhead import LetterheadFile
 from rigrunner.certificate.order import Order
 from rigrunner.procedure import PluginRef, Procedure
 from rigrunner.procedure.acceptance import DecisionRuleRef
+from rigrunner.procedure.analyses import ANALYSES, READS
 from rigrunner.procedure.analysis_spec import LABEL
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.workflow.importing.mapping import ImportMapping
 from rigrunner.workflow.schemas.settings import SettingsSchema
 from rigrunner.workflow.schemas.shapes import (
-    STEP,
+    SHARED,
     with_defaults_in_words,
     with_references,
+    with_shared_choices,
     with_shared_quantities,
-    with_shared_steps,
     without_unused,
 )
 from rigrunner.yamlfile.names import Name
@@ -63,7 +64,7 @@ def certificate_schema() -> Schema:
 def language_schema(language: Language, registry: Registry) -> Schema:
     """Return the JSON Schema of a language, with the plugins of the registry where it names any."""
     schema = _LanguageSchema(registry).generate(_MODELS[language].__pydantic_core_schema__)
-    schema = with_shared_quantities(with_defaults_in_words(with_shared_steps(schema)))
+    schema = with_shared_quantities(with_defaults_in_words(with_shared_choices(schema)))
     if language == "procedure":
         schema = with_references(schema, literal={"rigrunner", "parameters"})
     return {"$schema": DIALECT, **without_unused(schema)}
@@ -92,24 +93,19 @@ class _LanguageSchema(SettingsSchema):
             found["allOf"] = [self._bound(each) for each in self._records("event_sink")]
         return found
 
-    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
-        """Return the choice between all kinds of steps: nothing else is read by a function alone.
-
-        It is one object with a key for each, of which one is given: an editor then offers the keys,
-        and names the one that it does not know.
-        """
+    def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:
+        """Return the choice between all kinds of steps, or between all analyses, by one key."""
+        if schema.get("metadata", {}).get(READS) == "analysis":
+            inner = {
+                name: self.generate_inner(model.__pydantic_core_schema__)
+                for name, model in ANALYSES.items()
+            }
+            return _one_key("Analysis", "An analysis: one key, which names it.", inner)
         if self._knows_steps:
-            return {STEP: True}
+            return {SHARED: "Step"}
         self._knows_steps = True  # a sweep has steps
-        return {
-            STEP: True,
-            "type": "object",
-            "description": "A step: one key, which says what is done.",
-            "properties": {each.name: self._step(each) for each in self._records("step")},
-            "additionalProperties": False,
-            "minProperties": 1,
-            "maxProperties": 1,
-        }
+        steps = {each.name: self._step(each) for each in self._records("step")}
+        return _one_key("Step", "A step: one key, which says what is done.", steps)
 
     def _step(self, record: PluginRecord) -> Schema:
         found = self.generate_inner(record.settings_model.__pydantic_core_schema__)
@@ -149,6 +145,22 @@ class _LanguageSchema(SettingsSchema):
 
     def _settings(self, record: PluginRecord) -> Schema:
         return self.generate_inner(record.settings_model.__pydantic_core_schema__)
+
+
+def _one_key(name: str, description: str, choices: dict[str, Schema]) -> Schema:
+    """Return an object of which one key is given, defined once under a name.
+
+    An editor then offers the keys, and names the one that it does not know.
+    """
+    return {
+        SHARED: name,
+        "type": "object",
+        "description": description,
+        "properties": choices,
+        "additionalProperties": False,
+        "minProperties": 1,
+        "maxProperties": 1,
+    }
 
 
 def _needs_settings(record: PluginRecord) -> bool:

@@ -15,23 +15,24 @@ if TYPE_CHECKING:
 
 Schema = dict[str, Any]
 
-STEP = "x-step"
-"""The key in the JSON Schema of a step."""
+SHARED = "x-shared"
+"""The key in the JSON Schema of a choice that is defined once; its value is the name of it."""
 _DEFINITIONS = "$defs"
 _POINTER = "#/$defs/"
 _REFERENCE = r"^\$[A-Za-z][A-Za-z0-9_]*$"
 
 
-def with_shared_steps(schema: Schema) -> Schema:
-    """Define the choice between kinds of steps once; wherever else it stands, only `STEP` does."""
+def with_shared_choices(schema: Schema) -> Schema:
+    """Define each choice by one key once; wherever else it stands, only `SHARED` does."""
     shared: dict[str, Schema] = {}
 
     def change(node: Schema) -> Schema:
-        if STEP not in node:
+        if SHARED not in node:
             return node
+        name = node[SHARED]
         if "properties" in node:
-            shared["Step"] = {key: node[key] for key in node if key != STEP}
-        return {"$ref": f"{_POINTER}Step"}
+            shared[name] = {key: node[key] for key in node if key != SHARED}
+        return {"$ref": f"{_POINTER}{name}"}
 
     changed: Schema = _changed(schema, change)
     changed[_DEFINITIONS] |= shared

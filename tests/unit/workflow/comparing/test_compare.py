@@ -16,7 +16,7 @@ from rigrunner.workflow.locate import find_procedure
 
 LOADED = find_procedure("starting_torque_1000n")
 TEXT = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: TEST
 revision: "A"
 title: A test
@@ -43,16 +43,17 @@ teardown:
   - set: {tester.frequency: 0 Hz}
   - set: {tester.load: 0 N}
 analysis:
-  no_load: {from: latest, procedure: OTHER, max_age: 30 d, same: [station, mandrel]}
-  despike: {hampel: {window: 11}}
-  fits:
-    - polynomial: {degree: 2}
-    - inertia_physical
-  compensations:
-    - paper_peak: {coefficients: refit}
-    - template_inverse
-    - energy
-  primary: template_inverse
+  - swing_torque:
+      no_load: {from: latest, procedure: OTHER, max_age: 30 d, same: [station, mandrel]}
+      despike: {hampel: {window: 11}}
+      fits:
+        - polynomial: {degree: 2}
+        - inertia_physical
+      compensations:
+        - paper_peak: {coefficients: refit}
+        - template_inverse
+        - energy
+      primary: template_inverse
 acceptance:
   limit: {max: 0.95 N·m, source: demonstration only, measurand: {nature: load_induced,
     condition: at_reversal, load: 1 kN}}
@@ -71,17 +72,19 @@ EDITS = [
     ("33 Hz, 35 Hz]", "35 Hz, 37 Hz]", "set-points", "frequencies: 37 Hz added; 33 Hz removed"),
     ("1 Hz, 3 Hz,", "3 Hz, 1 Hz,", "set-points",
      "frequencies: the same values in another order"),
-    ("    - energy\n", "", "analysis", "compensations > energy was removed"),
-    ("    - energy\n", "    - energy\n    - model_inverse\n", "analysis",
-     "compensations > model_inverse was added"),
-    ("    - template_inverse\n", "    - template_inverse: {support_load_dependence: 2 %}\n",
-     "analysis", "compensations > template_inverse > support_load_dependence was added: 2 %"),
-    ("    - polynomial: {degree: 2}\n    - inertia_physical\n",
-     "    - inertia_physical\n    - polynomial: {degree: 2}\n",
-     "analysis", "fits: now in the order inertia_physical, polynomial"),
+    ("        - energy\n", "", "analysis", "swing_torque > compensations > energy was removed"),
+    ("        - energy\n", "        - energy\n        - model_inverse\n", "analysis",
+     "swing_torque > compensations > model_inverse was added"),
+    ("        - template_inverse\n", "        - template_inverse: {support_load_dependence: 2 %}\n",
+     "analysis",
+     "swing_torque > compensations > template_inverse > support_load_dependence was added: 2 %"),
+    ("        - polynomial: {degree: 2}\n        - inertia_physical\n",
+     "        - inertia_physical\n        - polynomial: {degree: 2}\n",
+     "analysis", "swing_torque > fits: now in the order inertia_physical, polynomial"),
     ("primary: template_inverse", "primary: energy", "analysis",
-     "primary was changed from 'template_inverse' to 'energy'"),
-    ("max_age: 30 d", "max_age: 7 d", "analysis", "no_load > max_age was lowered from 30 d to 7 d"),
+     "swing_torque > primary was changed from 'template_inverse' to 'energy'"),
+    ("max_age: 30 d", "max_age: 7 d", "analysis",
+     "swing_torque > no_load > max_age was lowered from 30 d to 7 d"),
     ("settle: {cycles: 100}", "settle: {cycles: 50}", "setup",
      "step 3 > settle > cycles was changed from 100 to 50"),
     ("cycles: 30}", "cycles: 20}", "main",
@@ -117,7 +120,7 @@ def test_one_edit_is_told_once(edit):
         ("load: 1000 N", "load: 1 kN"),
         ("  load: 1000 N\n", "  load: 1000 N # a remark\n\n"),
         ("max: 0.95 N·m, source: demonstration only", "source: demonstration only, max: 950 mN·m"),
-        ("{hampel: {window: 11}}", "\n    hampel:\n      window: 11"),
+        ("{hampel: {window: 11}}", "\n        hampel:\n          window: 11"),
         ("name: load-induced starting torque, unit: N·m}", "name: load-induced starting torque}"),
         ("max_age: 30 d, ", ""),
     ],

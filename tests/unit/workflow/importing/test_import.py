@@ -18,7 +18,7 @@ from rigrunner.workflow.importing.mapping import load_mapping
 from rigrunner.workflow.importing.planning import plan_import
 
 PROCEDURE = """\
-rigrunner: procedure/1
+rigrunner: procedure/2
 id: SHORT
 revision: "A"
 title: Two set-points

@@ -163,7 +163,7 @@ def test_changes_that_contradict_a_procedure(lab, tmp_path):
     refused = {row.run for row in found.failed}
     assert refused == {"rig-1/loaded-0", "rig-1/loaded-2", "rig-2/loaded-1"}
     assert {row.run for row in found.analysed} == {"rig-1/no-load"}
-    assert "analysis.primary: got 'nothing'" in found.failed[0].problem
+    assert "analysis[0].swing_torque.primary: got 'nothing'" in found.failed[0].problem
     assert "allowed: " in found.failed[0].problem
 
 

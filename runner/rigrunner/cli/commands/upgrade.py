@@ -1,0 +1,60 @@
+"""`rigrunner upgrade`: files of an older form of the language in today's form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.workflow.upgrading import Upgrade
+
+
+@click.command(name="upgrade")
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path, dir_okay=False))
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Write the new files to this folder, and leave the others as they are.",
+)
+@click.option("--dry-run", is_flag=True, help="Show what would change, and write nothing.")
+def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
+    """Upgrade files of an older version of the language.
+
+    Comments and layout stay. The older text is kept beside the new one, as FILE.old. A procedure is
+    a new text by this: an approval of the older one does not hold for it.
+    """
+    from rigrunner.cli.output import message, result
+    from rigrunner.workflow.upgrading import upgrade_of, write_upgrades
+
+    found = [upgrade_of(path, out) for path in files]
+    needed = [each for each in found if each.is_needed]
+    for each in found:
+        if each.is_needed:
+            result(each.diff())
+        else:
+            message(f"{each.path} needs no upgrade.")
+    if dry_run:
+        message("Nothing was written.")
+        return
+    write_upgrades(needed)
+    for each in needed:
+        message(f"Wrote {each.target}; the older text is {each.kept}.")
+    _tell_approvals(needed)
+
+
+def _tell_approvals(upgrades: Sequence[Upgrade]) -> None:
+    """Load the new procedures, which may call each other, and say whether they are approved."""
+    from rigrunner.cli.output import result
+    from rigrunner.procedure import load_procedure
+    from rigrunner.workflow.approval import approval_state
+
+    for each in upgrades:
+        if each.is_procedure:
+            loaded = load_procedure(each.target)
+            model, state = loaded.model, approval_state(loaded)
+            result(f"{model.id}, revision {model.revision}: {state.sentence()}")

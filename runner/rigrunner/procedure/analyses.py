@@ -1,0 +1,91 @@
+"""The analyses that a procedure asks for: a list, each a mapping with one key, its name."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import SchemaValidator, core_schema
+
+from rigrunner.procedure.analysis_spec import AnalysisSpec, StartsSpec, TorqueAnalysis
+from rigrunner.procedure.refusals import refused
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler
+
+
+class SwingTorque(TorqueAnalysis):
+    """Torque at the reversals of swings, from recordings or from measured values."""
+
+
+class Breakaway(TorqueAnalysis, StartsSpec):
+    """Torque at the first movement: every recording is a start from rest."""
+
+
+ANALYSES: dict[str, type[TorqueAnalysis]] = {"swing_torque": SwingTorque, "breakaway": Breakaway}
+"""The analyses, by their names in procedures."""
+READS = "reads"
+"""The key in the metadata of a schema that says what a function reads."""
+
+
+@dataclass(frozen=True)
+class AnalysisRef:
+    """One analysis: its name, and what it is told."""
+
+    name: str
+    settings: AnalysisSpec
+
+    @classmethod
+    def inside(cls, name: str) -> type[TorqueAnalysis] | None:
+        """Return the model under a key that names an analysis; None for any other."""
+        return ANALYSES.get(name)
+
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: object, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Let a model read it."""
+        return core_schema.no_info_plain_validator_function(_read, metadata={READS: "analysis"})
+
+
+def _read(value: Any) -> AnalysisRef:
+    if isinstance(value, AnalysisRef):
+        return value
+    name = _known_key(value)
+    read = _reader(name).validate_python(value)[name]
+    told = {each: getattr(read, each) for each in read.model_fields_set}
+    if isinstance(read, Breakaway):
+        of_starts = {each: told.pop(each) for each in StartsSpec.model_fields if each in told}
+        told["starts"] = StartsSpec().model_copy(update=of_starts)
+    return AnalysisRef(name, AnalysisSpec().model_copy(update=told))
+
+
+def _known_key(value: object) -> str:
+    """Return the one key; refuse what is no mapping with one key that names an analysis."""
+    known = f"allowed is one of: {', '.join(ANALYSES)}"
+    keys = [str(key) for key in value] if isinstance(value, dict) else []
+    if len(keys) != 1:
+        got = " and ".join(f"'{key}'" for key in keys[:5])
+        raise refused(
+            f"an analysis is a mapping with one key, such as 'swing_torque: ...'; {known}",
+            f"got {got}: begin each analysis with its own '-'" if got else "",
+        )
+    if keys[0] not in ANALYSES:
+        near = difflib.get_close_matches(keys[0], ANALYSES, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else ""
+        raise refused(f"unknown analysis '{keys[0][:40]}'; {known}", hint)
+    return keys[0]
+
+
+@cache
+def _reader(name: str) -> SchemaValidator:
+    """Return what reads an analysis with its key, so that a mistake has the place with the key."""
+    held = core_schema.typed_dict_field(_schema(ANALYSES[name]))
+    return SchemaValidator(core_schema.typed_dict_schema({name: held}))
+
+
+def _schema(model: type[TorqueAnalysis]) -> core_schema.CoreSchema:
+    model.model_rebuild()
+    return model.__pydantic_core_schema__

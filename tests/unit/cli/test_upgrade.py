@@ -1,0 +1,107 @@
+"""`rigrunner upgrade`: what it shows and writes, what it refuses, and what becomes of approvals."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+import pytest
+
+from helpers_cli import call
+from helpers_language import PROCEDURE, only_problem
+from rigrunner.procedure import load_procedure, parse_procedure, texts_digest
+from rigrunner.workflow.approval import approval_state
+
+NEW_FORM = "analysis:\n  - swing_torque:\n"
+OLD = (
+    "rigrunner: procedure/1\nid: OLD\nrevision: 'A'\ntitle: Of before\n"
+    "measurand: {symbol: T, name: torque}\nuses: {tester: swing_tester}\n"
+    "main: [{settle: {time: 1 s}}]  # no more\nanalysis:\n  fits: [polynomial]\n"
+)
+
+
+@pytest.fixture
+def old(tmp_path):
+    path = tmp_path / "old.yaml"
+    path.write_text(OLD, encoding="utf-8")
+    return path
+
+
+def approved(path, digest):
+    words = {"revision": "A", "by": "A. Jones", "utc": "2026-01-31", "sha256": digest}
+    content = {"rigrunner": "approval/1", "procedure": "OLD", "approved": words}
+    path.with_suffix(".approval.json").write_text(json.dumps(content), encoding="utf-8")
+
+
+def test_a_file_of_before_is_refused_with_the_command_to_type(old):
+    problem = only_problem(load_procedure, old)
+
+    assert str(problem.location) == f"{old}:1:12"
+    assert "allowed is 'procedure/2'" in problem.message
+    command = problem.hint.removeprefix("type 'rigrunner ").removesuffix("'").split()
+    assert call(*command).code == 0
+    assert load_procedure(old).model.analysis[0].name == "swing_torque"
+
+
+def test_the_older_text_is_kept_and_the_difference_is_shown(old):
+    called = call("upgrade", old)
+
+    assert called.code == 0
+    assert "+  - swing_torque:\n" in called.out
+    assert "-  fits: [polynomial]\n" in called.out
+    assert old.with_name("old.yaml.old").read_text() == OLD
+    assert old.read_text().endswith("main: [{settle: {time: 1 s}}]  # no more\n" + NEW_FORM
+                                    + "      fits: [polynomial]\n")  # fmt: skip
+
+
+def test_an_approval_of_the_older_text_does_not_hold_for_the_new_one(old):
+    approved(old, texts_digest(OLD, {}))
+    called = call("upgrade", old)
+
+    note = "the procedure was changed after its approval by A. Jones on 2026-01-31"
+    assert f"OLD, revision A: draft, not for certification: {note}" in called.out
+    assert approval_state(load_procedure(old)).is_draft
+
+
+def test_a_dry_run_writes_nothing(old):
+    called = call("upgrade", "--dry-run", old)
+
+    assert "+  - swing_torque:\n" in called.out
+    assert [each.name for each in old.parent.iterdir()] == ["old.yaml"]
+    assert old.read_text() == OLD
+
+
+def test_a_folder_to_write_to_leaves_the_files_as_they_are(old, tmp_path):
+    assert call("upgrade", old, "--out", tmp_path / "new").code == 0
+
+    assert old.read_text() == OLD
+    assert NEW_FORM in (tmp_path / "new" / "old.yaml").read_text()
+
+
+@pytest.mark.parametrize("out", [False, True])
+def test_nothing_is_overwritten(old, tmp_path, out):
+    other = tmp_path / "other.yaml"
+    other.write_text(OLD, encoding="utf-8")
+    in_the_way = tmp_path / "other.yaml" if out else tmp_path / "other.yaml.old"
+    in_the_way.write_text(OLD, encoding="utf-8")
+    called = call("upgrade", old, other, *(["--out", tmp_path] if out else []))
+
+    assert called.code == 2
+    assert f"there is a file {tmp_path}" in called.err
+    assert old.read_text() == other.read_text() == in_the_way.read_text() == OLD
+
+
+def test_a_file_of_today_needs_nothing(tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text(PROCEDURE, encoding="utf-8")
+
+    assert "needs no upgrade" in call("upgrade", path).err
+    assert path.read_text() == PROCEDURE
+
+
+def test_a_stored_text_is_read_in_its_older_form_and_keeps_its_digest():
+    loaded = parse_procedure(OLD, "a run", stored=True)
+
+    assert loaded.model.torque_analysis.fits[0].name == "polynomial"
+    assert loaded.text == OLD
+    assert loaded.digest == hashlib.sha256(OLD.encode()).hexdigest()
