@@ -191,6 +191,7 @@ def run(
     clock: SimulatedClock | None = None,
     pauses: Pauses | None = None,
     seam: Seam | None = None,
+    inputs: Mapping[str, str] | None = None,
 ) -> RunSummary:
     """Run a plan on a connected rig of one fake tester, in simulated time."""
     clock = clock or SimulatedClock()
@@ -206,6 +207,7 @@ def run(
         "test-run",
         pauses=pauses,
         seam=seam,
+        inputs=inputs or {},
     )
 
 

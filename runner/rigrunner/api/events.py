@@ -180,6 +180,8 @@ class StepEnded(Event):
     statistics: Mapping[str, float] = field(default_factory=dict)
     """Of a recording: the statistics of its samples that have limits, 'role.name.statistic'."""
     units: Mapping[str, str] = field(default_factory=dict)
+    leaves: int = 0
+    """Of a condition: how many of the steps that follow in the plan it leaves out."""
     truth: Mapping[str, float] = field(default_factory=dict)
     """Of a simulator; goes into the run file's verification group, which no analysis reads."""
 

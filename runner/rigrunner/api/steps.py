@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 from pydantic import Field
 
+from rigrunner.api.conditions import When
 from rigrunner.api.labels import Labels
 from rigrunner.api.settings import Settings
 
@@ -35,6 +36,8 @@ class StepSettings(Settings):
     """
 
     label: Labels = Field(default_factory=dict)
+    when: When | None = None
+    """The answer by which the step is done or left out; without one it is done."""
 
     def actions(self) -> int:
         """Return how many actions of the plan it gives by itself, without those within it."""
@@ -72,6 +75,8 @@ class Found:
     """Of a recording: what of its samples has limits, in SI units by 'role.name.statistic'."""
     missed: str = ""
     """Of a step that judges its values itself: the one out of limits that ended it, in words."""
+    leaves: bool = False
+    """Of a condition: whether the steps that hang on it are left out."""
 
 
 NOTHING = Found(NONE, NONE, NONE)
@@ -264,6 +269,10 @@ class Doing(Protocol):
 
     def stream(self, role: str, channels: Sequence[str], duration_s: float) -> Iterator[Block]:
         """Yield the blocks of a device, checked, with their channels named 'role.channel'."""
+        ...
+
+    def answer(self, name: str) -> str | None:
+        """Return the answer that an input of the run has by now; None where it has none."""
         ...
 
     def note(self, step: str, text: str) -> None:

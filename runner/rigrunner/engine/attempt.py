@@ -54,6 +54,7 @@ class Attempt:
             "values": found.values,
             "statistics": found.statistics,
             "units": found.units,
+            "leaves": self.step.leaves if found.leaves else 0,
             "truth": found.truth if ok else NONE,
         }
 

@@ -74,7 +74,8 @@ class _ByHand(Run):
         try:
             for index, step in enumerate(steps(self._session)):
                 self._session.check(anew=True)
-                self.notes.stopped_at = do_step(index, step, self._session, self.notes, tries)
+                done = do_step(index, step, self._session, self.notes, tries)
+                self.notes.stopped_at = done.missed
                 if self.notes.stopped_at:
                     break
         except PauseWantedError as wanted:

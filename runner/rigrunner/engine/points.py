@@ -73,11 +73,30 @@ def may_be_skipped(
             left.pop(drive, None)
             if step.phase is not Phase.TEARDOWN:  # the teardown of a call is done all the same
                 left[drive] = step.action.passes[-1]
-    for step in steps[point.stop :]:
+    return _led_before_read(steps, point.stop, left, standing)
+
+
+def _led_before_read(
+    steps: Sequence[PlannedStep],
+    start: int,
+    left: dict[Member, float],
+    standing: Callable[[str, str], float],
+) -> bool:
+    """Say whether each drive stands where it is to be left, or is led before something is read.
+
+    Both ways on from a condition count.
+    """
+    for index in range(start, len(steps)):
+        if not left:
+            return True
+        step = steps[index]
         if drive := step.action.led:
             left.pop(drive, None)
         if step.action.reads:
             return all(isclose(standing(d.role, d.name), value) for d, value in left.items())
+        beyond = index + 1 + step.leaves
+        if step.leaves and not _led_before_read(steps, beyond, dict(left), standing):
+            return False
     return True
 
 

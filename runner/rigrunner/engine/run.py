@@ -17,6 +17,7 @@ from rigrunner.api.events import (
     RunStarted,
 )
 from rigrunner.api.member import Member
+from rigrunner.api.steps import NONE
 from rigrunner.bus import Emitter
 from rigrunner.engine.breaks import take_break
 from rigrunner.engine.drive_watch import DriveWatch
@@ -26,12 +27,12 @@ from rigrunner.engine.pausing import Choice, Forbearing, PauseWantedError, StopN
 from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
 from rigrunner.engine.seam import brought_back
 from rigrunner.engine.session import Session
-from rigrunner.engine.tries import do_step
+from rigrunner.engine.tries import Done, do_step
 from rigrunner.plan.actions import Phase
 from rigrunner.rig import problems_text, unsafe_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.events import Outcome
@@ -85,6 +86,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     seam: Seam | None = None,
     before: Sequence[Interference] = (),
     watches_drives: bool = True,
+    inputs: Mapping[str, str] = NONE,
 ) -> RunSummary:
     """Run a plan on a connected rig and return how it ended; never raises for what steps raise.
 
@@ -92,13 +94,14 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
     whatever asks for a pause aborts the run. With a `seam` a run that was broken off goes on there.
     What happened `before` it is put on record with its start. `watches_drives`: they are read back
-    beside each reading; not in the replay of a tape that has none of that. Connecting and closing
-    the rig is the caller's.
+    beside each reading; not in the replay of a tape that has none of that. `inputs` are the answers
+    that conditions look at. Connecting and closing the rig is the caller's.
     """
     emit = Emitter(bus, clock, 0 if seam is None else seam.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
     drives = DriveWatch(rig, emit) if watches_drives else None
-    session = Session(rig, emit, answers, stop, guard, pauses, drives=drives)
+    known = dict(inputs)
+    session = Session(rig, emit, answers, stop, guard, pauses, drives=drives, inputs=known)
     notes = Notes(bus, emit, stop, seam.passed_over if seam else ())
     run = Run(plan, session, notes, overrides, seam, before=before)
     reports: tuple[SafetyReport, ...] = ()
@@ -151,8 +154,9 @@ class Run:
                 for one in before:
                     self._go_on(one, at=index)
                 before = []
-                self.notes.stopped_at = self._go_on(index, at=index)
-                index += 1
+                done = self._go_on(index, at=index)
+                self.notes.stopped_at = done.missed
+                index += 1 + done.leaves
             except PauseWantedError as wanted:
                 decision = take_break(steps, index, wanted, self._session)
                 index = self._next(index, decision)
@@ -168,13 +172,13 @@ class Run:
                 return
             self._tear_down(index, step)
 
-    def attempt(self, work: Callable[[], str | None]) -> str:
+    def attempt(self, work: Callable[[], Done | None]) -> str:
         """Do something whose failure must not keep the rig from being made safe.
 
         Return the values out of limits that it names, in words; '' for none.
         """
         try:
-            return work() or ""
+            return (work() or Done()).missed
         except InterlockError as error:
             self.notes.note("run", error)
             if error.makes_safe:
@@ -234,8 +238,9 @@ class Run:
             unpaused.check(anew=True)
             self._begun = index
             try:
-                if missed := do_step(index, step, unpaused, self.notes, self._tries):
-                    self.notes.stopped_at = missed
+                done = do_step(index, step, unpaused, self.notes, self._tries)
+                if done.missed:
+                    self.notes.stopped_at = done.missed
                     break
             except PauseWantedError as wanted:
                 text = f"{wanted.message}, while the run was being taken up again"
@@ -249,7 +254,7 @@ class Run:
         for each in self._before:
             self._session.emit(Intervention, **asdict(each))
 
-    def _go_on(self, index: int, at: int) -> str:
+    def _go_on(self, index: int, at: int) -> Done:
         """Do a step on the way forward; `at` is how far the run has come. Return as `do_step`."""
         self._session.check(anew=True)
         self._begun = at
@@ -273,7 +278,7 @@ class Run:
     def _tear_down(self, index: int, step: PlannedStep) -> str:
         """Do one step of a teardown; nothing keeps the next one from its turn.
 
-        Return as `do_step`: the teardown of a called procedure may stop the run that goes on.
+        Return as `attempt`: the teardown of a called procedure may stop the run that goes on.
         """
         self._begun = index
         undisturbed = replace(self._session.ending(), emit=self.notes.tell)

@@ -36,6 +36,8 @@ class Seam:
     next_seq: int
     """The number of its next event."""
     by: str
+    left_out: frozenset[int] = frozenset()
+    """The steps that a condition left out, by index."""
     subject: str = ""
     """What was there when it went on, in a sentence."""
 
@@ -53,12 +55,13 @@ def find_seam(
     start = _start(steps, reached, done)
     tries = Counter(one.index for one in events if isinstance(one, StepStarted))
     over = start == len(steps) or _is_final(steps[start])
-    before = () if over else tuple(_again(steps, start, done))
+    left_out = frozenset(_left_out(events))
+    before = () if over else tuple(_again(steps, start, done, left_out))
     for index in (*before, *range(start, reached + 1)):
         begun = index < len(steps) and tries[index]
         if begun and not _may_come_again(steps[index], done=index in done):
             raise _refused(f"{steps[index].path} was broken off, and must not be done twice")
-    for index in () if over else _led_before(steps, start, before):
+    for index in () if over else _led_before(steps, start, before, left_out):
         if index not in before:
             raise _refused(
                 f"{steps[index].path} must not be done twice, and what follows needs"
@@ -71,6 +74,7 @@ def find_seam(
         passed_over=tuple(passed_over(events)),
         next_seq=max((one.seq for one in events), default=-1) + 1,
         by=by,
+        left_out=left_out,
         subject=subject,
     )
 
@@ -106,6 +110,8 @@ def streams_before(steps: Sequence[PlannedStep], seam: Seam) -> dict[str, list[d
     found: dict[str, list[dict[str, float]]] = {}
     for index, step in enumerate(steps[: seam.start]):
         action = step.action
+        if index in seam.left_out:
+            continue
         if action.led:
             standing.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
         if index not in seam.before and (role := action.streamed):
@@ -120,13 +126,20 @@ def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
         match event:
             case StepStarted(index=index) if _is_forward(steps, index, reached):
                 reached = index
-            case StepEnded(index=index, ok=True) if index == reached:
-                reached = index + 1
+            case StepEnded(index=index, ok=True, leaves=leaves) if index == reached:
+                reached = index + 1 + leaves
             case Intervention(action=Choice.SKIP) if reached < len(steps):
                 reached = point_at(steps, reached).stop
             case Intervention(action=Choice.REPEAT) if reached < len(steps):
                 reached = point_at(steps, reached).start
     return reached
+
+
+def _left_out(events: Iterable[Event]) -> Iterator[int]:
+    """Yield the steps that the last look at each condition left out."""
+    looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
+    for index, leaves in looks.items():
+        yield from range(index + 1, index + 1 + leaves)
 
 
 def _is_forward(steps: Sequence[PlannedStep], index: int, reached: int) -> bool:
@@ -153,15 +166,19 @@ def _is_final(step: PlannedStep) -> bool:
     return step.phase is Phase.TEARDOWN and not step.calls
 
 
-def _again(steps: Sequence[PlannedStep], start: int, done: set[int]) -> list[int]:
+def _again(
+    steps: Sequence[PlannedStep], start: int, done: set[int], left_out: frozenset[int]
+) -> list[int]:
     """Return setup, the last zero of each channel, and how the drives stood then and at the end."""
     own = [at for at in range(start) if steps[at].phase is Phase.SETUP]
-    zeros = {zeroed: at for at in range(len(own), start) if (zeroed := steps[at].action.zeroed)}
+    then = [at for at in range(len(own), start) if at not in left_out]
+    zeros = {zeroed: at for at in then if (zeroed := steps[at].action.zeroed)}
     led = _led_at(steps, start)
-    sets = {at for end in zeros.values() for at in _last_sets(steps, len(own), end).values()}
-    last = _last_sets(steps, len(own), start)
+    ends = zeros.values()
+    sets = {at for end in ends for at in _last_sets(steps, len(own), end, left_out).values()}
+    last = _last_sets(steps, len(own), start, left_out)
     sets |= {at for drive, at in last.items() if drive not in led}
-    wanted = sorted({*own, *zeros.values(), *sets})
+    wanted = sorted({*own, *zeros.values(), *sets} - left_out)
     return [at for at in wanted if not (at in done and _is_kept(steps[at]))]
 
 
@@ -170,19 +187,25 @@ def _is_kept(step: PlannedStep) -> bool:
     return step.action.outcome_stands or not _may_come_again(step, done=True)
 
 
-def _led_before(steps: Sequence[PlannedStep], start: int, before: Sequence[int]) -> set[int]:
+def _led_before(
+    steps: Sequence[PlannedStep], start: int, before: Sequence[int], left_out: frozenset[int]
+) -> set[int]:
     """Return the steps that led the drives to where the rest has them, and each zero before it."""
     led = _led_at(steps, start)
-    found = {at for drive, at in _last_sets(steps, 0, start).items() if drive not in led}
+    last = _last_sets(steps, 0, start, left_out)
+    found = {at for drive, at in last.items() if drive not in led}
     for zero in before:
         if steps[zero].action.zeroed:
-            found |= set(_last_sets(steps, 0, zero).values())
+            found |= set(_last_sets(steps, 0, zero, left_out).values())
     return found
 
 
-def _last_sets(steps: Sequence[PlannedStep], first: int, end: int) -> dict[Member, int]:
+def _last_sets(
+    steps: Sequence[PlannedStep], first: int, end: int, left_out: frozenset[int]
+) -> dict[Member, int]:
     """Return by drive the step that last led it, before `end`."""
-    return {drive: at for at in range(first, end) if (drive := steps[at].action.led)}
+    done = (at for at in range(first, end) if at not in left_out)
+    return {drive: at for at in done if (drive := steps[at].action.led)}
 
 
 def _led_at(steps: Sequence[PlannedStep], start: int) -> set[Member]:

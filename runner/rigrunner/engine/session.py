@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from math import ceil
 from typing import TYPE_CHECKING
@@ -54,6 +54,8 @@ class Session:
     """Whether the present step reads something: then its drives are watched."""
     is_ending: bool = False
     """Whether this is a teardown."""
+    inputs: dict[str, str] = field(default_factory=dict)
+    """The answers by now, which steps add to."""
 
     def within(self, timeout_s: float) -> Session:
         """Return the session of a step that begins now and may take that long."""
@@ -149,6 +151,10 @@ class Session:
     def clock(self) -> Clock:
         """The rig's clock."""
         return self.rig.clock
+
+    def answer(self, name: str) -> str | None:
+        """Return the answer that an input has by now; None where it has none."""
+        return self.inputs.get(name)
 
     def note(self, step: str, text: str) -> None:
         """Put a remark on record."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm, StepEnded, StepStarted
@@ -19,25 +19,34 @@ if TYPE_CHECKING:
     from rigrunner.plan.actions import PlannedStep
 
 
+class Done(NamedTuple):
+    """How a step ended that does not end the run by an error."""
+
+    missed: str = ""
+    """The values out of limits that are to stop the run, in words; '' for none."""
+    leaves: int = 0
+    """How many of the steps that follow are left out."""
+
+
 def do_step(
     index: int, step: PlannedStep, session: Session, notes: Notes, tries: Counter[int]
-) -> str:
+) -> Done:
     """Do one step, and again after a failure for as long as its terms allow.
 
-    Return the values out of limits that are to stop the run, in words; '' for none. `tries` counts
+    Return whether values out of limits stop the run, and what follows is left out. `tries` counts
     by index how often each step was begun, so that no two recordings have the same name. Raises
     what ends the run otherwise, and PauseWantedError if a pause broke the step off.
     """
     for number in range(1, step.terms.tries + 1):
         tries[index] = total = tries.get(index, 0) + 1
-        missed = _try(Attempt(index, step, number, total), session, notes)
-        if missed is not None:
-            return missed
-    return ""
+        done = _try(Attempt(index, step, number, total), session, notes)
+        if done is not None:
+            return done
+    return Done()
 
 
-def _try(attempt: Attempt, session: Session, notes: Notes) -> str | None:
-    """Return what is to stop the run, '' for nothing; None where the step is tried again.
+def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
+    """Return how the step ended; None where it is tried again.
 
     Raises what ends the run otherwise. A value is on record before it is judged: what was read
     counts, and is not read again.
@@ -62,13 +71,13 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> str | None:
         again, passed_over = _failed(attempt, error, notes)
         notes.tell(StepEnded, **attempt.ended(found, ok=False))
         if again or passed_over:
-            return None if again else ""
+            return None if again else Done()
         raise
     session.emit(StepEnded, **attempt.ended(found, ok=True))
     if not terms.limits:
-        return found.missed
+        return Done(found.missed, step.leaves if found.leaves else 0)
     missed = session.judge(step.path, terms.limits, {**found.values, **found.statistics})
-    return missed if terms.stops_at_limit else ""
+    return Done(missed if terms.stops_at_limit else "")
 
 
 def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception:

@@ -67,6 +67,9 @@ class PlannedStep:
     coordinate_units: Mapping[str, str] = field(default_factory=dict)
     """The units of those that have one."""
 
+    leaves: int = 0
+    """Of a condition: how many of the steps that follow hang on it."""
+
     @property
     def limits(self) -> tuple[ValueLimit, ...]:
         """What the values may be that it finds."""
@@ -170,6 +173,11 @@ class Plan:
     """All recordings with their places in the procedure."""
 
     @property
+    def has_conditions(self) -> bool:
+        """Whether steps may be left out: the plan is then what the run does at most."""
+        return any(step.leaves for step in self.steps)
+
+    @property
     def estimated_s(self) -> float:
-        """How long the run takes, in seconds, if nobody has to be waited for."""
+        """How long the run takes, in seconds, if nobody has to be waited for: at most."""
         return sum(step.estimated_s for step in self.steps)

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 from rigrunner.api.coordinates import in_si
 from rigrunner.api.quantity import LONGEST_S, Quantity, readable
 from rigrunner.plan.actions import Phase
+from rigrunner.plan.conditions import begin_choice, end_choice
 from rigrunner.plan.draft import Draft, Place, Scene
 from rigrunner.plan.drives import DriveStates
 from rigrunner.plan.planning import Planning
 from rigrunner.plan.size import actions_in, recordings_in
+from rigrunner.procedure.answers import Expected
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +34,8 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
         hint = "look at nested sweeps and repetitions"
         problems.add(procedure.document, ("main",), message, hint, key=True)
         problems.stop_if_any()
-    draft = Draft(recordings_in(procedure))
+    asked = {name: each.expected for name, each in procedure.inputs.items()}
+    draft = Draft(recordings_in(procedure), answered=asked)
     drives = DriveStates(bench, procedure.document, problems)
     scene = Scene(procedure.document, procedure.folder, bench, drives, problems, draft)
     walker = _Walker(procedure, scene)
@@ -61,8 +64,14 @@ class _Walker:
         """Write down the actions of steps, each as its kind plans it."""
         for index, step in enumerate(steps):
             at = self._labelled(step, place.step(index).inside(step.kind))
+            when, before = step.settings.when, self.scene.drives.values()
+            chosen = begin_choice(when, at, self.scene) if when else None
             planning = Planning(step.settings, at, self.scene, self)
             step.record.factory(step.settings, planning)
+            if name := step.settings.answered():
+                self.scene.draft.answered[name] = getattr(step.settings, "expected", Expected())
+            if when and chosen is not None:
+                end_choice(chosen, when, at, self.scene, before)
 
     def _labelled(self, step: Step, place: Place) -> Place:
         """Return the place of a step with the labels that it gives."""

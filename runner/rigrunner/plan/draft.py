@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api.quantity import LONGEST_S, readable
-from rigrunner.plan.actions import PlannedStep
+from rigrunner.plan.actions import PlannedStep, Terms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,12 +14,15 @@ if TYPE_CHECKING:
 
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.steps import Action
-    from rigrunner.plan.actions import Phase, Recorded, Terms
+    from rigrunner.plan.actions import Phase, Recorded
     from rigrunner.plan.bench import Bench
     from rigrunner.plan.drives import DriveStates
+    from rigrunner.procedure.answers import Expected
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
     from rigrunner.yamlfile.problems import Problems
+
+_TERMS = Terms()
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,10 @@ class Place:
         label = f"{self.label}[{index}]"
         return replace(self, label=label, points=(*self.points, label))
 
+    def outside(self) -> Place:
+        """Return the same place, no longer as a part of the innermost set-point or time."""
+        return replace(self, points=self.points[:-1])
+
     def at(self, name: str, value: Coordinate, unit: str = "") -> Place:
         """Return the same place with a coordinate more."""
         units = {**self.coordinate_units, name: unit} if unit else self.coordinate_units
@@ -63,6 +70,8 @@ class Draft:
     """How many recordings are asked for; those with problems never come to be."""
     steps: list[PlannedStep] = field(default_factory=list)
     recordings: list[Recorded] = field(default_factory=list)
+    answered: dict[str, Expected] = field(default_factory=dict)
+    """The inputs that have an answer by then, and what is allowed as one."""
     coordinates: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Of each name of a counter or label: what kind its values are, and where it is first given."""
 
@@ -100,7 +109,9 @@ class Scene:
             return True
         return False
 
-    def emit(self, place: Place, action: Action, text: str, seconds: float, terms: Terms) -> None:
+    def emit(
+        self, place: Place, action: Action, text: str, seconds: float, terms: Terms = _TERMS
+    ) -> None:
         """Write down one step; one that takes longer than any may is a problem."""
         if seconds > LONGEST_S:
             most = readable(LONGEST_S, "time")

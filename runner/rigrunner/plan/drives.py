@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from rigrunner.api.member import Member
+
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
     from rigrunner.api.devices import DriveInfo
-    from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.plan.bench import Bench
     from rigrunner.yamlfile import Document
@@ -50,6 +53,13 @@ class DriveStates:
     def units(self) -> dict[str, str]:
         """Return the unit of each drive that was set."""
         return dict(self._standing.units)
+
+    def changed(self, before: Mapping[str, float]) -> Iterator[tuple[Member, float, str]]:
+        """Yield each drive that stands elsewhere than before, with where and in which unit."""
+        for member, value in self._standing.values.items():
+            was = before.get(member)
+            if value != (self._bench.safe_value(Member.parse(member)) if was is None else was):
+                yield Member.parse(member), value, self._standing.units[member]
 
     def standing(self, member: Member, drive: DriveInfo) -> float:
         """Return where a drive stands: where it was set, or else at its safe value."""

@@ -59,6 +59,7 @@ class Ask(Action):
         with doing.rig.person():
             answer = expected.accept(doing.answers.ask(step, self))
         doing.emit(Answer, step=step, text=answer, by=doing.answers.by, into=self.into)
+        doing.inputs[self.into] = answer
         return NOTHING
 
 

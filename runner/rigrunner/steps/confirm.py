@@ -10,8 +10,9 @@ from rigrunner.api.events import Answer, Prompt
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import YesNo
 from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.procedure.answers import Expected
 from rigrunner.procedure.questions import Picture
-from rigrunner.yamlfile.names import Text
+from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,12 +20,16 @@ if TYPE_CHECKING:
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
+YES, NO = "yes", "no"
+
 
 class ConfirmStep(StepSettings):
-    """A person confirms that something is so; 'no' stops the run."""
+    """A person confirms that something is so; 'no' stops the run, unless it is an input."""
 
     text: Text
     """What is to be confirmed."""
+    into: Name | None = None
+    """The input that the answer becomes, 'yes' or 'no': the run goes on with either."""
     picture: Picture = None
     unattended: YesNo | None = None
     """The answer with `--unattended`; without one the step cannot be done then."""
@@ -33,25 +38,44 @@ class ConfirmStep(StepSettings):
         """Return the picture, if there is one."""
         return [("picture", self.picture)] if self.picture else []
 
+    def answered(self) -> str:
+        """Return the input that the answer becomes."""
+        return self.into or ""
+
+    @property
+    def expected(self) -> Expected:
+        """What is allowed as an answer."""
+        return Expected(choices=(YES, NO))
+
 
 @dataclass(frozen=True)
 class Confirm(Action):
-    """A person confirms that something is so; 'no' stops the run."""
+    """A person confirms that something is so; 'no' stops the run, unless it is an input."""
 
     kind = "confirm"
     text: str
     unattended: bool | None
     picture: str = ""
     """The path of a picture to show; empty for none."""
+    into: str = ""
+    """The input that the answer becomes; '' for none."""
+
+    @property
+    def outcome_stands(self) -> bool:  # type: ignore[override]  # of some it does
+        """Whether the answer is kept by a run that is resumed: where it is an input."""
+        return bool(self.into)
 
     def do(self, step: str, doing: Session) -> Found:
-        """Ask; raise AbortedError for a 'no'."""
+        """Ask; raise AbortedError for a 'no' that is not an input."""
         known = {"step": step, "text": self.text, "picture": self.picture}
-        doing.emit(Prompt, **known, choices=("yes", "no"))
+        doing.emit(Prompt, **known, choices=(YES, NO))
         with doing.rig.person():
             agreed = doing.answers.confirm(step, self)
-        doing.emit(Answer, step=step, text="yes" if agreed else "no", by=doing.answers.by)
-        if not agreed:
+        answer = YES if agreed else NO
+        doing.emit(Answer, step=step, text=answer, by=doing.answers.by, into=self.into)
+        if self.into:
+            doing.inputs[self.into] = answer
+        elif not agreed:
             raise AbortedError(f"{step}: '{self.text}' was answered with no")
         return NOTHING
 
@@ -59,7 +83,9 @@ class Confirm(Action):
 def plan(confirm: ConfirmStep, planning: Planning) -> None:
     """Write down what a person is asked; pictures are in the procedure's folder."""
     picture = str(planning.scene.folder / confirm.picture) if confirm.picture else ""
-    planning.emit(Confirm(confirm.text, confirm.unattended, picture), confirm.text)
+    planning.emit(
+        Confirm(confirm.text, confirm.unattended, picture, confirm.into or ""), confirm.text
+    )
 
 
 STEP = StepRecord(

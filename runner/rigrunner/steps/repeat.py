@@ -1,55 +1,81 @@
-"""`repeat`: steps are done several times."""
+"""`repeat`: steps are done several times, or until a channel is beyond a value."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from rigrunner.api.conditions import Until
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.labels import CoordinateName
 from rigrunner.api.settings import ListOf
 from rigrunner.api.steps import StepSettings
+from rigrunner.plan.conditions import end_until, plan_until
+from rigrunner.procedure.refusals import refused
 from rigrunner.procedure.steps import Step
 
 if TYPE_CHECKING:
     from rigrunner.plan.planning import Planning
 
+_MOST = 100_000
+
 
 class RepeatStep(StepSettings):
-    """Steps are done several times."""
+    """Steps are done several times: so often, or until a channel is beyond a value."""
 
-    times_: Annotated[int, Field(alias="times", ge=1, le=100_000)]
+    times_: Annotated[int | None, Field(alias="times", ge=1, le=_MOST)] = None
     """How often."""
+    until: Until | None = None
+    """What ends it, looked at after each time."""
+    at_most: Annotated[int | None, Field(ge=1, le=_MOST)] = None
+    """How often with `until`, whatever is read."""
     as_: Annotated[CoordinateName | None, Field(alias="as")] = None
     """What the times are called: recordings and rows carry it as a counter from 1."""
     steps: Annotated[ListOf[Step], Field(min_length=1)]
     """What is done each time."""
 
+    @model_validator(mode="after")
+    def _ends(self) -> Self:
+        given = [key for key, each in (("times", self.times_), ("until", self.until)) if each]
+        if len(given) != 1:
+            got = "both" if given else "neither"
+            raise refused(f"got {got}, allowed is one of: times, until")
+        if (self.until is None) != (self.at_most is None):
+            missing = "at_most" if self.until else "until"
+            raise refused(f"the key '{missing}' is missing", "they stand together: at_most: 50")
+        return self
+
     def actions(self) -> int:
-        """Return 0: it gives only what stands within it."""
-        return 0
+        """Return how often the channel is read that ends it: the rest stands within it."""
+        return self.at_most or 0
 
     def times(self) -> int:
-        """Return how often."""
-        return self.times_
+        """Return how often, at most."""
+        return self.times_ or self.at_most or 0
 
 
 def plan(repeat: RepeatStep, planning: Planning) -> None:
     """Write down what is done, for each time."""
-    name, place = repeat.as_, planning.place
+    name, place, times = repeat.as_, planning.place, repeat.times()
     if name and not planning.scene.coordinate(place, name, "counter", planning.path("as")):
         name = None
-    for index in range(repeat.times_):
+    looks: list[int] = []
+    for index in range(times):
         at = place.time(index).at(name, index + 1) if name else place.time(index)
         planning.walker.steps(repeat.steps, at.inside("steps"))
+        if repeat.until:
+            look = plan_until(repeat.until, index + 1, times, planning)
+            looks += [] if look is None else [look]
+    end_until(looks, planning.scene)
 
 
 STEP = StepRecord(
     name="repeat",
-    help="Steps are done several times.",
+    help="Steps are done several times, or until a channel is beyond a value.",
     settings=RepeatStep,
     factory=plan,
-    example="repeat: {times: 3, as: block, steps: [...]}",
+    example="repeat: {times: 3, as: block, steps: [...]}`, or with `until: {channel: role.name,"
+    " above: 60 °C}, at_most: 50",
     trial={"times": 2, "as": "block", "steps": [{"wait": {"time": "1 s"}}]},
 )

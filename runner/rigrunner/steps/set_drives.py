@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
-_OPTIONS = ("label", "timeout", "retries", "repeatable")
+_OPTIONS = ("label", "when", "timeout", "retries", "repeatable")
 
 
 class SetStep(StepSettings):

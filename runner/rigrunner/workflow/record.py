@@ -84,6 +84,7 @@ def execute(
     return carry_out(
         planned,
         lambda identified: new_folder(planned, runs, inputs, people, identified, no_load),
+        inputs=inputs,
         no_load=no_load,
         answers=answers,
         stop=stop,
@@ -99,6 +100,7 @@ def carry_out(
     planned: Planned,
     opened: Callable[[Mapping[str, Identity]], AbstractContextManager[RunWriter]],
     *,
+    inputs: Mapping[str, str],
     no_load: Path | None,
     answers: AnswerSource,
     stop: StopToken,
@@ -131,6 +133,7 @@ def carry_out(
             seam=seam,
             before=before,
             watches_drives=planned.tape is None or planned.tape.watches_drives,
+            inputs=inputs,
         )
 
     return into_folder(

@@ -110,6 +110,7 @@ def resume(
     return carry_out(
         run.planned,
         opened,
+        inputs=run.stored.header.inputs,
         no_load=run.no_load,
         answers=answers,
         stop=stop,

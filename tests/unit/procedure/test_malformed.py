@@ -102,7 +102,7 @@ CASES = [
     ("      over: $frequencies\n", "", "sweep", "main[1].sweep.over",
      "the key 'over' is missing", ""),
     ("{cycles: 5}", "{cylces: 5}", "cylces", "main[1].sweep.steps[0].settle.cylces",
-     "unknown key 'cylces'", "did you mean 'cycles'? known keys: label, cycles, time"),
+     "unknown key 'cylces'", "did you mean 'cycles'? known keys: label, when, cycles, time"),
     ("{cycles: 5}", "{cycles: 5.5}", "5.5", "main[1].sweep.steps[0].settle.cycles",
      "got 5.5, allowed is a whole number", ""),
     ("{cycles: 5}", "{cycles: five}", "five", "main[1].sweep.steps[0].settle.cycles",

@@ -66,11 +66,12 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
         torques = [_torque_row(each) for each in prediction.torques]
         header = ["recording", "peak / N·m", "full scale / N·m", "used"]
         yield f"Torque to expect, at most\n{table(header, torques, 'lrrr')}"
+    most = "at most " if planned.plan.has_conditions else ""
     yield pairs(
         [
-            ("steps", str(len(steps))),
-            ("duration", clock_text(planned.plan.estimated_s)),
-            ("disk", f"{prediction.disk_bytes / 1e6:.1f} MB of samples, before compression"),
+            ("steps", f"{most}{len(steps)}"),
+            ("duration", f"{most}{clock_text(planned.plan.estimated_s)}"),
+            ("disk", f"{most}{prediction.disk_bytes / 1e6:.1f} MB of samples, before compression"),
         ]
     )
 

@@ -214,6 +214,7 @@ class Story:
         self.recording = ""
         if self._track is not None:
             self._track.end(event.index, ok=event.ok)
+            self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))
         if event.values:
             self._board.put(readings=readings_after(self._board.get("readings"), event))
 

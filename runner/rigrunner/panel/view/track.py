@@ -43,6 +43,11 @@ class Track:
         if index < len(self._states):
             self._states[index] = DONE if ok else FAILED
 
+    def leave_out(self, steps: range) -> None:
+        """Take note that a condition leaves these steps out."""
+        for index in steps:
+            self._states[index] = SKIPPED
+
     def break_off(self) -> None:
         """Take note that a pause broke off the step that the run is at: it comes anew."""
         if self._is(self._index, FAILED):

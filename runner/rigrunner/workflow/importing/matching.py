@@ -65,6 +65,9 @@ class _Matcher:
         if not self._records:
             what = self._planned.procedure.model.id
             self._complain(("procedure",), f"{what} records nothing: there is nothing to import")
+        if self._planned.plan.has_conditions:
+            message = "its procedure has conditions, and what was left out is not known"
+            self._complain(("procedure",), message, "import by one without 'when' and 'until'")
         self._problems.stop_if_any()
         self._channels()
         self._zeros()

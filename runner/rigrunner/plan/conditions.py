@@ -1,0 +1,152 @@
+"""Conditions in a plan: steps that are left out by an answer, and loops that are left by a value.
+
+A condition is a step of the plan like any other. It is followed by the steps that hang on it, all
+of them: what a run may do at most. Where it says so, they are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import TYPE_CHECKING
+
+from rigrunner.api.steps import Action, Found
+from rigrunner.api.units import unit
+from rigrunner.plan.actions import Phase
+from rigrunner.yamlfile.problems import suggestion
+
+if TYPE_CHECKING:
+    from rigrunner.api.conditions import Until, When
+    from rigrunner.api.member import Member
+    from rigrunner.api.steps import Doing
+    from rigrunner.plan.draft import Place, Scene
+    from rigrunner.plan.planning import Planning
+
+_REFUSED = "the teardown is done whatever happened: it has no conditions"
+
+
+@dataclass(frozen=True)
+class Chosen(Action):
+    """Steps are done if an input has one of some values."""
+
+    kind = "when"
+    outcome_stands = True
+    input: str
+    values: tuple[str, ...]
+    """Those for which the steps are done."""
+    inverse: bool = False
+    """Whether they are done for all others instead."""
+
+    def do(self, step: str, doing: Doing) -> Found:
+        """Look at the answer; the steps are left out where there was none."""
+        answer = doing.answer(self.input)
+        does = answer is not None and (answer in self.values) is not self.inverse
+        if not does:
+            was = "was not asked" if answer is None else f"is '{answer}'"
+            doing.note(step, f"{self.input} {was}: the steps that hang on it are left out")
+        return Found({}, {}, leaves=not does)
+
+
+@dataclass(frozen=True)
+class Reached(Action):
+    """A repetition ends once a channel is above, or below, a value."""
+
+    kind = "until"
+    reads = True
+    outcome_stands = True
+    member: Member
+    unit: str
+    """Of the channel."""
+    minimum: float
+    maximum: float
+    """The repetition goes on for as long as the channel is within, in that unit."""
+    condition: str
+    """In words."""
+    shown: str
+    """The unit in which the condition is written, and the value is shown."""
+    number: int
+    """How often the steps were done by then, from 1."""
+    of: int
+    """How often at most."""
+
+    def do(self, step: str, doing: Doing) -> Found:
+        """Read the channel once."""
+        value = doing.read((self.member,))[self.member]
+        met = not self.minimum <= value <= self.maximum
+        shown = unit(self.shown)
+        said = f"{self.member} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
+        if met:
+            doing.note(step, f"{said}: {self.condition} after {self.number} of {self.of} times")
+        elif self.number == self.of:
+            doing.note(step, f"{said}: not {self.condition} after all {self.of} times")
+        return Found({self.member: value}, {self.member: self.unit}, leaves=met)
+
+
+def begin_choice(when: When, place: Place, scene: Scene) -> int | None:
+    """Write down the condition of a step; return where, or None after adding what is wrong."""
+    path, values = (*place.path, "when"), when.is_ or when.is_not
+    if place.phase is Phase.TEARDOWN:
+        scene.complain(path, _REFUSED, "do the step in any case", key=True)
+        return None
+    expected = scene.draft.answered.get(when.input)
+    if expected is None:
+        hint = suggestion(when.input, scene.draft.answered, "inputs asked by then")
+        scene.complain((*path, "input"), f"no input '{when.input}' is asked by then", hint)
+        return None
+    key = "is" if when.is_ else "is_not"
+    if expected.unit:
+        message = f"'{when.input}' is a number with a unit, and compared with a text"
+        scene.complain((*path, key), message, "ask for a choice: 'choices: [...]'")
+    for value in values:
+        if expected.choices and value not in expected.choices:
+            hint = suggestion(value, expected.choices, "choices")
+            scene.complain((*path, key), f"'{value}' is no answer to '{when.input}'", hint)
+    scene.emit(place.inside("when"), Chosen(when.input, values, bool(when.is_not)), "", 0.0)
+    return len(scene.draft.steps) - 1
+
+
+def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str, float]) -> None:
+    """Let the condition leave out what was planned since; drives must stand as before."""
+    steps = scene.draft.steps
+    count = len(steps) - at - 1
+    words = " or ".join(when.is_ or when.is_not)
+    steps_text = "the next step" if count == 1 else f"the next {count} steps"
+    text = f"If {when.input} is {'not ' if when.is_not else ''}{words}: {steps_text}"
+    steps[at] = replace(steps[at], leaves=count, text=text)
+    for member, value, symbol in scene.drives.changed(before):
+        was = before.get(member)
+        earlier = "its safe value" if was is None else f"{was:g} {symbol}"
+        message = (
+            f"{member} stands at {value:g} {symbol} after this step, or at {earlier} without it"
+        )
+        hint = "set it back within the step (see 'group'), or set it without a condition"
+        scene.complain((*place.path, "when"), message, hint, key=True)
+
+
+def plan_until(until: Until, number: int, of: int, planning: Planning) -> int | None:
+    """Write down the reading at the end of a pass; return where, or None where it cannot be."""
+    place, key = planning.place, ("until", "channel")
+    if place.phase is Phase.TEARDOWN:
+        planning.scene.complain((*place.path, "until"), _REFUSED, "give 'times'", key=True)
+        return None
+    channel = planning.channel(until.channel, key)
+    name, bound = ("above", until.above) if until.above is not None else ("below", until.below)
+    if channel is None or bound is None:
+        return None
+    if not planning.fits(bound, channel.unit, until.channel, ("until", name)):
+        return None
+    planning.must_be_read([until.channel])
+    low, high = (-inf, bound.si) if name == "above" else (bound.si, inf)
+    condition = f"{name} {bound}"
+    symbol = bound.unit.symbol
+    action = Reached(until.channel, channel.unit, low, high, condition, symbol, number, of)
+    text = f"Until {until.channel} is {condition}: {number} of at most {of} times"
+    planning.emit(action, text, at=place.time(number - 1).inside("until").outside())
+    return len(planning.scene.draft.steps) - 1
+
+
+def end_until(found: list[int], scene: Scene) -> None:
+    """Let the reading after each pass leave out all that was planned after it."""
+    steps = scene.draft.steps
+    for at in found:
+        steps[at] = replace(steps[at], leaves=len(steps) - at - 1)

@@ -1,0 +1,269 @@
+"""Loops that are left by a value, steps that are left out by an answer; also after a kill."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_devices import FakeTester, Listener, run
+from helpers_language import STATION, edited, only_problem
+from rigrunner.api.events import Note, Outcome, StepEnded, StepStarted
+from rigrunner.engine import find_seam, streams_before
+from rigrunner.engine.points import may_be_skipped
+from rigrunner.plan import make_plan
+from rigrunner.procedure import parse_procedure
+from rigrunner.station import parse_station
+
+HEAD = """\
+rigrunner: procedure/2
+id: TEST-1
+revision: "A"
+title: A test
+measurand: {symbol: Td, name: torque}
+inputs:
+  side: {ask: Which side, choices: [left, right], unattended: left}
+  room: {ask: Temperature, unit: °C, unattended: 20 °C}
+uses: {tester: swing_tester}
+"""
+LOOP = """\
+main:
+  - repeat:
+      until: {channel: tester.load, above: 1 kN}
+      at_most: 4
+      as: block
+      steps:
+        - set: {tester.frequency: 10 Hz}
+        - record: {channels: [tester.angle, tester.torque], duration: 0.2 s}
+  - measure: {channels: [tester.load], name: last}
+"""
+
+
+class Loaded(FakeTester):
+    """A tester that reads these loads, one after the other, and then the last one."""
+
+    def __init__(self, *loads):
+        super().__init__()
+        self.loads = list(loads)
+
+    def read(self, channels):
+        value = self.loads.pop(0) if len(self.loads) > 1 else self.loads[0]
+        return dict.fromkeys(channels, value)
+
+
+def plan_of(text):
+    station = parse_station(STATION, "s.yaml")
+    return make_plan(parse_procedure(HEAD + text, "p.yaml"), station, {"tester": FakeTester()})
+
+
+def done(plan, device=None, seam=None, **inputs):
+    listener = Listener()
+    summary = run(device or FakeTester(), plan, guarded=[listener], seam=seam, inputs=inputs)
+    assert summary.outcome is Outcome.COMPLETED, summary.reason
+    return listener.events
+
+
+def steps_of(events):
+    return [each.step for each in events if isinstance(each, StepStarted)]
+
+
+def notes_of(events):
+    return [each.text for each in events if isinstance(each, Note)]
+
+
+def passes(events):
+    return [each.coordinates["block"] for each in events
+            if isinstance(each, StepStarted) and each.action == "record"]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("loads", "blocks", "said"),
+    [
+        ((1500.0,), [1], "tester.load is 1.5 kN: above 1 kN after 1 of 4 times"),
+        ((900.0, 1000.0, 1001.0), [1, 2, 3], "tester.load is 1.001 kN: above 1 kN after 3 of 4"),
+        ((900.0,), [1, 2, 3, 4], "tester.load is 0.9 kN: not above 1 kN after all 4 times"),
+    ],
+)
+def test_a_loop_is_left_once_the_channel_is_beyond_the_value(loads, blocks, said):
+    """Each recording reads the load beside it as well, so each value is given twice."""
+    device = Loaded(*(each for load in loads for each in (load, load)))
+    events = done(plan_of(LOOP), device)
+    assert passes(events) == blocks
+    assert steps_of(events)[-1] == "main[1].measure"
+    (note,) = notes_of(events)
+    assert said in note
+
+
+def test_below_ends_a_loop_as_well():
+    plan = plan_of(LOOP.replace("above: 1 kN", "below: 500 N"))
+    assert passes(done(plan, Loaded(600.0, 600.0, 499.0))) == [1, 2]
+
+
+def test_the_plan_is_what_may_happen_at_most():
+    plan = plan_of(LOOP)
+    assert plan.has_conditions
+    assert len(plan.recordings) == 4
+    looks = [step for step in plan.steps if step.leaves]
+    assert [step.leaves for step in looks] == [9, 6, 3]
+    assert looks[0].text == "Until tester.load is above 1 kN: 1 of at most 4 times"
+    assert not plan_of("main:\n  - wait: {time: 1 s}\n").has_conditions
+
+
+KILLED = ["main[0].repeat[1].steps[0].set.tester.frequency", "main[0].repeat[1].steps[1].record"]
+
+
+@pytest.mark.parametrize("killed", KILLED)
+def test_a_loop_that_was_interrupted_goes_on_with_its_pass(killed):
+    plan = plan_of(LOOP)
+    loads = (900.0, 900.0, 900.0, 1200.0)
+    events = done(plan, Loaded(*loads))
+    at = next(n for n, each in enumerate(events)
+              if isinstance(each, StepStarted) and each.step == killed)  # fmt: skip
+    seam = find_seam(plan.steps, events[: at + 1], "Ada")
+    assert plan.steps[seam.start].path == KILLED[0]
+    assert passes(done(plan, Loaded(1200.0), seam)) == [2]
+
+
+def test_a_loop_that_was_left_is_not_begun_again():
+    plan = plan_of(LOOP)
+    events = done(plan, Loaded(1200.0))
+    at = next(n for n, each in enumerate(events)
+              if isinstance(each, StepStarted) and each.step == "main[1].measure")  # fmt: skip
+    seam = find_seam(plan.steps, events[: at + 1], "Ada")
+    assert plan.steps[seam.start].path == "main[1].measure"
+    assert seam.left_out == frozenset(range(3, 12))
+    again = done(plan, Loaded(1200.0), seam)
+    assert passes(again) == []
+    assert len(streams_before(plan.steps, seam)["tester"]) == 1
+
+
+def test_a_look_that_was_interrupted_is_done_without_its_pass():
+    plan = plan_of(LOOP)
+    events = done(plan, Loaded(900.0, 900.0, 1200.0))
+    at = next(n for n, each in enumerate(events) if isinstance(each, StepStarted)
+              and each.step == "main[0].repeat[0].until")  # fmt: skip
+    seam = find_seam(plan.steps, events[: at + 1], "Ada")
+    assert plan.steps[seam.start].path == "main[0].repeat[0].until"
+    assert passes(done(plan, Loaded(1200.0), seam)) == []
+
+
+ANY = """\
+setup:
+  - wait: {time: 1 s, when: {input: side, is: right}}
+main:
+  - group:
+      when: {input: side, is: [left]}
+      steps:
+        - set: {tester.load: 100 N}
+        - wait: {time: 1 s}
+        - set: {tester.load: 0 N}
+  - measure: {channels: [tester.load], when: {input: side, is_not: left}}
+  - wait: {time: 2 s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("side", "kinds"),
+    [
+        ("left", ["when", "when", "set", "wait", "set", "when", "wait"]),
+        ("right", ["when", "wait", "when", "when", "measure", "wait"]),
+    ],
+)
+def test_steps_hang_on_an_answer(side, kinds):
+    events = done(plan_of(ANY), side=side)
+    assert [each.action for each in events if isinstance(each, StepStarted)] == kinds
+
+
+def test_a_step_whose_question_was_never_asked_is_left_out():
+    assert notes_of(done(plan_of(ANY)))[0] == (
+        "side was not asked: the steps that hang on it are left out"
+    )
+
+
+def test_what_a_condition_left_out_of_the_setup_stays_out_when_resumed():
+    plan = plan_of(ANY)
+    events = done(plan, side="left")
+    at = next(n for n, each in enumerate(events)
+              if isinstance(each, StepStarted) and each.step == "main[2].wait")  # fmt: skip
+    seam = find_seam(plan.steps, events[: at + 1], "Ada")
+    brought_back = "main[0].group.steps[2].set.tester.load"
+    assert steps_of(done(plan, seam=seam, side="left")) == [brought_back, "main[2].wait"]
+
+
+def test_an_answer_that_was_confirmed_counts():
+    text = """\
+main:
+  - confirm: {text: Is it warm, into: warm, unattended: no}
+  - wait: {time: 1 s, when: {input: warm, is: yes}}
+  - wait: {time: 2 s, when: {input: warm, is: no}}
+"""
+    events = done(plan_of(text))
+    waited = [each.step for each in events
+              if isinstance(each, StepEnded) and each.action == "wait"]  # fmt: skip
+    assert waited == ["main[2].wait"]
+
+
+def test_a_set_point_is_not_skipped_where_a_condition_leads_to_a_reading_elsewhere():
+    """After the group the load stands as before it; skipped half-way it would not."""
+    text = """\
+main:
+  - sweep:
+      set: tester.load
+      over: [100 N, 0 N]
+      steps: [{wait: {time: 1 s}}]
+  - group:
+      when: {input: side, is: left}
+      steps: [{set: {tester.load: 50 N}}, {set: {tester.load: 0 N}}]
+  - measure: {channels: [tester.load]}
+"""
+    plan = plan_of(text)
+    (at,) = (n for n, each in enumerate(plan.steps) if each.path == "main[0].sweep[1].set")
+    assert not may_be_skipped(plan.steps, at, lambda _role, _drive: 100.0)
+    assert may_be_skipped(plan.steps, at, lambda _role, _drive: 0.0)
+
+
+WAIT = "main:\n  - wait: {time: 1 s, when: {input: side, is: left}}\n"
+CASES = [
+    (WAIT, ("input: side", "input: sid"), "main[0].wait.when.input",
+     "no input 'sid' is asked by then", "did you mean 'side'?"),
+    (WAIT, ("is: left", "is: lefft"), "main[0].wait.when.is",
+     "'lefft' is no answer to 'side'", "did you mean 'left'?"),
+    (WAIT, ("input: side, is: left", "input: room, is: warm"), "main[0].wait.when.is",
+     "'room' is a number with a unit, and compared with a text", "choices"),
+    (WAIT, ("main:", "teardown:\n  - wait: {time: 1 s, when: {input: side, is: left}}\nmain:"),
+     "teardown[0].wait.when", "the teardown is done whatever happened", "in any case"),
+    (ANY, ("        - set: {tester.load: 0 N}\n", ""), "main[0].group.when",
+     "tester.load stands at 100 N after this step, or at its safe value without it", "set it back"),
+    (LOOP, ("tester.load, above", "tester.laod, above"), "main[0].repeat.until.channel",
+     "has no channel 'laod'", "did you mean 'load'?"),
+    (LOOP, ("1 kN", "1 Hz"), "main[0].repeat.until.above",
+     "got '1 Hz', a frequency; tester.load takes a force", "write it in N"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "change", "field", "message", "hint"), CASES)
+def test_what_cannot_be_is_refused_before_anything_moves(text, change, field, message, hint):
+    problem = only_problem(plan_of, edited(text, change))
+    assert problem.field == field
+    assert message in problem.message
+    assert hint in problem.hint
+
+
+@pytest.mark.parametrize(
+    ("step", "message"),
+    [
+        ("repeat: {steps: [{wait: {time: 1 s}}]}", "got neither, allowed is one of: times, until"),
+        ("repeat: {until: {channel: a.b, above: 1 N}, steps: [{wait: {time: 1 s}}]}",
+         "the key 'at_most' is missing"),
+        ("repeat: {times: 2, at_most: 3, steps: [{wait: {time: 1 s}}]}",
+         "the key 'until' is missing"),
+        ("repeat: {until: {of: friction, above: 1 N·m}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
+         "a repetition cannot wait for a result yet"),
+        ("repeat: {until: {channel: a.b}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
+         "allowed is one of: above, below"),
+        ("wait: {time: 1 s, when: {input: side}}", "allowed is one of: is, is_not"),
+        ("wait: {time: 1 s, when: {input: side, is: 5}}", "allowed is a text"),
+    ],
+)  # fmt: skip
+def test_how_a_condition_is_written(step, message):
+    problem = only_problem(lambda: parse_procedure(f"{HEAD}main:\n  - {step}\n", "p.yaml"))
+    assert message in problem.message
+    assert problem.location.line == HEAD.count("\n") + 2
