@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rigrunner_plugins.analyses.records import rigrunner_analyses
 from rigrunner_plugins.compensations.records import rigrunner_compensations
 from rigrunner_plugins.decision_rules import rigrunner_decision_rules
 from rigrunner_plugins.devices.records import rigrunner_devices
@@ -11,6 +12,7 @@ from rigrunner_plugins.outlier_rules.records import rigrunner_outlier_rules
 
 __all__ = [
     "api_version",
+    "rigrunner_analyses",
     "rigrunner_compensations",
     "rigrunner_decision_rules",
     "rigrunner_devices",

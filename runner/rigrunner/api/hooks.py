@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import CompensationMethod, Fit, OutlierRule
     from rigrunner.api.devices import Device, DeviceContext
     from rigrunner.api.events import EventSink
+    from rigrunner.api.findings import Analysis, NeededChannel, Objection, ResultDefinition
     from rigrunner.api.importing import Importer
     from rigrunner.api.letterhead import CertificateInput
     from rigrunner.api.measurand import MeasurandKind
@@ -186,6 +187,29 @@ class CompensationRecord(PluginRecord):
     applicable. Of the primary method it is checked before the rig moves."""
 
 
+def nothing(*_: Any) -> tuple[Any, ...]:
+    """Return none, of any settings."""
+    return ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalysisRecord(PluginRecord):
+    """An analysis of any quantity: `factory(settings)`.
+
+    What it gives and needs is known from its settings alone: so limits and channels are checked
+    before anything moves.
+    """
+
+    factory: Callable[[Any], Analysis]
+    """Makes the analysis, of the settings."""
+    yields: Callable[[Any], tuple[ResultDefinition, ...]]
+    """Gives, of the settings, the results that it makes."""
+    requires: Callable[[Any], tuple[NeededChannel, ...]] = nothing
+    """Gives, of the settings, the channels that must be measured."""
+    objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
+    """Gives, of the settings and the SI unit of each channel, what does not fit."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ReportFormatRecord(PluginRecord):
     """A report: `factory(settings)` gives a function from ReportInput to the file's bytes."""
@@ -316,6 +340,11 @@ class HookSpecs:
     @hookspec
     def rigrunner_decision_rules(self) -> Iterable[DecisionRuleRecord]:
         """Return the decision rules that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_analyses(self) -> Iterable[AnalysisRecord]:
+        """Return the analyses of any quantity that this plugin brings."""
         raise NotImplementedError
 
     @hookspec

@@ -176,7 +176,9 @@ class LimitDecision:
     """What one limit says of one result, with all that is needed to understand it."""
 
     of: str = MEAN
-    """What is judged: 'mean', or one set-point, such as '35 Hz'."""
+    """What is judged: 'mean', one set-point, such as '35 Hz', or a named result and its place."""
+    named: str = ""
+    """The name of the result, of an analysis that names its results."""
     verdict: Verdict
     reason: str
     """One sentence."""
@@ -198,8 +200,8 @@ class LimitDecision:
     """The highest probability that an item which this rule fails conforms."""
     probability: float = nan
     """That the true value is within the limits (JCGM 106, 7); nan where unknown."""
-    uncompensated: Verdict
-    """What the same rule would say of the raw torque."""
+    uncompensated: Verdict | None = None
+    """What the same rule would say of the raw torque; None of another quantity."""
     marginal: bool = False
     """Whether a result different by no more than the marginal band had another verdict."""
     measurand: MeasurandKind | None = None
@@ -240,7 +242,7 @@ class Decision:
         torque is the worst of all limits.
         """
         worst_part = min(self.parts, key=lambda part: part.badness)
-        raw = min((part.uncompensated for part in self.parts), key=WORST_FIRST.index)
+        raw = worst(part.uncompensated for part in self.parts)
         return replace(worst_part, reason=self._reason(worst_part), uncompensated=raw)
 
     @property
@@ -254,6 +256,8 @@ class Decision:
         return self.deciding.reason
 
     def _reason(self, part: LimitDecision) -> str:
+        if part.named:
+            return f"{part.of}: {part.reason}"
         if len(self.parts) == 1 and part.of == MEAN:
             return part.reason
         where = "The mean" if part.of == MEAN else f"At {part.of}"

@@ -51,7 +51,7 @@ class Prediction:
 def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> Prediction:
     """Return the torque to be expected in each recording, and the disk that the run needs."""
     acceptance = procedure.model.acceptance
-    limits = acceptance.all_limits if acceptance else ()
+    limits = acceptance.torque_limits if acceptance else ()
     bearing_nm = max((each.max or 0.0 for each in limits), default=0.0)
     records = [each.record for each in plan.recordings]
     torques = tuple(

@@ -20,6 +20,7 @@ from rigrunner.procedure.loading import (
 )
 from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.questions import Input
+from rigrunner.procedure.result_limits import ResultLimit
 from rigrunner.procedure.steps import Step, step_kinds
 from rigrunner.procedure.texts import texts_digest
 
@@ -39,6 +40,7 @@ __all__ = [
     "NoLoadSpec",
     "PluginRef",
     "Procedure",
+    "ResultLimit",
     "Step",
     "analysis_contradictions",
     "check_measurands",

@@ -6,11 +6,12 @@ from collections import Counter
 from math import isclose
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from rigrunner.api.measurand import CONDITIONS, NATURES, Condition, MeasurandKind, Nature
 from rigrunner.api.settings import Force, Frequency, ListOf, Settings, Torque
 from rigrunner.procedure.analysis_spec import PluginRef
+from rigrunner.procedure.result_limits import ResultLimit
 from rigrunner.yamlfile.names import Text
 
 if TYPE_CHECKING:
@@ -110,6 +111,20 @@ class Limit(Settings):
         }
 
 
+_OF_TORQUE = ("mean", "each_frequency")
+
+
+def _kind(value: object) -> str:
+    of = value.get("of", "mean") if isinstance(value, dict) else getattr(value, "of", "")
+    return "torque" if of in _OF_TORQUE else "result"
+
+
+AnyLimit = Annotated[
+    Annotated[Limit, Tag("torque")] | Annotated[ResultLimit, Tag("result")], Discriminator(_kind)
+]
+"""A limit of the compensated torque, or of a result by its name."""
+
+
 class DecisionRuleRef(PluginRef):
     """A decision rule: by its name, or as `name: {setting: value}`."""
 
@@ -125,8 +140,9 @@ class Acceptance(Settings):
 
     limit: Limit | None = None
     """The limit, where there is one alone."""
-    limits: ListOf[Limit] = ()
-    """Several: one of the mean, one of each frequency, others for named frequencies."""
+    limits: ListOf[AnyLimit] = ()
+    """Several: of results by their names; of the compensated torque one of the mean, one of each
+    frequency, others for named frequencies."""
     rule: Annotated[DecisionRuleRef, Field(validate_default=True)] = "simple"  # type: ignore[assignment]  # validated
     """How far within its limit a result must be, and whether there is more than pass and fail."""
     fraction: Annotated[float, Field(gt=0, le=5)] | None = None
@@ -151,18 +167,24 @@ class Acceptance(Settings):
         return {**self.rule.settings, **_given(fraction=self.fraction)}
 
     @property
-    def all_limits(self) -> tuple[Limit, ...]:
-        """The limits, one or several."""
-        return self.limits if self.limit is None else (self.limit,)
+    def torque_limits(self) -> tuple[Limit, ...]:
+        """The limits of the compensated torque."""
+        given = self.limits if self.limit is None else (self.limit,)
+        return tuple(each for each in given if isinstance(each, Limit))
+
+    @property
+    def result_limits(self) -> tuple[ResultLimit, ...]:
+        """The limits of results by their names."""
+        return tuple(each for each in self.limits if isinstance(each, ResultLimit))
 
     @property
     def mean_limit(self) -> Limit | None:
         """The limit of the mean over all set-points, if there is one."""
-        return next((each for each in self.all_limits if each.of == "mean"), None)
+        return next((each for each in self.torque_limits if each.of == "mean"), None)
 
     def limit_at(self, frequency_hz: float) -> Limit | None:
         """Return the limit of one set-point: the one that names it, or else the one of each."""
-        own = [each for each in self.all_limits if each.of == "each_frequency"]
+        own = [each for each in self.torque_limits if each.of == "each_frequency"]
         named = (each for each in own if each.names(frequency_hz))
         return next(named, next((each for each in own if not each.at), None))
 
@@ -180,9 +202,9 @@ class Acceptance(Settings):
         """Return what each limit is of, in words that are equal for equal scopes."""
         return [
             scope
-            for each in self.all_limits
+            for each in self.torque_limits
             for scope in ([f"{hz:g} Hz" for hz in each.at] or [each.of.replace("_", " ")])
-        ]
+        ] + [each.scope for each in self.result_limits]
 
 
 class AcceptanceFile(Settings):

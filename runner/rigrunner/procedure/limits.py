@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import PluginError
+from rigrunner.procedure.acceptance import Limit
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.procedure.acceptance import Limit
     from rigrunner.procedure.loading import LoadedProcedure
     from rigrunner.yamlfile.document import Path
 
@@ -63,11 +63,12 @@ def add_other_measurands(
 
 
 def limits_of(procedure: LoadedProcedure) -> Iterator[tuple[Path, Limit]]:
-    """Yield every limit of a procedure and where it stands."""
+    """Yield every limit of a torque and where it stands."""
     acceptance = procedure.model.acceptance
     if acceptance is None:
         return
     if acceptance.limit is not None:
         yield ("acceptance", "limit"), acceptance.limit
     for index, limit in enumerate(acceptance.limits):
-        yield ("acceptance", "limits", index), limit
+        if isinstance(limit, Limit):
+            yield ("acceptance", "limits", index), limit

@@ -40,6 +40,7 @@ HOOK_OF_KIND = {
     "fit": "rigrunner_fits",
     "compensation": "rigrunner_compensations",
     "decision_rule": "rigrunner_decision_rules",
+    "analysis": "rigrunner_analyses",
     "report_format": "rigrunner_report_formats",
     "certificate_format": "rigrunner_certificate_formats",
     "study_format": "rigrunner_study_formats",

@@ -25,6 +25,7 @@ RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
     "fit": hooks.FitRecord,
     "compensation": hooks.CompensationRecord,
     "decision_rule": hooks.DecisionRuleRecord,
+    "analysis": hooks.AnalysisRecord,
     "report_format": hooks.ReportFormatRecord,
     "certificate_format": hooks.CertificateFormatRecord,
     "study_format": hooks.StudyFormatRecord,

@@ -166,7 +166,7 @@ def _refuse(
     if kind is None:
         raise DataError(f"'{plugin}' does not say which torque it yields")
     loads = [point.load_n for point in result.loaded]
-    for limit in acceptance.all_limits:
+    for limit in acceptance.torque_limits:
         objection = limit.measurand.objection(spec.measured(kind), loads)
         if objection:
             hint = "limits and results of two measurands have nothing to say to each other"

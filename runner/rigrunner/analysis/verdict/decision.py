@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.verdict.chosen import chosen_by
 from rigrunner.analysis.verdict.evidence import Judged
 from rigrunner.api.verdict import MEAN, Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.coverage import probability_within
@@ -23,8 +25,35 @@ def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Dec
     return Decision(
         rule=str(rule),
         rule_in=rule.in_other_languages,
-        parts=tuple(_parts(acceptance, rule, evidence)),
+        parts=(
+            *_parts(acceptance, rule, evidence),
+            *_of_results(acceptance, replace(rule, marginal=0.0), evidence),
+        ),
     )
+
+
+def _of_results(
+    acceptance: Acceptance, rule: AppliedRule, evidence: Evidence
+) -> Iterator[LimitDecision]:
+    """Yield what the limits of named results say."""
+    for limit in acceptance.result_limits:
+        for chosen in chosen_by(limit, evidence.results):
+            found, symbol = chosen.estimate, chosen.unit
+            limits = limit.limits_in(symbol)
+            problem = chosen.problem or evidence.results_problem
+            known = found if found is not None and _uncertainty_is_known(found) else None
+            verdict, reason = _verdict(limits, rule, found, problem)
+            yield LimitDecision(
+                of=chosen.words,
+                named=limit.of,
+                verdict=verdict,
+                reason=reason,
+                limits=limits,
+                source=limit.source,
+                result=found,
+                **_risks(limits, rule, known),
+                probability=probability_within(limits, known) if known and not problem else nan,
+            )
 
 
 def _parts(
@@ -55,7 +84,7 @@ def _decided(
 ) -> LimitDecision:
     limits, found = Limits.between(limit.min, limit.max), judged.compensated
     problem = _objection(limit, evidence) or judged.problem
-    verdict, reason = _verdict(limits, rule, found, problem)
+    verdict, reason = _verdict(limits, rule, found, problem or _no_torque(limits, found))
     known = found if found is not None and _uncertainty_is_known(found) else None
     sure = None if problem else known
     return LimitDecision(
@@ -65,15 +94,22 @@ def _decided(
         limits=limits,
         source=limit.source,
         result=found,
-        guard_band=rule.guard(limits, known) if known else nan,
-        false_accept_risk=rule.false_accept_risk(limits, known) if known else nan,
-        false_reject_risk=rule.false_reject_risk(limits, known) if known else nan,
+        **_risks(limits, rule, known),
         probability=probability_within(limits, sure) if sure else nan,
-        uncompensated=_verdict(limits, rule, judged.raw, "")[0],
+        uncompensated=_verdict(limits, rule, judged.raw, _no_torque(limits, judged.raw))[0],
         marginal=bool(sure and rule.is_marginal(limits, sure)),
         measurand=limit.measurand.kind,
         load_n=limit.measurand.load,
     )
+
+
+def _risks(limits: Limits, rule: AppliedRule, known: Estimate | None) -> dict[str, float]:
+    """Return guard band and risks; nan where the uncertainty is not known."""
+    return {
+        "guard_band": rule.guard(limits, known) if known else nan,
+        "false_accept_risk": rule.false_accept_risk(limits, known) if known else nan,
+        "false_reject_risk": rule.false_reject_risk(limits, known) if known else nan,
+    }
 
 
 def _objection(limit: Limit, evidence: Evidence) -> str:
@@ -91,14 +127,18 @@ def _uncertainty_is_known(estimate: Estimate) -> bool:
     return isfinite(estimate.u) and estimate.u > 0
 
 
+def _no_torque(limits: Limits, estimate: Estimate | None) -> str:
+    """Return why a value is no torque of friction, as a sentence; '' where it is one."""
+    if estimate is None or estimate.value > 0:
+        return ""
+    return f"{estimate.value:.4f} {limits.unit} is no friction torque: friction does not drive."
+
+
 def _verdict(
     limits: Limits, rule: AppliedRule, estimate: Estimate | None, problem: str
 ) -> tuple[Verdict, str]:
     if problem or estimate is None:
         return Verdict.INCONCLUSIVE, problem or "There is no result."
-    if not estimate.value > 0:
-        value = f"{estimate.value:.4f} {limits.unit}"
-        return Verdict.INCONCLUSIVE, f"{value} is no friction torque: friction does not drive."
     if not _uncertainty_is_known(estimate):
         return Verdict.INCONCLUSIVE, "The uncertainty of the result is not known."
     return rule.verdict(limits, estimate)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, PeakPoint
     from rigrunner.api.data import Estimate
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.measurand import MeasurandKind
 
 LEAST_FOR_SCATTER = 2
@@ -47,6 +48,10 @@ class Evidence:
     """Of each set-point."""
     mean: Judged
     points: tuple[JudgedPoint, ...]
+    results: tuple[MeasurementResult, ...] = ()
+    """Those that have a name."""
+    results_problem: str = ""
+    """Why nothing can be decided on any of these, as a sentence; '' where something can."""
 
 
 def forbidden(checks: Iterable[Check]) -> str:

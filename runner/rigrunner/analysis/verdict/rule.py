@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Acceptance
 
 ENGLISH = "en"
+TORQUE = "N·m"
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,14 @@ class AppliedRule:
 
 
 def _place(limits: Limits, value: float, margin: float) -> str:
-    unit, side = limits.unit, "within" if margin >= 0 else "outside"
-    return f"{value:.4f} {unit} is {abs(margin):.4f} {unit} {side} the limit {limits}"
+    side = "within" if margin >= 0 else "outside"
+    shown, away = (_shown(each, limits.unit) for each in (value, abs(margin)))
+    return f"{shown} is {away} {side} the limit {limits}"
+
+
+def _shown(value: float, unit: str) -> str:
+    """Return a value with its unit: of a torque to 0.1 mN·m, of anything else to six digits."""
+    return f"{value:.4f} {unit}" if unit == TORQUE else f"{value:.6g} {unit}"
 
 
 def _reached(zones: Sequence[Zone], margin: float) -> int:
@@ -130,7 +137,7 @@ def _by(zones: Sequence[Zone], reached: int, margin: float, unit: str) -> str:
 
 
 def _width(zone: Zone, unit: str) -> str:
-    return f"{zone.width} = {abs(zone.margin):.4f} {unit}"
+    return f"{zone.width} = {_shown(abs(zone.margin), unit)}"
 
 
 def _conforming(limits: Limits, estimate: Estimate, value: float) -> float:

@@ -1,0 +1,1 @@
+"""The analyses of any quantity that ship."""

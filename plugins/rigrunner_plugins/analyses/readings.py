@@ -1,0 +1,182 @@
+"""The analysis `readings`: a statistic of what was read, with what is known of its uncertainty.
+
+Type A is what the values show themselves (GUM 4.2); type B is what the register says of the
+instrument (GUM 4.3). An error that all readings share, a gain or an offset, is carried through the
+statistic as it is. What a register states in one figure may be another error at each reading:
+a difference of two readings then has it twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isnan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.analysis import Component
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import Findings, MeasurementResult
+from rigrunner.api.units import unit
+from rigrunner.signal.coverage import excess_kurtosis
+from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.analyses.reading_errors import (
+    ANY,
+    GAIN,
+    TO_STANDARD,
+    reading_errors,
+)
+from rigrunner_plugins.analyses.settings import quotient, si_unit, yields
+from rigrunner_plugins.analyses.sources import groups
+from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settling_time
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigrunner.api.data import Array, RunData
+    from rigrunner_plugins.analyses.reading_errors import ReadingError
+    from rigrunner_plugins.analyses.settings import ReadingsSettings
+    from rigrunner_plugins.analyses.sources import Group
+    from rigrunner_plugins.analyses.statistics import Statistic
+
+SMALL = 1e-6
+"""The part of an error by which its effect is found, at which every statistic is a line."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Satisfies `rigrunner.api.findings.Analysis`."""
+
+    settings: ReadingsSettings
+
+    def __call__(self, run: RunData) -> Findings:
+        """Return the statistic of each group; raise DataError where nothing was measured."""
+        found = groups(run, self.settings)
+        single = [group for group in found if len(group.times_s) == 1]
+        extremes = self.settings.statistic in {"minimum", "maximum", "range"}
+        told = []
+        if single and self.settings.statistic == "mean":
+            told.append(
+                f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
+                " is a single reading, which shows no scatter: its uncertainty is the"
+                " instrument's alone."
+            )
+        if extremes:
+            told.append(
+                f"{self.settings.result.name}: the {self.settings.statistic} is that of what was"
+                " read; its uncertainty is the instrument's alone."
+            )
+        return Findings(results=tuple(self._result(run, each) for each in found), notes=tuple(told))
+
+    def _result(self, run: RunData, group: Group) -> MeasurementResult:
+        (definition,) = yields(self.settings)
+        statistic, shown = self._statistic, unit(definition.unit)
+        value = statistic.value(group.series(self._combined(group)))
+        if unit(self._si_unit(group)).dimension != shown.dimension:
+            raise DataError(
+                f"{definition.name} is stated in {shown.symbol}, and the"
+                f" {self.settings.statistic} is in {self._si_unit(group)}"
+            )
+        components = tuple(self._components(run, group, 1 / shown.factor, shown.symbol))
+        u, dof = combine(components)
+        if any(isnan(each.u) for each in components):
+            u, dof = float("nan"), float("nan")
+        kurtosis = excess_kurtosis(((each.u, each.distribution) for each in components), u)
+        number = value if self._is_difference else value - shown.offset
+        estimate = Estimate(number / shown.factor, u, dof, shown.symbol, kurtosis)
+        return MeasurementResult(
+            of=definition,
+            estimate=estimate,
+            components=components,
+            coordinates=group.place,
+            readings=len(group.times_s),
+        )
+
+    @property
+    def _statistic(self) -> Statistic:
+        told = self.settings
+        if told.percent is not None:
+            return percentile(told.percent)
+        if told.within is not None:
+            return settling_time(told.within.si)
+        return STATISTICS[told.statistic]
+
+    @property
+    def _is_difference(self) -> bool:
+        differs = {"range", "standard_deviation", "slope", "settling_time"}
+        return self.settings.statistic in differs or self.settings.minus is not None
+
+    def _si_unit(self, group: Group) -> str:
+        value = group.units[self.settings.of]
+        if self.settings.divided_by is not None:
+            value = quotient(value, group.units[self.settings.divided_by])
+        return si_unit(self.settings.statistic, value)
+
+    def _combined(self, group: Group, changed: str = "", by: Array | float = 0.0) -> Array:
+        """Return the values of which the statistic is taken, those of one channel changed."""
+        values = {name: each + (by if name == changed else 0.0) for name, each in
+                  group.values.items()}  # fmt: skip
+        of = values[self.settings.of]
+        if self.settings.minus is not None:
+            return of - values[self.settings.minus]
+        if self.settings.divided_by is not None:
+            below = values[self.settings.divided_by]
+            if not below.all():
+                raise DataError(f"{self.settings.divided_by} is 0: nothing can be divided by it")
+            return of / below
+        return of
+
+    def _components(
+        self, run: RunData, group: Group, scale: float, symbol: str
+    ) -> Iterator[Component]:
+        series = group.series(self._combined(group))
+        scatter = self._statistic.scatter(series)
+        if scatter is not None:
+            u, dof = scatter
+            rectangular = self.settings.statistic == "settling_time"
+            yield Component(
+                name="time between samples" if rectangular else "scatter of the readings",
+                u=u * scale,
+                dof=dof,
+                distribution="rectangular" if rectangular else "t",
+                common=False,
+                unit=symbol,
+                input_u=u * scale,
+                sensitivity=1.0,
+            )
+        for channel, values in group.values.items():
+            for error in reading_errors(run, channel, values):
+                yield self._component(error, channel, group, scale)
+
+    def _component(
+        self, error: ReadingError, channel: str, group: Group, scale: float
+    ) -> Component:
+        effect = abs(self._effect(error, channel, group)) * scale
+        input_u = error.half_width * TO_STANDARD
+        return Component(
+            name=error.name,
+            u=effect * input_u,
+            dof=inf,
+            distribution="rectangular",
+            common=True,
+            value=0.0,
+            unit="1" if error.kind == GAIN else group.units[channel],
+            input_u=input_u,
+            sensitivity=effect,
+        )
+
+    def _effect(self, error: ReadingError, channel: str, group: Group) -> float:
+        """Return by how much the statistic changes with an error, per its size."""
+        at_rest = self._combined(group)
+        value = self._statistic.value
+        if error.kind == ANY:
+            step = SMALL * (float(np.abs(group.values[channel]).max()) or 1.0)
+            slope = np.abs(self._combined(group, channel, step) - at_rest).max() / step
+            return float(slope) * self._statistic.bound(group.series(at_rest))
+        if self.settings.statistic == "settling_time":
+            return 0.0
+        size = group.values[channel] if error.kind == GAIN else np.ones(len(at_rest))
+        step = SMALL if error.kind == GAIN else SMALL * (float(np.abs(at_rest).max()) or 1.0)
+        moved = self._combined(group, channel, step * size)
+        return (value(group.series(moved)) - value(group.series(at_rest))) / step

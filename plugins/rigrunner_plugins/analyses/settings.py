@@ -1,0 +1,192 @@
+"""What a procedure says of the analysis `readings`. Loads without numpy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rigrunner.api.findings import NeededChannel, ResultDefinition
+from rigrunner.api.member import NAME, Member
+from rigrunner.api.places import CoordinateKey, Place
+from rigrunner.api.settings import Difference, ListOf, PlainText, Ratio, Settings
+from rigrunner.api.units import QuantityError, is_coherent, unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.findings import Objection
+
+Statistic = Literal[
+    "mean",
+    "minimum",
+    "maximum",
+    "range",
+    "rms",
+    "standard_deviation",
+    "percentile",
+    "slope",
+    "settling_time",
+]
+
+
+def _symbol(text: str) -> str:
+    return unit(text).symbol
+
+
+class ResultSettings(Settings):
+    """What the result is called, and in which unit it is stated."""
+
+    name: Annotated[str, Field(pattern=f"^{NAME}$")]
+    """By which limits, report and certificate name it."""
+    symbol: PlainText = ""
+    """Such as R."""
+    text: PlainText = ""
+    """The measurand in words, such as 'load regulation'."""
+    unit: Annotated[str, AfterValidator(_symbol)]
+    """Such as mV."""
+
+
+class ReadingsSettings(Settings):
+    """A statistic of a recorded channel, or of a column of measured values."""
+
+    of: Member
+    """The channel, such as meter.voltage."""
+    statistic: Statistic = "mean"
+    """What is taken of its values: over each group of `per`, or over all."""
+    minus: Member | None = None
+    """A channel that was read with it: the statistic is of the differences, value by value."""
+    divided_by: Member | None = None
+    """A channel that was read with it: the statistic is of the quotients, value by value."""
+    per: ListOf[CoordinateKey] = ()
+    """A result for each value of these set-points or coordinates, such as [load.current]."""
+    where: Place = Field(default_factory=dict)
+    """Only of what was measured there, such as {load.current: 2 A}."""
+    table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
+    """Only of the rows of this table; left out, of the recordings, or else of all tables."""
+    percent: Annotated[Ratio, Field(gt=0, lt=1)] | None = None
+    """Of `percentile`: how many of the values are at most as great, such as 95 %."""
+    within: Difference | None = None
+    """Of `settling_time`: how far from the last value counts as settled."""
+    result: ResultSettings
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_or_several(cls, value: object) -> object:
+        if isinstance(value, dict) and isinstance(value.get("per"), str):
+            return {**value, "per": [value["per"]]}
+        return value
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if self.minus is not None and self.divided_by is not None:
+            raise ValueError("one of 'minus' and 'divided_by' is allowed, not both")
+        for key, statistic in (("percent", "percentile"), ("within", "settling_time")):
+            given = getattr(self, key) is not None
+            if given and self.statistic != statistic:
+                raise ValueError(f"'{key}' belongs to the statistic {statistic}")
+            if not given and self.statistic == statistic:
+                raise ValueError(f"the statistic {statistic} needs the key '{key}'")
+        return self
+
+    @property
+    def other(self) -> Member | None:
+        """The channel that is subtracted or divided by."""
+        return self.minus or self.divided_by
+
+
+def yields(settings: ReadingsSettings) -> tuple[ResultDefinition, ...]:
+    """Return the one result."""
+    told = settings.result
+    return (
+        ResultDefinition(
+            name=told.name,
+            symbol=told.symbol,
+            text=told.text,
+            unit=told.unit,
+            per=settings.per,
+        ),
+    )
+
+
+def requires(settings: ReadingsSettings) -> tuple[NeededChannel, ...]:
+    """Return the channels that it reads."""
+    named = (("of", settings.of), ("minus", settings.minus), ("divided_by", settings.divided_by))
+    return tuple(
+        NeededChannel(name=name, key=(key,), enters=settings.result.name)
+        for key, name in named
+        if name is not None
+    )
+
+
+def objections(settings: ReadingsSettings, units: Mapping[str, str]) -> Iterator[Objection]:
+    """Yield what does not fit the units in which the channels are measured."""
+    of = unit(units[settings.of])
+    if settings.minus is not None and unit(units[settings.minus]).dimension != of.dimension:
+        other = unit(units[settings.minus])
+        yield (
+            ("minus",),
+            f"{settings.minus} is a {other.dimension}, and {settings.of} a {of.dimension}",
+            "subtract what is of one kind",
+        )
+        return
+    value = units[settings.of]
+    if settings.divided_by is not None:
+        try:
+            value = quotient(value, units[settings.divided_by])
+        except QuantityError as error:
+            yield ("divided_by",), error.message, error.hint
+            return
+    if settings.within is not None and settings.within.dimension != unit(value).dimension:
+        wanted = unit(value).dimension
+        message = f"got '{settings.within}', a {settings.within.dimension}; needed is a {wanted}"
+        yield ("within",), message, ""
+    try:
+        si = si_unit(settings.statistic, value)
+    except QuantityError as error:
+        yield ("statistic",), error.message, error.hint
+        return
+    result = unit(settings.result.unit)
+    if result.dimension != unit(si).dimension:
+        is_a = f"the {settings.statistic} is a {unit(si).dimension}"
+        message = f"got '{settings.result.unit}', a {result.dimension}; {is_a}"
+        yield ("result", "unit"), message, f"write a unit such as {unit(si).symbol}"
+    elif result.offset and settings.statistic in DIFFERENCES | (
+        {settings.statistic} if settings.minus else set()
+    ):
+        yield (
+            ("result", "unit"),
+            f"got '{settings.result.unit}', and the result is a difference of temperatures",
+            "write K",
+        )
+
+
+DIFFERENCES = {"range", "standard_deviation"}
+"""The statistics that are differences of values: of temperatures they are in K."""
+
+
+def quotient(above: str, below: str) -> str:
+    """Return the SI unit of the quotient of two SI units; raise QuantityError for none."""
+    if unit(above).dimension == unit(below).dimension:
+        return "1"
+    if below == "1":
+        return above
+    composed = f"({below})" if {"·", "/"} & set(below) else below
+    if "/" in above or "/" in below:  # m/s over s: one quotient of products
+        over, _, under = above.partition("/")
+        below_over, _, below_under = below.partition("/")
+        numerator = "·".join(each for each in (over.strip("()"), below_under.strip("()")) if each)
+        denominator = "·".join(each for each in (under.strip("()"), below_over.strip("()")) if each)
+        return unit(f"{numerator}/({denominator})" if "·" in denominator
+                    else f"{numerator}/{denominator}").symbol  # fmt: skip
+    return unit(f"{above}/{composed}").symbol
+
+
+def si_unit(statistic: str, value: str) -> str:
+    """Return the SI unit of a statistic of values in an SI unit."""
+    if statistic == "settling_time":
+        return "s"
+    if statistic == "slope":
+        return quotient(value, "s")
+    assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
+    return value

@@ -1,0 +1,130 @@
+"""Where the values of an analysis come from: channels of recordings, or columns of tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import CoordinateValue
+from rigrunner.api.places import is_at
+from rigrunner_plugins.analyses.statistics import Series
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from rigrunner.api.data import Array, Measurement, Recording, RunData
+    from rigrunner_plugins.analyses.settings import ReadingsSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """All values at one place, of each channel that is asked for, value by value: shape (n,)."""
+
+    place: Mapping[str, CoordinateValue]
+    values: Mapping[str, Array]
+    units: Mapping[str, str]
+    times_s: Array
+    in_a_row: bool
+    step_s: float
+
+    def series(self, values: Array) -> Series:
+        """Return some values of the group as a series."""
+        return Series(values, self.times_s, self.in_a_row, self.step_s)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A recording, or a row of a table."""
+
+    place: Mapping[str, CoordinateValue]
+    values: Mapping[str, Array]
+    units: Mapping[str, str]
+    began: datetime
+    step_s: float
+
+
+def groups(run: RunData, settings: ReadingsSettings) -> list[Group]:
+    """Return the values by their places, in the order in which these came first.
+
+    Zero readings are taken off. Raises DataError where nothing was measured, or a value is not a
+    finite number.
+    """
+    names = [settings.of, *([settings.other] if settings.other else [])]
+    parts = list(_parts(run, names, settings))
+    chosen = [part for part in parts if is_at(settings.where, part.place)]
+    if not chosen:
+        where = ", ".join(f"{name} = {value}" for name, value in settings.where.items())
+        raise DataError(
+            f"{' and '.join(names)} {'were' if names[1:] else 'was'} not measured"
+            f"{f' at {where}' if parts and where else ''}",
+            hint="measure or record it in the procedure, at one step together",
+        )
+    found: dict[tuple[CoordinateValue, ...], list[_Part]] = {}
+    for part in chosen:
+        found.setdefault(tuple(_key(part, settings.per)), []).append(part)
+    return [_group(dict(zip(settings.per, key, strict=True)), each) for key, each in found.items()]
+
+
+def _key(part: _Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
+    for name in per:
+        if name not in part.place:
+            known = ", ".join(part.place) or "none"
+            raise DataError(f"'{name}' tells no values apart: it was not set; known: {known}")
+        yield part.place[name]
+
+
+def _group(place: Mapping[str, CoordinateValue], parts: list[_Part]) -> Group:
+    names = parts[0].values
+    values = {name: np.concatenate([part.values[name] for part in parts]) for name in names}
+    for name, each in values.items():
+        if not np.isfinite(each).all():
+            raise DataError(f"{name}: a value is not a finite number")
+    first = parts[0].began
+    count = {id(part): len(next(iter(part.values.values()))) for part in parts}
+    times = [
+        (part.began - first).total_seconds() + part.step_s * np.arange(count[id(part)])
+        for part in parts
+    ]
+    return Group(
+        place=place,
+        values=values,
+        units=parts[0].units,
+        times_s=np.concatenate(times),
+        in_a_row=any(part.step_s for part in parts),
+        step_s=max(part.step_s for part in parts),
+    )
+
+
+def _parts(run: RunData, names: list[str], settings: ReadingsSettings) -> Iterator[_Part]:
+    recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
+    if settings.table is None and recordings:
+        for recording in recordings:
+            yield _of_recording(recording, run, names)
+        return
+    for row in run.measurements:
+        if settings.table not in {None, row.name} or row.recording:
+            continue
+        if all(name in row.values for name in names):
+            values = {name: np.array([row.values[name] - run.zero("", name)]) for name in names}
+            yield _Part(_place(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
+
+
+def _of_recording(recording: Recording, run: RunData, names: list[str]) -> _Part:
+    values = {
+        name: np.asarray(recording.channels[name]) - run.zero(recording.name, name)
+        for name in names
+    }
+    began = datetime.fromisoformat(recording.started_utc)
+    return _Part(_place(recording), values, recording.units, began, 1 / recording.rate_hz)
+
+
+def _place(of: Recording | Measurement) -> dict[str, CoordinateValue]:
+    """Return the set-points and coordinates of a recording or row."""
+    known = {**of.setpoints, **getattr(of, "coordinates", {})}
+    return {
+        name: CoordinateValue.of_si(value, of.units.get(name, "")) for name, value in known.items()
+    }

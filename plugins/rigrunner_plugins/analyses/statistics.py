@@ -1,0 +1,177 @@
+"""The statistics of values: each with its value, its scatter, and how an error of reading acts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.errors import DataError
+from rigrunner.signal.effective_samples import effective_number, mean_error
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rigrunner.api.data import Array
+
+LEAST_FOR_SLOPE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """The values of a group, shape (n,), in the order in which they were taken."""
+
+    values: Array
+    times_s: Array
+    """When each was taken, on one clock, shape (n,)."""
+    in_a_row: bool
+    """Whether they are samples of recordings, which know of each other."""
+    step_s: float = 0.0
+    """Between two samples of a recording."""
+
+
+Scatter = tuple[float, float]
+"""A standard uncertainty of type A and its degrees of freedom."""
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """How a statistic is taken of a series."""
+
+    value: Callable[[Series], float]
+    scatter: Callable[[Series], Scatter | None]
+    """Of type A; None where the values do not show any."""
+    bound: Callable[[Series], float]
+    """By how much it changes at most with an error within +/- 1 of each value."""
+
+
+def mean_scatter(series: Series) -> Scatter | None:
+    """Return s/sqrt(n) with n - 1 (GUM 4.2.3); of samples, for the effective number."""
+    n = len(series.values)
+    if n < 2:  # noqa: PLR2004  (of one value there is no scatter)
+        return None
+    if series.in_a_row:
+        return mean_error(series.values)
+    return float(series.values.std(ddof=1)) / sqrt(n), n - 1.0
+
+
+def _independent(series: Series) -> float:
+    return effective_number(series.values) if series.in_a_row else float(len(series.values))
+
+
+def _rms(series: Series) -> float:
+    return sqrt(float(np.mean(series.values**2)))
+
+
+def _rms_scatter(series: Series) -> Scatter | None:
+    """Return that of the mean square, carried over: d rms = d(mean square)/(2 rms)."""
+    squares = Series(series.values**2, series.times_s, series.in_a_row, series.step_s)
+    found, rms = mean_scatter(squares), _rms(series)
+    return None if found is None or rms == 0 else (found[0] / (2 * rms), found[1])
+
+
+def _deviation(series: Series) -> float:
+    if len(series.values) < 2:  # noqa: PLR2004  (see above)
+        raise DataError("the standard deviation of one value is not known")
+    return float(series.values.std(ddof=1))
+
+
+def _deviation_scatter(series: Series) -> Scatter | None:
+    """Return s/sqrt(2 (n - 1)), of normal values (GUM E.4.3)."""
+    dof = _independent(series) - 1
+    return (_deviation(series) / sqrt(2 * dof), dof) if dof > 0 else None
+
+
+def percentile(share: float) -> Statistic:
+    """Return the value that a share of all is at most as great as."""
+
+    def scatter(series: Series) -> Scatter | None:
+        """Return half of what the order statistics n p +/- sqrt(n p q) are apart.
+
+        Of any distribution the number of values below is binomial (David and Nagaraja, Order
+        Statistics, 3rd edition, 7.1).
+        """
+        n = _independent(series)
+        spread = sqrt(share * (1 - share) / n)
+        if n < 2:  # noqa: PLR2004  (see above)
+            return None
+        ends = np.clip([share - spread, share + spread], 0, 1)
+        low, high = np.quantile(series.values, ends)
+        return float(high - low) / 2, n - 1
+
+    def value(series: Series) -> float:
+        return float(np.quantile(series.values, share))
+
+    return Statistic(value, scatter, _one)
+
+
+def settling_time(within: float) -> Statistic:
+    """Return how long after its beginning a series stays within a band around its last value."""
+
+    def value(series: Series) -> float:
+        outside = np.flatnonzero(np.abs(series.values - series.values[-1]) > within)
+        if not len(outside):
+            return 0.0
+        return float(series.times_s[outside[-1] + 1] - series.times_s[0])
+
+    def scatter(series: Series) -> Scatter | None:
+        """Return that of a time known to one step (GUM F.2.2.1)."""
+        return (series.step_s / sqrt(12), inf) if series.step_s else None
+
+    return Statistic(value, scatter, lambda _: 0.0)
+
+
+def _slope(series: Series) -> float:
+    return float(_weights(series) @ series.values)
+
+
+def _weights(series: Series) -> Array:
+    """Return what each value counts in the slope of the least-squares line, shape (n,)."""
+    from_middle = series.times_s - series.times_s.mean()
+    square = float(from_middle @ from_middle)
+    if square == 0:
+        raise DataError("values that were all taken at one time have no slope")
+    return np.asarray(from_middle / square)
+
+
+def _slope_scatter(series: Series) -> Scatter | None:
+    """Return that of the slope from the residuals (GUM H.3), for the effective number of them."""
+    n = len(series.values)
+    if n < LEAST_FOR_SLOPE:
+        return None
+    weights = _weights(series)
+    slope = float(weights @ series.values)
+    line = series.values.mean() + slope * (series.times_s - series.times_s.mean())
+    residuals = series.values - line
+    used = effective_number(residuals) if series.in_a_row else float(n)
+    dof = max(used - 2, 1.0)
+    spread = sqrt(float(residuals @ residuals) / n * used / dof)
+    return spread * sqrt(float(weights @ weights) * n / used), dof
+
+
+def _one(_: Series) -> float:
+    return 1.0
+
+
+def _two_readings(_: Series) -> float:
+    """Return the bound of a difference of two readings whose errors are not one: sqrt(2)."""
+    return sqrt(2)
+
+
+def _none(_: Series) -> None:
+    return None
+
+
+STATISTICS = {
+    "mean": Statistic(lambda series: float(series.values.mean()), mean_scatter, _one),
+    "minimum": Statistic(lambda series: float(series.values.min()), _none, _one),
+    "maximum": Statistic(lambda series: float(series.values.max()), _none, _one),
+    "range": Statistic(lambda series: float(np.ptp(series.values)), _none, _two_readings),
+    "rms": Statistic(_rms, _rms_scatter, _one),
+    "standard_deviation": Statistic(_deviation, _deviation_scatter, _one),
+    "slope": Statistic(
+        _slope, _slope_scatter, lambda series: float(np.abs(_weights(series)).sum())
+    ),
+}

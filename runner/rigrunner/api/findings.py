@@ -1,0 +1,127 @@
+"""What an analysis of any quantity takes and gives: named measurement results (VIM 2.9)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from rigrunner.api.units import unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.api.analysis import Check, Component
+    from rigrunner.api.data import Estimate, RunData
+
+DIGITS = 6
+"""Significant digits of a coordinate in texts; files have all."""
+
+
+@dataclass(frozen=True)
+class CoordinateValue:
+    """Where a result holds, in one respect: a number with its unit, or a text without one."""
+
+    value: float | str
+    unit: str = ""
+    """Of the number, as shown: temperatures in °C, everything else in SI units."""
+
+    @classmethod
+    def of_si(cls, value: float | str, si_unit: str = "") -> CoordinateValue:
+        """Return the coordinate of an SI value, of a temperature in °C; or of a label."""
+        if isinstance(value, bool):
+            return cls("yes" if value else "no")
+        if isinstance(value, str) or not si_unit:
+            return cls(value)
+        shown = unit("°C" if unit(si_unit).dimension == "temperature" else si_unit)
+        known = unit(si_unit)
+        number = (value * known.factor + known.offset - shown.offset) / shown.factor
+        return cls(float(f"{number:.12g}"), shown.symbol)
+
+    def __str__(self) -> str:
+        """Return it in words: '2 A', 'final'."""
+        if isinstance(self.value, str):
+            return self.value
+        number = f"{self.value:.{DIGITS}g}"
+        return number if self.unit in {"", "1"} else f"{number} {self.unit}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResultDefinition:
+    """What an analysis will give, known from its settings alone."""
+
+    name: str
+    """By which limits, documents and other analyses name it."""
+    symbol: str = ""
+    """Such as R; '' for none."""
+    text: str = ""
+    """The measurand in words (VIM 2.3), such as 'load regulation'."""
+    unit: str
+    """In which it is stated."""
+    per: tuple[str, ...] = ()
+    """The coordinates that tell its results apart; none: there is one result."""
+
+    @property
+    def words(self) -> str:
+        """The measurand in words, or else its name."""
+        return self.text or self.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasurementResult:
+    """One value of a named result, with its uncertainty, and where it holds (VIM 2.9)."""
+
+    of: ResultDefinition
+    estimate: Estimate
+    """In the unit of the definition."""
+    components: tuple[Component, ...] = ()
+    """Its budget, in the same unit; empty where nothing is known of its uncertainty."""
+    coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
+    """A value for each coordinate of `of.per`."""
+    readings: int = 1
+    """How many values it was made of."""
+
+    @property
+    def name(self) -> str:
+        """That of the definition."""
+        return self.of.name
+
+    @property
+    def place(self) -> str:
+        """Where it holds, in words: 'load.current = 2 A'; '' for the only one."""
+        return ", ".join(f"{name} = {each}" for name, each in self.coordinates.items())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Findings:
+    """What an analysis found in a run."""
+
+    results: tuple[MeasurementResult, ...] = ()
+    """Of each definition one, or one for each place."""
+    checks: tuple[Check, ...] = ()
+    """What was looked at besides; one that is `decisive` and not `ok` forbids a verdict."""
+    notes: tuple[str, ...] = ()
+    """What a reader must know, in sentences."""
+
+
+class Analysis(Protocol):
+    """Makes results of a run; it changes nothing, asks no clock, and reads no file."""
+
+    def __call__(self, run: RunData) -> Findings:
+        """Return what was found; raise DataError where the run lacks what is required."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeededChannel:
+    """A channel that an analysis cannot do without."""
+
+    name: str
+    """role.name."""
+    key: tuple[str | int, ...]
+    """Where the settings name it, such as ('of',)."""
+    enters: str = ""
+    """The result that its values enter; '' if they enter none."""
+
+
+Objection = tuple[tuple[str | int, ...], str, str]
+"""A key of the settings, what is wrong with what stands there, and what to write instead."""

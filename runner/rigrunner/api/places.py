@@ -1,0 +1,69 @@
+"""Which of several values is meant: by where each was measured, in set-points and coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isclose
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+
+from rigrunner.api.quantity import Quantity, parse_quantity
+from rigrunner.api.texts import plain
+from rigrunner.api.units import QuantityError, unit
+
+if TYPE_CHECKING:
+    from rigrunner.api.findings import CoordinateValue
+
+SAME = 1e-6
+"""How far, relatively, a coordinate may be from the one that is named."""
+_COORDINATE = "[A-Za-z][A-Za-z0-9_]*([.][A-Za-z][A-Za-z0-9_]*)?"
+
+
+def _read(value: object) -> object:
+    if isinstance(value, Quantity):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise QuantityError("allowed is a number with its unit, a count, or a text")
+    if isinstance(value, (int, float)):
+        return Quantity(float(value), unit("1"))
+    try:
+        return parse_quantity(value)
+    except QuantityError:
+        if value[:1].isdigit() or value[:1] in "+-.":
+            raise
+        return plain(value)
+
+
+_SCHEMA = {"type": ["string", "number"]}
+PlaceValue = Annotated[Quantity | str, BeforeValidator(_read), WithJsonSchema(_SCHEMA)]
+"""What a coordinate is: a quantity, '2 A', a count, 3, or a text, 'final'."""
+CoordinateKey = Annotated[str, Field(pattern=f"^{_COORDINATE}$")]
+"""A drive, 'role.name', or the name of a counter or label."""
+Place = Annotated[Mapping[CoordinateKey, PlaceValue], AfterValidator(dict)]
+"""A value for each coordinate that is named: {load.current: 2 A, phase: final}."""
+
+
+def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:
+    """Say whether a coordinate is the one that is meant; quantities in any unit of one kind."""
+    if isinstance(wanted, str) or isinstance(found.value, str):
+        return wanted == found.value
+    known = unit(found.unit or "1")
+    if wanted.dimension != known.dimension:
+        return False
+    size = SAME * max(abs(wanted.number * wanted.unit.factor), 1e-9)
+    return isclose(
+        wanted.si, found.value * known.factor + known.offset, rel_tol=SAME * 1e-3, abs_tol=size
+    )
+
+
+def is_at(place: Mapping[str, Quantity | str], coordinates: Mapping[str, CoordinateValue]) -> bool:
+    """Say whether coordinates are those of a place; what the place does not name may be any."""
+    return all(
+        name in coordinates and matches(wanted, coordinates[name]) for name, wanted in place.items()
+    )
+
+
+def as_text(wanted: Quantity | str) -> str:
+    """Return what a place names as a file may have it; read back, it is the same."""
+    return str(wanted)

@@ -1,0 +1,284 @@
+"""The analysis `readings`, against computations of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan, sqrt
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from helpers_analysis import RIG
+from rigrunner.api.data import Measurement, Recording, RunData
+from rigrunner.api.errors import DataError
+from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+from rigrunner.registry import load_registry
+
+UNITS = {"meter.voltage": "V", "load.current": "A", "shunt.voltage": "V", "room.temperature": "K"}
+START = "2026-01-05T10:00:00+00:00"
+
+
+def row(second: int, current: float, table: str = "measured", **values: float) -> Measurement:
+    return Measurement(
+        table,
+        f"2026-01-05T10:00:{second:02d}+00:00",
+        {"load.current": current},
+        {name.replace("__", "."): each for name, each in values.items()},
+        UNITS,
+    )
+
+
+def meter(channel="meter.voltage", measures="voltage", accuracy="30 mV") -> OtherInstrument:
+    return OtherInstrument.model_validate(
+        {"channel": channel, "measures": measures, "serial": "M-1", "accuracy": accuracy}
+    )
+
+
+def run_of(*rows: Measurement, recordings=(), instruments=(), torque=None, zeros=None) -> RunData:
+    return RunData(
+        run_id="r",
+        procedure_id="P",
+        procedure_revision="A",
+        procedure_title="",
+        station_id="s",
+        started_utc=START,
+        ended_utc=START,
+        outcome="completed",
+        inputs={},
+        rig=RIG,
+        instruments=torque or {},
+        zeros=zeros or {},
+        recordings=tuple(recordings),
+        measurements=rows,
+        other_instruments=tuple(instruments),
+    )
+
+
+def recorded(values, channel="meter.voltage", *, current=1.0, rate_hz=100.0, second=0) -> Recording:
+    return Recording(
+        f"rec {second}",
+        rate_hz,
+        f"2026-01-05T10:00:{second:02d}+00:00",
+        {"load.current": current},
+        {channel: np.asarray(values, float)},
+        UNITS,
+    )
+
+
+def analysed(run: RunData, unit="V", **settings):
+    told = {"of": "meter.voltage", "result": {"name": "found", "unit": unit}} | settings
+    return load_registry().make("analysis", "readings", told)(run)
+
+
+def only(run: RunData, unit="V", **settings):
+    (found,) = analysed(run, unit, **settings).results
+    return found
+
+
+VALUES = (12.01, 12.04, 11.98, 12.02, 12.00)
+ROWS = tuple(row(at, 2.0, meter__voltage=value) for at, value in enumerate(VALUES))
+
+
+def test_mean_of_independent_rows_has_s_over_root_n_and_the_instrument() -> None:
+    found = only(run_of(*ROWS, instruments=[meter()]), "mV")
+    mean, scatter, b = np.mean(VALUES), stats.sem(VALUES), 0.03 / sqrt(3)
+    assert found.estimate.value == pytest.approx(1e3 * mean)
+    assert found.estimate.unit == "mV"
+    assert found.estimate.u == pytest.approx(1e3 * sqrt(scatter**2 + b**2))
+    # Welch and Satterthwaite by hand: only the scatter has finite degrees of freedom
+    assert found.estimate.dof == pytest.approx(4 * (scatter**2 + b**2) ** 2 / scatter**4)
+    assert found.readings == 5
+    assert [each.unit for each in found.components] == ["mV", "V"]
+
+
+def test_a_single_reading_has_the_instrument_alone_and_says_so() -> None:
+    findings = analysed(run_of(ROWS[0], instruments=[meter()]))
+    assert findings.results[0].estimate.u == pytest.approx(0.03 / sqrt(3))
+    assert findings.results[0].estimate.dof == inf
+    assert "single reading" in findings.notes[0]
+
+
+def test_an_instrument_that_the_register_lacks_leaves_the_uncertainty_unknown() -> None:
+    found = only(run_of(*ROWS))
+    assert found.estimate.value == pytest.approx(np.mean(VALUES))
+    assert np.isnan(found.estimate.u)
+
+
+def test_results_are_told_apart_by_set_points_in_their_order() -> None:
+    rows = [row(at, i, meter__voltage=12 - 0.01 * i) for at, i in enumerate((0, 1, 2, 1))]
+    found = analysed(run_of(*rows, instruments=[meter()]), per=["load.current"]).results
+    assert [each.place for each in found] == [f"load.current = {i} A" for i in (0, 1, 2)]
+    assert [each.readings for each in found] == [1, 2, 1]
+    assert [each.estimate.value for each in found] == pytest.approx([12.0, 11.99, 11.98])
+
+
+def test_where_takes_one_place_in_any_unit() -> None:
+    rows = [row(at, i, meter__voltage=12 - 0.01 * i) for at, i in enumerate((0, 1, 2))]
+    found = only(run_of(*rows, instruments=[meter()]), where={"load.current": "2000 mA"})
+    assert found.estimate.value == pytest.approx(11.98)
+
+
+def test_a_place_that_was_not_measured_is_refused() -> None:
+    with pytest.raises(DataError, match=r"not measured at load\.current = 3 A"):
+        only(run_of(*ROWS), where={"load.current": "3 A"})
+    with pytest.raises(DataError, match="'phase' tells no values apart"):
+        only(run_of(*ROWS), per=["phase"])
+
+
+def test_range_has_the_error_of_two_readings() -> None:
+    found = only(run_of(*ROWS, instruments=[meter()]), "mV", statistic="range")
+    assert found.estimate.value == pytest.approx(60.0)
+    assert found.estimate.u == pytest.approx(30 / sqrt(3) * sqrt(2))
+
+
+def test_a_gain_and_an_offset_go_through_the_statistic_as_they_are() -> None:
+    torque = TorqueInstrument.model_validate(
+        {
+            "channel": "meter.torque",
+            "serial": "T",
+            "full_scale": "10 N·m",
+            "accuracy": {"gain": "1 %", "offset": "1 N·m", "drift": "0 N·m", "nonlinearity": "0 %"},
+        }
+    )
+    rows = [
+        Measurement("t", START, {}, {"meter.torque": v}, {"meter.torque": "N·m"}) for v in (2.0, 5.0)
+    ]
+    run = run_of(*rows, torque={"meter.torque": torque})
+    spread = only(run, "N·m", of="meter.torque", statistic="range")
+    assert spread.estimate.u == pytest.approx(0.01 * 3 / sqrt(3), rel=1e-6)  # the offset cancels
+    highest = only(run, "N·m", of="meter.torque", statistic="maximum")
+    assert highest.estimate.u == pytest.approx(sqrt((0.01 * 5) ** 2 + 1) / sqrt(3), rel=1e-6)
+    zeroed = replace(run, zeros={"meter.torque": 0.5})
+    again = only(zeroed, "N·m", of="meter.torque", statistic="maximum")
+    assert again.estimate.value == 4.5
+    assert again.estimate.u == pytest.approx(0.01 * 4.5 / sqrt(3), rel=1e-6)
+
+
+def test_a_difference_is_taken_value_by_value() -> None:
+    rng = np.random.default_rng(5)
+    hum = rng.normal(0, 0.2, 20)  # in both channels: it cancels
+    pairs = [(12 + h + e, 1 + h) for h, e in zip(hum, rng.normal(0, 0.001, 20), strict=True)]
+    rows = [row(0, 1.0, meter__voltage=a, shunt__voltage=b) for a, b in pairs]
+    known = [meter(), meter("shunt.voltage", accuracy="40 mV")]
+    found = only(run_of(*rows, instruments=known), minus="shunt.voltage")
+    differences = [a - b for a, b in pairs]
+    assert found.estimate.value == pytest.approx(np.mean(differences))
+    u = sqrt(stats.sem(differences) ** 2 + (0.03**2 + 0.04**2) / 3)
+    assert found.estimate.u == pytest.approx(u, rel=1e-6)
+
+
+def test_a_ratio_has_the_unit_of_the_quotient() -> None:
+    rows = [
+        Measurement("t", START, {}, {"meter.voltage": v, "load.current": i}, UNITS)
+        for v, i in ((10.0, 2.0), (10.2, 2.0))
+    ]
+    known = [meter(), meter("load.current", "current", "10 mA")]
+    found = only(run_of(*rows, instruments=known), "Ω", divided_by="load.current")
+    assert found.estimate.value == pytest.approx(5.05)
+    scatter = stats.sem([5.0, 5.1])
+    a, b = 0.03 / sqrt(3) / 2, 0.01 / sqrt(3) * 10.2 / 4  # dR = dU/I, dR = U dI/I²
+    assert found.estimate.u == pytest.approx(sqrt(scatter**2 + a**2 + b**2), rel=1e-4)
+
+
+def test_temperatures_are_stated_in_celsius_and_their_range_in_kelvin() -> None:
+    rows = [
+        Measurement("t", START, {}, {"room.temperature": t + 273.15}, UNITS) for t in (20.0, 23.0)
+    ]
+    known = [meter("room.temperature", "temperature", "0.3 K")]
+    mean = only(run_of(*rows, instruments=known), "°C", of="room.temperature")
+    assert mean.estimate.value == pytest.approx(21.5)
+    spread = only(run_of(*rows, instruments=known), "K", of="room.temperature", statistic="range")
+    assert spread.estimate.value == pytest.approx(3.0)
+
+
+def autoregressive(n: int, phi: float, rng: np.random.Generator):
+    from scipy.signal import lfilter
+
+    return lfilter([1.0], [1.0, -phi], rng.normal(0, 1, n + 500))[500:]
+
+
+@pytest.mark.parametrize("phi", [0.0, 0.9, 0.995])
+def test_scatter_of_samples_counts_their_correlation(phi: float) -> None:
+    """The known standard deviation of the mean of an AR(1) series: sigma/((1 - phi) sqrt(n))."""
+    rng, n = np.random.default_rng(7), 40_000
+    stated = []
+    for _ in range(20):
+        found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng))]))
+        stated.append(found.components[0].u)
+    assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(
+        1 / ((1 - phi) * sqrt(n)), rel=0.15
+    )
+
+
+def test_very_many_samples_are_taken_by_means_of_neighbours() -> None:
+    rng, phi, n = np.random.default_rng(8), 0.99, 1 << 20
+    found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng), rate_hz=1e4)]))
+    assert found.components[0].u == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.25)
+    assert found.readings == n
+
+
+def test_other_statistics_of_samples() -> None:
+    values = np.random.default_rng(9).normal(3.0, 2.0, 5000)
+    run = run_of(recordings=[recorded(values)], instruments=[meter(accuracy="1 uV")])
+    rms = only(run, statistic="rms")
+    assert rms.estimate.value == pytest.approx(np.sqrt(np.mean(values**2)))
+    # of normal values var(x²) = 4 mu² sigma² + 2 sigma⁴
+    assert rms.estimate.u == pytest.approx(sqrt(4 * 9 * 4 + 2 * 16) / sqrt(5000) / 2 / sqrt(13), rel=0.1)
+    spread = only(run, statistic="standard_deviation")
+    assert spread.estimate.value == pytest.approx(np.std(values, ddof=1))
+    assert spread.estimate.u == pytest.approx(2.0 / sqrt(2 * 4999), rel=0.1)
+    high = only(run, statistic="percentile", percent="90 %")
+    assert high.estimate.value == pytest.approx(np.quantile(values, 0.9))
+    density = stats.norm.pdf(stats.norm.ppf(0.9)) / 2.0
+    assert high.estimate.u == pytest.approx(sqrt(0.9 * 0.1 / 5000) / density, rel=0.3)
+    assert only(run, statistic="minimum").estimate.value == values.min()
+
+
+def test_slope_of_rows_over_time_as_a_straight_line_fit_has_it() -> None:
+    values = [1.0, 1.2, 1.5, 1.55, 1.9]
+    rows = [row(at, 1.0, meter__voltage=v) for at, v in enumerate(values)]
+    found = only(run_of(*rows, instruments=[meter(accuracy="1 nV")]), "mV/s", statistic="slope")
+    line = stats.linregress(range(5), values)
+    assert found.estimate.value == pytest.approx(1e3 * line.slope)
+    assert found.estimate.u == pytest.approx(1e3 * line.stderr, rel=1e-6)
+    assert found.estimate.dof == pytest.approx(3, rel=1e-6)
+
+
+def test_settling_time() -> None:
+    times = np.arange(500) / 100.0
+    run = run_of(recordings=[recorded(5 * (1 - np.exp(-times / 0.5)))])
+    found = only(run, "ms", statistic="settling_time", within="50 mV")
+    last = 5 * (1 - np.exp(-times[-1] / 0.5))
+    due = next(t for t in times if abs(5 * (1 - np.exp(-t / 0.5)) - last) <= 0.05)
+    assert found.estimate.value == pytest.approx(1e3 * due)
+    assert found.components[0].u == pytest.approx(10 / sqrt(12))
+
+
+def test_a_value_that_is_no_number_is_refused() -> None:
+    with pytest.raises(DataError, match="not a finite number"):
+        only(run_of(row(0, 1.0, meter__voltage=nan)))
+
+
+REFUSED = [
+    ({"result": {"name": "x", "unit": "A"}}, ("result", "unit"), "the mean is a voltage"),
+    ({"minus": "load.current"}, ("minus",), "load.current is a"),
+    ({"statistic": "slope"}, ("result", "unit"), "the slope is a"),
+    ({"statistic": "settling_time", "within": "1 A", "result": {"name": "x", "unit": "s"}}, ("within",), "needed is a voltage"),
+    (
+        {"of": "room.temperature", "statistic": "range", "result": {"name": "x", "unit": "°C"}},
+        ("result", "unit"),
+        "a difference of temperatures",
+    ),
+]
+
+
+@pytest.mark.parametrize(("told", "key", "words"), REFUSED)
+def test_what_does_not_fit_is_refused_before_a_run(told, key, words) -> None:
+    record = load_registry().find("analysis", "readings").record
+    settings = record.settings_model.model_validate(
+        {"of": "meter.voltage", "result": {"name": "x", "unit": "V"}} | told
+    )
+    ((where, message, _),) = record.objections(settings, UNITS)
+    assert where == key
+    assert words in message
