@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.asked import settings_as_asked
-from rigrunner.analysis.binding import bind
+from rigrunner.analysis.binding import as_judged, bind
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.fitting import first_fit, fitted
@@ -32,6 +32,7 @@ from rigrunner.analysis.verdict.evidence import (
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
+from rigrunner.api.findings import Findings
 from rigrunner.api.results import Result
 
 if TYPE_CHECKING:
@@ -49,7 +50,13 @@ if TYPE_CHECKING:
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
-    from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand, PluginRef
+    from rigrunner.procedure import (
+        Acceptance,
+        AnalysisSpec,
+        Measurand,
+        NamedAnalysisRef,
+        PluginRef,
+    )
 
 
 class Prepare(Protocol):
@@ -72,12 +79,14 @@ def analyse(
     lookup: Lookup,
     progress: Progress = unseen,
     prepare: Prepare = prepare_point,
+    analyses: Sequence[NamedAnalysisRef] = (),
 ) -> Result:
     """Return the result of a run, with the no-load run that belongs to it where it needs one.
 
     A compensation that the data forbid is marked not applicable, and the others stand. `progress`
     is told how far a validation is, which takes minutes; what it raises ends the analysis.
-    `prepare` may remember what it prepared before. Raises DataError where a recording cannot be
+    `prepare` may remember what it prepared before. `analyses` are those that name their results;
+    the spec is that of the torque. Raises DataError where a recording cannot be
     prepared at all.
     """
     analysis = _Analysis(
@@ -90,6 +99,7 @@ def analyse(
         lookup=Scrutiny(lookup),
         progress=progress,
         prepare=prepare,
+        analyses=tuple(analyses),
     )
     return analysis.result()
 
@@ -106,6 +116,7 @@ class _Analysis:
     lookup: Lookup
     progress: Progress
     prepare: Prepare
+    analyses: tuple[NamedAnalysisRef, ...]
 
     def result(self) -> Result:
         loaded = self._points(self.run, self._loaded_sources())
@@ -124,12 +135,19 @@ class _Analysis:
             compensations[self.spec.primary] = primary
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
+        found = [self._make("analysis", each)(self.run) for each in self.analyses]
+        named = Findings(
+            results=tuple(result for each in found for result in each.results),
+            checks=tuple(as_judged(check) for each in found for check in each.checks),
+            notes=tuple(note for each in found for note in each.notes),
+        )
         decision = None
         if self.acceptance is not None:
-            found = forbidden((*checks, *primary.checks))
-            why = f"There is no result to decide on: {problem}" if problem else found
+            why = forbidden((*checks, *primary.checks))
+            if problem:
+                why = f"There is no result to decide on: {problem}"
             mean = Judged(headline, raw, why or without_scatter(loaded, no_load, primary))
-            evidence = self._evidence(loaded, primary, mean)
+            evidence = self._evidence(loaded, primary, mean, named)
             rule = AppliedRule.of(self.acceptance, self.lookup)
             decision = decide(self.acceptance, rule, evidence)
         return Result(
@@ -148,10 +166,11 @@ class _Analysis:
             raw_headline=raw,
             decision=decision,
             validation=self._validation(loaded, no_load, compensations, headline),
-            checks=checks,
-            notes=(problem,) if problem else (),
-            settings=settings_as_asked(self.spec, self.lookup),
-            revisions=revisions_of(self.spec, self.acceptance, self.lookup),
+            results=named.results,
+            checks=(*checks, *named.checks),
+            notes=((problem,) if problem else ()) + named.notes,
+            settings=settings_as_asked(self.spec, self.lookup, self.analyses),
+            revisions=revisions_of(self.spec, self.acceptance, self.lookup, self.analyses),
         )
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
@@ -281,7 +300,11 @@ class _Analysis:
         return None if kind is None else self.spec.measured(kind)
 
     def _evidence(
-        self, loaded: tuple[PeakPoint, ...], primary: Compensation, mean: Judged
+        self,
+        loaded: tuple[PeakPoint, ...],
+        primary: Compensation,
+        mean: Judged,
+        named: Findings,
     ) -> Evidence:
         """Return all results that a limit may be for; what forbids one forbids all."""
         return Evidence(
@@ -293,6 +316,8 @@ class _Analysis:
                 JudgedPoint(found.torque, self._raw([point]), mean.problem, point.set_frequency_hz)
                 for point, found in zip(loaded, primary.points, strict=False)
             ),
+            results=named.results,
+            results_problem=forbidden(named.checks),
         )
 
 

@@ -50,6 +50,15 @@ def bind(found: Compensation, checks: Iterable[Check]) -> tuple[Compensation, tu
     return found, tuple(judged)
 
 
+def as_judged(check: Check) -> Check:
+    """Return a check of named results: one that is decisive forbids to decide, others are notes."""
+    if check.ok:
+        return check
+    fails = check.decisive
+    follows = Consequence.INCONCLUSIVE if fails else Consequence.NOTE
+    return replace(check, ok=not fails, consequence=follows)
+
+
 def _judged(check: Check, points: Sequence[CompensatedPoint]) -> Check:
     found = replace(check, biases=_with_mean(check)) if check.biases else check
     if check.ok:

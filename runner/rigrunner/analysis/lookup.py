@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigrunner.api.findings import ResultDefinition
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
 
@@ -24,6 +25,10 @@ class Lookup(Protocol):
 
     def yields(self, compensation: str) -> MeasurandKind | None:
         """Return which torque a compensation yields, if its plugin says."""
+        ...
+
+    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
+        """Return the results that an analysis names, by its settings; raise PluginError."""
         ...
 
     def revision(self, kind: str, name: str) -> int:

@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.analysis.lookup import Lookup
-    from rigrunner.procedure import Acceptance, AnalysisSpec
+    from rigrunner.procedure import Acceptance, AnalysisSpec, NamedAnalysisRef
 
 FIRST = 1
 """Of whatever carries no revision."""
@@ -24,16 +24,23 @@ OWN: Mapping[str, int] = {ANALYSIS: 2}
 
 
 def revisions_of(
-    spec: AnalysisSpec, acceptance: Acceptance | None, lookup: Lookup
+    spec: AnalysisSpec,
+    acceptance: Acceptance | None,
+    lookup: Lookup,
+    analyses: Sequence[NamedAnalysisRef] = (),
 ) -> dict[str, int]:
     """Return the installed revision of each method that an analysis uses; raise PluginError."""
     return {
         name: OWN[name] if name in OWN else lookup.revision(*name.split(" ", 1))
-        for name in methods_of(spec, acceptance)
+        for name in methods_of(spec, acceptance, analyses)
     }
 
 
-def methods_of(spec: AnalysisSpec, acceptance: Acceptance | None) -> Iterator[str]:
+def methods_of(
+    spec: AnalysisSpec,
+    acceptance: Acceptance | None,
+    analyses: Sequence[NamedAnalysisRef] = (),
+) -> Iterator[str]:
     """Yield the methods that an analysis uses, as 'analysis' or 'kind name', each once."""
     yield ANALYSIS
     if acceptance is not None:
@@ -42,3 +49,4 @@ def methods_of(spec: AnalysisSpec, acceptance: Acceptance | None) -> Iterator[st
         yield f"outlier_rule {spec.outliers.name}"
     yield from dict.fromkeys(f"fit {each.name}" for each in spec.fits)
     yield from dict.fromkeys(f"compensation {each.name}" for each in spec.compensations)
+    yield from dict.fromkeys(f"analysis {each.name}" for each in analyses)

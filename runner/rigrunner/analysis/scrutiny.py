@@ -19,8 +19,10 @@ import numpy as np
 from rigrunner.api.analysis import CompensatedPoint, Compensation, Rejection
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import PluginError, RigrunnerError
+from rigrunner.api.findings import Findings
 from rigrunner.api.verdict import WORST_FIRST, Verdict, Zone
 from rigrunner.signal.propagation import propagate
+from rigrunner.signal.uncertainty import combine
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -34,7 +36,8 @@ if TYPE_CHECKING:
         PeakPoint,
         Sweep,
     )
-    from rigrunner.api.data import Array, Points
+    from rigrunner.api.data import Array, Points, RunData
+    from rigrunner.api.findings import Analysis, MeasurementResult, ResultDefinition
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
     from rigrunner.api.verdict import DecisionRule, Limits
@@ -55,7 +58,15 @@ class Scrutiny:
     def make(self, kind: str, name: str, settings: Mapping[str, Any]) -> Any:
         """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError."""
         made = self.lookup.make(kind, name, settings)
-        return _CHECKED[kind](_Subject(kind, name), made)
+        subject = _Subject(kind, name)
+        if kind == "analysis":
+            due = self.lookup.definitions(name, settings)
+            return _Analysis(subject, made, {each.name: each for each in due})
+        return _CHECKED[kind](subject, made)
+
+    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
+        """Return the results of an analysis by its settings; raise PluginError."""
+        return self.lookup.definitions(name, settings)
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError."""
@@ -248,6 +259,44 @@ class _Verdicts:
             worsens = WORST_FIRST.index(better.verdict) > WORST_FIRST.index(worse.verdict)
             need(worsens, f"'{worse.verdict}' farther out than '{better.verdict}', which is worse")
         return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Analysis:
+    subject: _Subject
+    analysis: Analysis
+    yields: Mapping[str, ResultDefinition]
+
+    def __call__(self, run: RunData) -> Findings:
+        for recording in run.recordings:
+            _protect(*recording.channels.values())
+        with self.subject.named():
+            found = self.analysis(run)
+        need = self.subject.need
+        if not isinstance(found, Findings):
+            self.subject.refuse(f"{_shown(found)}, needed are Findings")
+        places = [(each.name, each.place) for each in found.results]
+        need(len(set(places)) == len(places), "two results of one name and place")
+        for each in found.results:
+            self._check(each)
+        return found
+
+    def _check(self, result: MeasurementResult) -> None:
+        need, estimate = self.subject.need, result.estimate
+        due = self.yields.get(result.name)
+        need(due == result.of, f"the result '{result.name}', which its record does not yield")
+        need(
+            estimate.unit == result.of.unit,
+            f"'{result.name}' in '{estimate.unit}', stated in '{result.of.unit}'",
+        )
+        u, dof = estimate.u, estimate.dof
+        need(_is_finite(estimate.value), f"'{result.name}' of {_shown(estimate.value)}")
+        need(_is_real(u) and (math.isnan(u) or 0 <= u < math.inf), f"the uncertainty {u!r}")
+        need(_is_real(dof) and (math.isnan(dof) or dof > 0), f"{dof!r} degrees of freedom")
+        if result.components and not math.isnan(u):
+            by_lines, _ = combine(result.components)
+            agrees = math.isclose(by_lines, u, rel_tol=_ROUNDING)
+            need(agrees, f"'{result.name}' with u = {u:g}, by its budget {by_lines:g}")
 
 
 _CHECKED = {

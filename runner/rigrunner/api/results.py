@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Compensation, Component, Curve, PeakPoint
     from rigrunner.api.data import Estimate, Measurement, Points, RunData
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.validation import Validation
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
@@ -122,6 +123,8 @@ class Result:
     """Its budget: what the points have in common enters once, the rest averaged."""
     raw_headline: Estimate | None = None
     """The same mean of the raw torque."""
+    results: tuple[MeasurementResult, ...] = ()
+    """What other analyses than that of torque found, in the order of the procedure."""
     decision: Decision | None = None
     validation: Validation | None = None
     """The Monte Carlo check of the headline, where the procedure asks for one."""

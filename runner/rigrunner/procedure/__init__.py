@@ -7,6 +7,7 @@ from rigrunner.procedure.analysis_file import AnalysisFile
 from rigrunner.procedure.analysis_spec import (
     AnalysisSpec,
     MonteCarloSpec,
+    NamedAnalysisRef,
     NoLoadSpec,
     PluginRef,
 )
@@ -37,6 +38,7 @@ __all__ = [
     "Measurand",
     "MeasurandLookup",
     "MonteCarloSpec",
+    "NamedAnalysisRef",
     "NoLoadSpec",
     "PluginRef",
     "Procedure",

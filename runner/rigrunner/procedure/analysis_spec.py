@@ -74,6 +74,12 @@ class CompensationRef(PluginRef):
     kind = "compensation"
 
 
+class NamedAnalysisRef(PluginRef):
+    """An analysis that names its results: `name: {setting: value}`."""
+
+    kind = "analysis"
+
+
 class Hampel(Settings):
     """Samples that stand out of the window around them are replaced by its median."""
 

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from rigrunner.api.analysis import Requirements
 from rigrunner.api.errors import PluginError, RigrunnerError
 from rigrunner.api.hooks import (
+    AnalysisRecord,
     CompensationRecord,
     DeviceRecord,
     FitRecord,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import Device, DeviceContext
+    from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.settings import Settings
@@ -155,6 +157,31 @@ class Registry:
         """Return which torque a compensation yields; None where its plugin does not say."""
         record = self.find("compensation", compensation).record
         return record.yields if isinstance(record, CompensationRecord) else None
+
+    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
+        """Return the results that an analysis names, by its settings; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return tuple(record.yields(told))
+
+    def channels_of(self, name: str, settings: Mapping[str, Any]) -> tuple[NeededChannel, ...]:
+        """Return the channels that an analysis needs, by its settings; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return tuple(record.requires(told))
+
+    def objections(
+        self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
+    ) -> tuple[Objection, ...]:
+        """Return what of an analysis does not fit the units of its channels; raise PluginError."""
+        record, told = self._analysis(name), self.validated("analysis", name, settings)
+        with _named(self.find("analysis", name)):
+            return tuple(record.objections(told, units))
+
+    def _analysis(self, name: str) -> AnalysisRecord:
+        record = self.find("analysis", name).record
+        assert isinstance(record, AnalysisRecord)  # noqa: S101  (the kind says so)
+        return record
 
     def revision(self, kind: str, name: str) -> int:
         """Return the revision of a plugin; raise PluginError if there is no such plugin."""

@@ -81,4 +81,3 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
 
 def _scaled(line: Component, u: float) -> Component:
     return Component(line.name, u, line.dof, line.distribution, line.common)
-
