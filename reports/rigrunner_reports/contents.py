@@ -25,7 +25,7 @@ OF_THE_PAGE = (
     Section("methods", "Methods", 50, lambda _, page: page.methods),
     Section("rig", RIG, 60, lambda _, page: page.fits and page.methods),
     Section("uncertainty", "Uncertainty", 70, lambda _, page: page.budget),
-    Section("checks", "Checks", 80, lambda _, page: page.table.rows),
+    Section("checks", "Checks", 80, lambda _, page: page.table.rows or page.checks),
     Section("cycles", "Cycles", 90, lambda _, page: page.table.rows),
     Section("motion", "Motion", 100, lambda _, page: page.figures.motion),
     Section("run", "The run", 110, lambda _, page: page),

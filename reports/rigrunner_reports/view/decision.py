@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
 from rigrunner.api.verdict import Verdict, probability_text, worst
-from rigrunner_reports.numbers import fixed, stated
+from rigrunner_reports.numbers import fixed, significant, stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -39,6 +39,7 @@ class VerdictView:
         return self.word.replace(" ", "-")
 
 
+TORQUE = "N·m"
 NO_VERDICT = VerdictView("?", "no verdict")
 
 
@@ -54,9 +55,10 @@ class LimitView:
         return shown_verdict(self.found.verdict)
 
     @property
-    def uncompensated(self) -> VerdictView:
-        """By the same rule, of the raw torque."""
-        return shown_verdict(self.found.uncompensated)
+    def uncompensated(self) -> VerdictView | None:
+        """By the same rule, of the raw torque; None of another quantity."""
+        raw = self.found.uncompensated
+        return None if raw is None else shown_verdict(raw)
 
     @property
     def result(self) -> str:
@@ -72,7 +74,10 @@ class LimitView:
     def guard_band(self) -> str:
         """The guard band with its unit; '' where there is none to state."""
         band = self.found.guard_band
-        return "" if isnan(band) else f"{fixed(band, 4)} {self.found.limits.unit}"
+        if isnan(band):
+            return ""
+        unit = self.found.limits.unit
+        return f"{fixed(band, 4) if unit == TORQUE else significant(band, 3)} {unit}"
 
     @property
     def measurand(self) -> str:
@@ -120,6 +125,11 @@ class DecisionView:
             return self.found.reason
         would = f"On what was recorded the rule would say: {self.found.verdict}."
         return f"{NOT_COMPLETED} {would} {self.found.reason}"
+
+    @property
+    def all_named(self) -> bool:
+        """Whether every limit is one of a result by its name, which has its own table."""
+        return all(part.named for part in self.found.parts)
 
     @property
     def parts(self) -> tuple[LimitView, ...]:

@@ -67,7 +67,11 @@ def headline(result: Result, points: Sequence[SetPoint]) -> Headline:
     if result.primary:
         problem = result.notes[0] if result.notes else f"{result.primary} gave no result"
         return Headline(result.measurand, result.symbol, "no result", "", "", "", problem)
-    return _peaks(result, points) if points else _counted(result)
+    if points:
+        return _peaks(result, points)
+    if result.results:
+        return _named(result)
+    return _counted(result) if result.limits.values else _recorded(result)
 
 
 def raw(result: Result) -> Raw | None:
@@ -113,6 +117,46 @@ def _load(loads_n: Sequence[float]) -> str:
     if high - low <= LOAD_KEPT * high:
         return f"{float(np.mean(loads_n)):.0f} N"
     return f"{low:.0f} N to {high:.0f} N"
+
+
+def _named(result: Result) -> Headline:
+    """Return the result on which the verdict rests, or else the first one."""
+    deciding = None if result.decision is None else result.decision.deciding
+    found = next(
+        (e for e in result.results if deciding is not None and e.estimate is deciding.result),
+        result.results[0],
+    )
+    estimate, place, several = found.estimate, found.place, len(result.results) > 1
+    label = found.of.words
+    if deciding is not None and deciding.result is not None:
+        estimate = deciding.result
+        if estimate is not found.estimate:  # a mean of several
+            label, place = deciding.of, ""
+    shown = stated(estimate)
+    where = f"At {place}. " if place else ""
+    others = f" One of {len(result.results)} results; all are below." if several else ""
+    return Headline(
+        label=label[:1].upper() + label[1:],
+        symbol=found.of.symbol,
+        value=shown.value,
+        interval=f"± {shown.expanded}",
+        unit=shown.unit,
+        detail=f"{where}U for 95 %, k = {shown.factor}.{others}",
+    )
+
+
+def _recorded(result: Result) -> Headline:
+    """Return what was recorded: of a run without results and limits."""
+    recordings, rows = len(result.run.recordings), len(result.run.measurements)
+    value = f"{recordings}" if recordings else f"{rows}"
+    return Headline(
+        label="Recordings" if recordings else "Rows of measured values",
+        symbol="",
+        value=value,
+        interval="",
+        unit="",
+        detail="The procedure asks for no analysis and has no limits: this is what was recorded.",
+    )
 
 
 def _counted(result: Result) -> Headline:

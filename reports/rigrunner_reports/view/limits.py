@@ -70,7 +70,7 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
         rows=tuple(map(_limit_row, values[:MOST_ROWS])),
         left_out=max(0, len(values) - MOST_ROWS),
         tables=tuple(
-            _table(name, [row for row in measured if row.name == name])
+            measured_table(name, [row for row in measured if row.name == name])
             for name in dict.fromkeys(row.name for row in measured if row.limits)
         ),
     )
@@ -96,7 +96,8 @@ def _where(row: Measurement) -> Iterator[str]:
         yield f"{name} {value:g} {row.units.get(name, '')}"
 
 
-def _table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
+def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
+    """Return a table of measured values, ready to print."""
     units = {member: unit for row in rows for member, unit in row.units.items()}
     coordinates = list(dict.fromkeys(name for row in rows for name in row.coordinates))
     setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))

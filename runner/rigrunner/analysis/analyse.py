@@ -75,7 +75,7 @@ def analyse(
     spec: AnalysisSpec,
     *,
     acceptance: Acceptance | None,
-    measurand: Measurand,
+    measurand: Measurand | None,
     lookup: Lookup,
     progress: Progress = unseen,
     prepare: Prepare = prepare_point,
@@ -112,7 +112,7 @@ class _Analysis:
     no_load_run: RunData | None
     spec: AnalysisSpec
     acceptance: Acceptance | None
-    measurand: Measurand
+    measurand: Measurand | None
     lookup: Lookup
     progress: Progress
     prepare: Prepare
@@ -122,7 +122,7 @@ class _Analysis:
         loaded = self._points(self.run, self._loaded_sources())
         no_load = self._no_load()
         compensations = self._compensations(loaded, no_load)
-        primary = compensations.get(self.spec.primary, Compensation(self.measurand.name, ()))
+        primary = compensations.get(self.spec.primary, Compensation(self._measurand_name, ()))
         primary, checks = bind(
             primary,
             diagnose(
@@ -153,8 +153,8 @@ class _Analysis:
         return Result(
             run=self.whole_run,
             no_load_run=self.no_load_run,
-            measurand=self.measurand.name,
-            symbol=self.measurand.symbol,
+            measurand=self._measurand_name,
+            symbol="" if self.measurand is None else self.measurand.symbol,
             loaded=loaded,
             no_load=no_load,
             fits=fitted(self.spec, self.lookup, no_load if self.spec.compensations else loaded),
@@ -172,6 +172,10 @@ class _Analysis:
             settings=settings_as_asked(self.spec, self.lookup, self.analyses),
             revisions=revisions_of(self.spec, self.acceptance, self.lookup, self.analyses),
         )
+
+    @property
+    def _measurand_name(self) -> str:
+        return "" if self.measurand is None else self.measurand.name
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
         return of_this_run(self.run, loaded=True) if self._has_own_no_load else sources(self.run)
@@ -225,7 +229,7 @@ class _Analysis:
         try:
             found = compensated(method, self._sweep(loaded, no_load))
         except DataError as error:
-            return Compensation(self.measurand.name, (), not_applicable=str(error))
+            return Compensation(self._measurand_name, (), not_applicable=str(error))
         found = with_study(found, self.run.rig.gauge_study)
         found, checks = bind(found, found.checks)
         return replace(found, checks=checks)

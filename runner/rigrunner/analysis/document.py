@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         Rejection,
     )
     from rigrunner.api.data import Array, RunData
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.results import Result
 
 FORMAT = "rigrunner: result/1"
@@ -45,6 +46,7 @@ TORQUE = "N·m"
 
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
+    named = [_named(each) for each in result.results]
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
@@ -53,6 +55,7 @@ def document(result: Result) -> Json:
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),
         "headline": _headline(result),
+        **({"results": named} if named else {}),
         "verdict": verdict(result),
         "limits": limits(result.limits),
         "decision": None if result.decision is None else decision(result.decision),
@@ -63,6 +66,21 @@ def document(result: Result) -> Json:
         "compensations": {name: _compensation(each) for name, each in result.compensations.items()},
         "fits": [fit(each) for each in result.fits],
         "validation": None if result.validation is None else validation(result.validation),
+    }
+
+
+def _named(result: MeasurementResult) -> Json:
+    return {
+        "name": result.name,
+        "symbol": result.of.symbol or None,
+        "text": result.of.text or None,
+        "coordinates": {
+            name: each.value if isinstance(each.value, str) else quantity(each.value, each.unit)
+            for name, each in result.coordinates.items()
+        },
+        "estimate": estimate(result.estimate),
+        "readings": result.readings,
+        "budget": budget(result.components, result.of.unit),
     }
 
 

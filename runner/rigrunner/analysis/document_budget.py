@@ -16,31 +16,31 @@ if TYPE_CHECKING:
 TORQUE = "N·m"
 
 
-def budget(components: Sequence[Component]) -> list[Json]:
-    """Return the lines of a budget, each with its share of the variance."""
+def budget(components: Sequence[Component], unit: str = TORQUE) -> list[Json]:
+    """Return the lines of a budget in a unit, each with its share of the variance."""
     shares = share_percent(components)
-    return [_line(each, share) for each, share in zip(components, shares, strict=True)]
+    return [_line(each, share, unit) for each, share in zip(components, shares, strict=True)]
 
 
-def _line(component: Component, share: float) -> Json:
+def _line(component: Component, share: float, unit: str) -> Json:
     return {
         "name": component.name,
         "estimate": quantity(component.value, component.unit),
         "distribution": component.distribution,
         "standard_uncertainty": quantity(component.input_u, component.unit),
         "degrees_of_freedom": degrees_of_freedom(component.dof),
-        "sensitivity": quantity(component.sensitivity, _per(component.unit)),
-        "contribution": quantity(component.u, TORQUE),
+        "sensitivity": quantity(component.sensitivity, _per(component.unit, unit)),
+        "contribution": quantity(component.u, unit),
         "share": quantity(share, "%"),
         "known": number(component.u) is not None,
         "common_to_all_points": component.common,
     }
 
 
-def _per(unit: str) -> str:
-    """Return the unit of a sensitivity of the torque to an input in that unit."""
-    if unit == TORQUE:
+def _per(unit: str, result: str) -> str:
+    """Return the unit of a sensitivity of the result, in its unit, to an input in that unit."""
+    if unit == result:
         return "1"
     if unit == "1":
-        return TORQUE
-    return f"{TORQUE}/({unit})" if {"·", "/"} & set(unit) else f"{TORQUE}/{unit}"
+        return result
+    return f"{result}/({unit})" if {"·", "/"} & set(unit) else f"{result}/{unit}"

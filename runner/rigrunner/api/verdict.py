@@ -257,7 +257,7 @@ class Decision:
 
     def _reason(self, part: LimitDecision) -> str:
         if part.named:
-            return f"{part.of}: {part.reason}"
+            return f"{part.of[:1].upper()}{part.of[1:]}: {part.reason}"
         if len(self.parts) == 1 and part.of == MEAN:
             return part.reason
         where = "The mean" if part.of == MEAN else f"At {part.of}"

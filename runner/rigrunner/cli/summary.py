@@ -25,6 +25,7 @@ def summary(document: Document) -> str:
     parts = [
         pairs(list(_headline(document))),
         _points(document),
+        _results(document),
         "\n".join(_fits(document)),
         _validation(document),
         _failed_checks(document),
@@ -112,7 +113,8 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
     probability = decision.get("probability_of_conformity")
     if probability is not None:
         yield "conformity", f"{probability_text(probability)} probable; {stated_risk(decision)}"
-    yield "uncompensated", decision["verdict_uncompensated"]
+    if decision["verdict_uncompensated"]:
+        yield "uncompensated", decision["verdict_uncompensated"]
     parts = decision.get("parts", ())
     if len(parts) > 1:
         tally = Counter(part["verdict"] for part in parts)
@@ -122,7 +124,8 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
 
 
 def _part(part: Document) -> str:
-    return f"{part['verdict']}: {estimate_text(part['result'])} N·m against {part['limit']}"
+    unit = part["upper_limit"]["unit"]
+    return f"{part['verdict']}: {estimate_text(part['result'])} {unit} against {part['limit']}"
 
 
 def stated_risk(decision: Document) -> str:
@@ -153,6 +156,36 @@ def _points(document: Document) -> str:
     ]
     caption = "Torque in N·m, with its expanded uncertainty (95 %)" if methods else "Torque in N·m"
     return "\n".join([caption, table(header, rows, "r" * len(header)), *missing])
+
+
+def _results(document: Document) -> str:
+    """Return what analyses found that name their results: a table of each, by its coordinates."""
+    results = document.get("results") or []
+    tables = []
+    for name in dict.fromkeys(each["name"] for each in results):
+        same = [each for each in results if each["name"] == name]
+        first = same[0]
+        symbol = f", {first['symbol']}" if first["symbol"] else ""
+        caption = f"{first['text'] or name}{symbol}, in {first['estimate']['unit']}, with U (95 %)"
+        header = [*first["coordinates"], name, "readings"]
+        rows = [
+            [
+                *(coordinate_text(each["coordinates"][key]) for key in first["coordinates"]),
+                estimate_text(each["estimate"]),
+                str(each["readings"]),
+            ]
+            for each in same
+        ]
+        tables.append("\n".join([caption, table(header, rows, "r" * len(header))]))
+    return "\n\n".join(tables)
+
+
+def coordinate_text(value: str | Mapping[str, Any]) -> str:
+    """Return a coordinate of a result document: '2 A', 'final'."""
+    if isinstance(value, str):
+        return value
+    unit = "" if value["unit"] in {"", "1"} else f" {value['unit']}"
+    return f"{value['value']:.6g}{unit}"
 
 
 def _fits(document: Document) -> Iterator[str]:

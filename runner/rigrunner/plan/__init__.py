@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rigrunner.plan.actions import Plan, PlannedStep
+from rigrunner.plan.analyses import check_analyses
 from rigrunner.plan.limits import check_limits
 from rigrunner.plan.making import check_station, make_plan, plan_text
 from rigrunner.plan.plugins import check_plugins, check_rule, check_station_plugins
@@ -14,6 +15,7 @@ __all__ = [
     "PlannedStep",
     "PredictedTorque",
     "Prediction",
+    "check_analyses",
     "check_limits",
     "check_plugins",
     "check_requirements",

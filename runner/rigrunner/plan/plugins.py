@@ -89,7 +89,10 @@ def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> Non
 
 def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
     model = procedure.model
-    for path, plugin in _named(model.torque_analysis, model.torque_analysis_at):
+    for path, plugin in (
+        *_named(model.torque_analysis, model.torque_analysis_at),
+        *model.named_analyses_at,
+    ):
         yield _use(procedure.document, path, plugin)
 
 

@@ -112,7 +112,7 @@ def check_requirements(procedure: LoadedProcedure, plan: Plan, lookup: Requireme
     What a no-load run of its own must have is asked when that run is chosen.
     """
     spec = procedure.model.torque_analysis
-    if not procedure.model.analysis:
+    if len(procedure.model.named_analyses) == len(procedure.model.analysis):
         return
     problems, plan = Problems(), analysed(plan, procedure)
     if not (spec.fits or spec.compensations):

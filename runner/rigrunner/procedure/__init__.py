@@ -20,6 +20,7 @@ from rigrunner.procedure.loading import (
     parse_procedure,
 )
 from rigrunner.procedure.model import Measurand, Procedure
+from rigrunner.procedure.named_results import check_result_limits
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.result_limits import ResultLimit
 from rigrunner.procedure.steps import Step, step_kinds
@@ -46,6 +47,7 @@ __all__ = [
     "Step",
     "analysis_contradictions",
     "check_measurands",
+    "check_result_limits",
     "load_procedure",
     "parse_procedure",
     "step_kinds",

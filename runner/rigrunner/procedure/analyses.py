@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import difflib
+import re
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pydantic_core import SchemaValidator, core_schema
 
-from rigrunner.procedure.analysis_spec import AnalysisSpec, StartsSpec, TorqueAnalysis
+from rigrunner.api.member import NAME
+from rigrunner.procedure.analysis_spec import (
+    AnalysisSpec,
+    NamedAnalysisRef,
+    StartsSpec,
+    TorqueAnalysis,
+)
 from rigrunner.procedure.refusals import refused
 
 if TYPE_CHECKING:
@@ -25,7 +32,7 @@ class Breakaway(TorqueAnalysis, StartsSpec):
 
 
 ANALYSES: dict[str, type[TorqueAnalysis]] = {"swing_torque": SwingTorque, "breakaway": Breakaway}
-"""The analyses, by their names in procedures."""
+"""The analyses of torque, by their names in procedures; any other is a plugin's."""
 READS = "reads"
 """The key in the metadata of a schema that says what a function reads."""
 
@@ -36,6 +43,9 @@ class AnalysisRef:
 
     name: str
     settings: AnalysisSpec
+    """Of torque; of any other it asks nothing."""
+    plugin: NamedAnalysisRef | None = None
+    """The plugin that makes it, of any other than of torque."""
 
     @classmethod
     def inside(cls, name: str) -> type[TorqueAnalysis] | None:
@@ -53,7 +63,9 @@ class AnalysisRef:
 def _read(value: Any) -> AnalysisRef:
     if isinstance(value, AnalysisRef):
         return value
-    name = _known_key(value)
+    name = _one_key(value)
+    if name not in ANALYSES:
+        return AnalysisRef(name, AnalysisSpec(), NamedAnalysisRef.model_validate(value))
     read = _reader(name).validate_python(value)[name]
     told = {each: getattr(read, each) for each in read.model_fields_set}
     if isinstance(read, Breakaway):
@@ -62,9 +74,12 @@ def _read(value: Any) -> AnalysisRef:
     return AnalysisRef(name, AnalysisSpec().model_copy(update=told))
 
 
-def _known_key(value: object) -> str:
-    """Return the one key; refuse what is no mapping with one key that names an analysis."""
-    known = f"allowed is one of: {', '.join(ANALYSES)}"
+def _one_key(value: object) -> str:
+    """Return the one key; refuse what is no mapping with one key that can name an analysis.
+
+    Whether a plugin has that name is asked where the plugins are known.
+    """
+    known = f"allowed is one of: {', '.join(ANALYSES)}, or the name of a plugin"
     keys = [str(key) for key in value] if isinstance(value, dict) else []
     if len(keys) != 1:
         got = " and ".join(f"'{key}'" for key in keys[:5])
@@ -72,11 +87,16 @@ def _known_key(value: object) -> str:
             f"an analysis is a mapping with one key, such as 'swing_torque: ...'; {known}",
             f"got {got}: begin each analysis with its own '-'" if got else "",
         )
-    if keys[0] not in ANALYSES:
+    if keys[0] not in ANALYSES and (near_torque(keys[0]) or not re.fullmatch(NAME, keys[0])):
         near = difflib.get_close_matches(keys[0], ANALYSES, n=1)
         hint = f"did you mean '{near[0]}'?" if near else ""
         raise refused(f"unknown analysis '{keys[0][:40]}'; {known}", hint)
     return keys[0]
+
+
+def near_torque(name: str) -> bool:
+    """Say whether a name is nearly that of an analysis of torque."""
+    return bool(difflib.get_close_matches(name, ANALYSES, n=1, cutoff=0.8))
 
 
 @cache

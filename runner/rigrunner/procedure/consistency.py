@@ -48,9 +48,12 @@ Complaint = tuple["Path", str, str]
 
 
 def _analyses(procedure: Procedure) -> Iterator[Complaint]:
-    for index, each in enumerate(procedure.analysis[1:], start=1):
+    of_torque = [(i, each) for i, each in enumerate(procedure.analysis) if each.plugin is None]
+    for index, each in of_torque[1:]:
         message = f"'{each.name}' is a second analysis of torque"
         yield ("analysis", index), message, "a procedure has one of them"
+    if of_torque and procedure.measurand is None:
+        yield ("measurand",), "the key 'measurand' is missing", "the analysis of torque names it"
 
 
 def _compensation(procedure: Procedure) -> Iterator[Complaint]:
@@ -77,7 +80,8 @@ def _validation(procedure: Procedure) -> Iterator[Complaint]:
 
 
 def _acceptance(procedure: Procedure) -> Iterator[Complaint]:
-    if procedure.acceptance is not None and not procedure.torque_analysis.compensations:
+    limits = procedure.acceptance.torque_limits if procedure.acceptance else ()
+    if limits and not procedure.torque_analysis.compensations:
         hint = "add 'compensations' to the analysis, or leave the limit out"
         yield ("acceptance",), "a limit needs a compensated torque to decide on", hint
 

@@ -11,7 +11,7 @@ from rigrunner.api.units import QuantityError, unit, units_of
 from rigrunner.interlock import Interlock
 from rigrunner.procedure.acceptance import Acceptance
 from rigrunner.procedure.analyses import AnalysisRef
-from rigrunner.procedure.analysis_spec import AnalysisSpec
+from rigrunner.procedure.analysis_spec import AnalysisSpec, NamedAnalysisRef
 from rigrunner.procedure.questions import Input
 from rigrunner.procedure.steps import Parameter, Step
 from rigrunner.yamlfile.names import Identifier, Name, Text
@@ -52,7 +52,8 @@ class Procedure(Settings):
     """One line for lists and for the report."""
     description: PlainText = ""
     """Why, and how, in as many words as it takes."""
-    measurand: Measurand
+    measurand: Measurand | None = None
+    """Of the analysis of torque; others name their results themselves."""
     inputs: dict[Name, Input] = Field(default_factory=dict)
     """What is asked at the start, by name."""
     uses: Annotated[dict[Name, Text], Field(min_length=1)]
@@ -74,14 +75,42 @@ class Procedure(Settings):
     @property
     def torque_analysis(self) -> AnalysisSpec:
         """What is asked of the analysis of torque; of a procedure without one: nothing."""
-        return self.analysis[0].settings if self.analysis else AnalysisSpec()
+        index = self._torque_index
+        return AnalysisSpec() if index is None else self.analysis[index].settings
 
     @property
     def torque_analysis_at(self) -> Path:
         """Where the analysis of torque stands in the file."""
-        return ("analysis", 0, self.analysis[0].name) if self.analysis else ("analysis",)
+        index = self._torque_index
+        return ("analysis",) if index is None else ("analysis", index, self.analysis[index].name)
+
+    @property
+    def asks_nothing(self) -> bool:
+        """Whether nothing is analysed: what is recorded is kept, and that is all."""
+        return self.torque_analysis.asks_nothing and not self.named_analyses
+
+    @property
+    def named_analyses(self) -> tuple[NamedAnalysisRef, ...]:
+        """The analyses that name their results."""
+        return tuple(plugin for _, plugin in self.named_analyses_at)
+
+    @property
+    def named_analyses_at(self) -> tuple[tuple[Path, NamedAnalysisRef], ...]:
+        """The same, each with where it stands in the file."""
+        return tuple(
+            (("analysis", index), each.plugin)
+            for index, each in enumerate(self.analysis)
+            if each.plugin is not None
+        )
+
+    @property
+    def _torque_index(self) -> int | None:
+        return next((i for i, each in enumerate(self.analysis) if each.plugin is None), None)
 
     def with_torque_analysis(self, spec: AnalysisSpec) -> Self:
         """Return the procedure with another analysis of torque; it has one."""
-        changed = AnalysisRef(self.analysis[0].name, spec)
-        return self.model_copy(update={"analysis": (changed, *self.analysis[1:])})
+        changed = tuple(
+            each if each.plugin is not None else AnalysisRef(each.name, spec)
+            for each in self.analysis
+        )
+        return self.model_copy(update={"analysis": changed})

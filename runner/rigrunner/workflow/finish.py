@@ -100,7 +100,7 @@ def finish(
     with kept(errors):
         writer.close()
     result = report = None
-    asked = not (planned.procedure.model.torque_analysis.asks_nothing or _is_empty(planned, writer))
+    asked = not (planned.procedure.model.asks_nothing or _is_empty(planned, writer))
     with kept(errors):
         if outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
             result = analyse_run(folder, planned.registry, no_load, progress=progress)

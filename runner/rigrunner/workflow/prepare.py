@@ -12,13 +12,19 @@ from rigrunner.api.devices import DeviceContext, Patience
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.clock import SimulatedClock
 from rigrunner.plan import (
+    check_analyses,
     check_limits,
     check_plugins,
     check_requirements,
     make_plan,
     predict,
 )
-from rigrunner.procedure import InconsistentProcedureError, load_procedure, step_kinds
+from rigrunner.procedure import (
+    InconsistentProcedureError,
+    check_result_limits,
+    load_procedure,
+    step_kinds,
+)
 from rigrunner.rig.messages import DeviceMessages
 from rigrunner.station import InconsistentStationError, load_station
 from rigrunner.workflow.approval import approval_state
@@ -105,8 +111,10 @@ def plan_run_in(
         lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
     )
     problems.without(lambda: check_limits(loaded_procedure, plan, registry))
+    problems.without(lambda: check_result_limits(loaded_procedure, registry))
     if plan is not None:
         problems.without(lambda: check_requirements(loaded_procedure, plan, registry))
+        problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))
     if plan is None or approval is None or problems:
         raise InvalidFileError(problems)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.progress import unseen
 from rigrunner.api.data import RunData
-from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
 from rigrunner.procedure import AnalysisSpec, parse_procedure
@@ -75,17 +74,13 @@ def analyse_stored(
 ) -> Result:
     """Analyse a run that was read already, as `analyse_run` does; by a procedure with changes.
 
-    A run without an analysis has a result if its measured values have limits.
+    Of a run without an analysis the result says what was recorded, and of limits on its values.
     """
     text, name = stored.header.procedure_text, stored.header.procedure_id
     procedure = changes(parse_procedure(text, name, stored=True).model)
     spec, limits = procedure.torque_analysis, acceptance or procedure.acceptance
-    if not is_analysed(stored, procedure):
-        if not any(row.limits for row in stored.measurements):
-            raise DataError(
-                f"{stored.header.run_id} has no result",
-                hint=f"its procedure {stored.header.procedure_id} asks for no analysis",
-            )
+    analysed = is_analysed(stored, procedure)
+    if not analysed:
         spec, limits, no_load = AnalysisSpec(), None, None
     return analyse(
         run_data(stored),
@@ -95,6 +90,7 @@ def analyse_stored(
         measurand=procedure.measurand,
         lookup=registry,
         progress=progress,
+        analyses=procedure.named_analyses if analysed else (),
     )
 
 
@@ -103,10 +99,7 @@ def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
 
     Those of a run that stopped at a limit are not all that the procedure's analysis is for.
     """
-    return (
-        not procedure.torque_analysis.asks_nothing
-        and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
-    )
+    return not procedure.asks_nothing and stored.info.outcome != Outcome.STOPPED_AT_LIMIT
 
 
 def _operator(inputs: Mapping[str, str]) -> dict[str, str]:

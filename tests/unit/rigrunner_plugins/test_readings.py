@@ -7,7 +7,7 @@ from math import inf, nan, sqrt
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import signal, stats
 
 from helpers_analysis import RIG
 from rigrunner.api.data import Measurement, Recording, RunData
@@ -142,7 +142,8 @@ def test_a_gain_and_an_offset_go_through_the_statistic_as_they_are() -> None:
         }
     )
     rows = [
-        Measurement("t", START, {}, {"meter.torque": v}, {"meter.torque": "N·m"}) for v in (2.0, 5.0)
+        Measurement("t", START, {}, {"meter.torque": v}, {"meter.torque": "N·m"})
+        for v in (2.0, 5.0)
     ]
     run = run_of(*rows, torque={"meter.torque": torque})
     spread = only(run, "N·m", of="meter.torque", statistic="range")
@@ -193,9 +194,7 @@ def test_temperatures_are_stated_in_celsius_and_their_range_in_kelvin() -> None:
 
 
 def autoregressive(n: int, phi: float, rng: np.random.Generator):
-    from scipy.signal import lfilter
-
-    return lfilter([1.0], [1.0, -phi], rng.normal(0, 1, n + 500))[500:]
+    return signal.lfilter([1.0], [1.0, -phi], rng.normal(0, 1, n + 500))[500:]
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9, 0.995])
@@ -206,9 +205,7 @@ def test_scatter_of_samples_counts_their_correlation(phi: float) -> None:
     for _ in range(20):
         found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng))]))
         stated.append(found.components[0].u)
-    assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(
-        1 / ((1 - phi) * sqrt(n)), rel=0.15
-    )
+    assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.15)
 
 
 def test_very_many_samples_are_taken_by_means_of_neighbours() -> None:
@@ -224,7 +221,9 @@ def test_other_statistics_of_samples() -> None:
     rms = only(run, statistic="rms")
     assert rms.estimate.value == pytest.approx(np.sqrt(np.mean(values**2)))
     # of normal values var(x²) = 4 mu² sigma² + 2 sigma⁴
-    assert rms.estimate.u == pytest.approx(sqrt(4 * 9 * 4 + 2 * 16) / sqrt(5000) / 2 / sqrt(13), rel=0.1)
+    assert rms.estimate.u == pytest.approx(
+        sqrt(4 * 9 * 4 + 2 * 16) / sqrt(5000) / 2 / sqrt(13), rel=0.1
+    )
     spread = only(run, statistic="standard_deviation")
     assert spread.estimate.value == pytest.approx(np.std(values, ddof=1))
     assert spread.estimate.u == pytest.approx(2.0 / sqrt(2 * 4999), rel=0.1)
@@ -264,7 +263,11 @@ REFUSED = [
     ({"result": {"name": "x", "unit": "A"}}, ("result", "unit"), "the mean is a voltage"),
     ({"minus": "load.current"}, ("minus",), "load.current is a"),
     ({"statistic": "slope"}, ("result", "unit"), "the slope is a"),
-    ({"statistic": "settling_time", "within": "1 A", "result": {"name": "x", "unit": "s"}}, ("within",), "needed is a voltage"),
+    (
+        {"statistic": "settling_time", "within": "1 A", "result": {"name": "x", "unit": "s"}},
+        ("within",),
+        "needed is a voltage",
+    ),
     (
         {"of": "room.temperature", "statistic": "range", "result": {"name": "x", "unit": "°C"}},
         ("result", "unit"),

@@ -66,7 +66,7 @@ def _parts(
         if limit is not None:
             yield _decided(limit, rule, evidence, f"{point.set_frequency_hz:g} Hz", point)
     measured = [point.set_frequency_hz for point in evidence.points]
-    for limit in acceptance.all_limits:
+    for limit in acceptance.torque_limits:
         missing = [f"{hz:g} Hz" for hz in limit.missing(measured)]
         if limit.of != MEAN and not measured and not limit.at:
             missing = ["each frequency"]

@@ -86,6 +86,7 @@ def _limit_decision(found: LimitDecision) -> Json:
     limits, unit = found.limits, found.limits.unit
     return {
         "of": found.of,
+        **({"named": found.named} if found.named else {}),
         "verdict": str(found.verdict),
         "reason": found.reason,
         "limit": str(limits),
@@ -101,7 +102,7 @@ def _limit_decision(found: LimitDecision) -> Json:
         },
         "probability_of_conformity": number(found.probability),
         "marginal": found.marginal,
-        "verdict_uncompensated": str(found.uncompensated),
+        "verdict_uncompensated": found.uncompensated and str(found.uncompensated),
     }
 
 

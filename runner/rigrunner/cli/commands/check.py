@@ -34,12 +34,14 @@ def command(procedure: str, station: str | None) -> None:
 
 
 def _check_alone(path: Path) -> None:
-    from rigrunner.procedure import check_measurands, load_procedure
+    from rigrunner.procedure import check_measurands, check_result_limits, load_procedure
     from rigrunner.registry import load_registry
     from rigrunner.workflow.approval import approval_state
 
     loaded = load_procedure(path)
-    check_measurands(loaded, load_registry())
+    registry = load_registry()
+    check_measurands(loaded, registry)
+    check_result_limits(loaded, registry)
     result(
         f"{path}: {loaded.model.id} is valid; with --station its plugins and limits are checked too"
         f"\n{approval_state(loaded).sentence()}"

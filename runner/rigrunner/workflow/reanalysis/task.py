@@ -82,7 +82,7 @@ class Reanalysis:
         asked = self.changes(
             parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
         )
-        if asked.torque_analysis.asks_nothing:
+        if asked.asks_nothing:
             reason = "its procedure asks for no analysis"
             return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
         found = analyse_stored(stored, registry, stored.no_load, changes=self.changes)

@@ -23,7 +23,11 @@ _PROVIDERS = "plugin providers"
 
 def methods_used(procedure: Procedure, acceptance: Acceptance | None = None) -> list[str]:
     """Return the methods by which a run of a procedure is computed, by their names."""
-    return [*methods_of(procedure.torque_analysis, acceptance or procedure.acceptance)]
+    return [
+        *methods_of(
+            procedure.torque_analysis, acceptance or procedure.acceptance, procedure.named_analyses
+        )
+    ]
 
 
 def other_revisions(

@@ -1,0 +1,155 @@
+"""The results that analyses name, by their coordinates, each with its limits; ready to print."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isinf, isnan
+from typing import TYPE_CHECKING
+
+from rigrunner.signal.uncertainty import share_percent
+from rigrunner_reports.numbers import fixed, significant, stated
+from rigrunner_reports.plots.results import over_coordinate
+from rigrunner_reports.section import Section
+from rigrunner_reports.view.decision import LimitView
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.results import Result
+    from rigrunner.api.verdict import LimitDecision
+    from rigrunner_reports.numbers import Stated
+    from rigrunner_reports.plots.canvas import Plot
+
+MOST_ROWS = 200
+"""So many results of one name are shown, those out of limits first; result.json has all."""
+
+
+@dataclass(frozen=True)
+class ResultRow:
+    """One result, and what its own limit says of it."""
+
+    coordinates: tuple[str, ...]
+    shown: Stated
+    readings: int
+    limit: LimitView | None
+
+
+@dataclass(frozen=True)
+class BudgetLine:
+    """A line of an uncertainty budget."""
+
+    name: str
+    distribution: str
+    dof: str
+    u: str
+    unit: str
+    sensitivity: str
+    contribution: str
+    share: str
+
+
+@dataclass(frozen=True)
+class BudgetView:
+    """The budget of one result."""
+
+    of: str
+    lines: tuple[BudgetLine, ...]
+    u: str
+    dof: str
+
+
+@dataclass(frozen=True)
+class ResultView:
+    """All results of one name."""
+
+    name: str
+    text: str
+    symbol: str
+    unit: str
+    coordinates: tuple[str, ...]
+    rows: tuple[ResultRow, ...]
+    left_out: int
+    limits: tuple[LimitView, ...]
+    """Of their mean, or of the worst of them."""
+    budget: BudgetView | None
+    plot: Plot | None
+
+
+def result_views(result: Result) -> tuple[ResultView, ...]:
+    """Return the results by name, in the order of the procedure."""
+    names = dict.fromkeys(each.name for each in result.results)
+    return tuple(_view(result, [r for r in result.results if r.name == name]) for name in names)
+
+
+def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:
+    definition = found[0].of
+    parts = [
+        part
+        for part in (result.decision.parts if result.decision else ())
+        if part.named == definition.name
+    ]
+    own = {id(part.result): part for part in parts if part.result is not None}
+    rows = [_row(each, own) for each in found]
+    if len(rows) > MOST_ROWS:
+        rows.sort(key=lambda row: row.limit is None or row.limit.found.passes)
+    judged = {id(each.estimate) for each in found}
+    worst = min(parts, key=lambda part: part.badness, default=None)
+    budgeted = next((e for e in found if worst and e.estimate is worst.result), found[0])
+    return ResultView(
+        name=definition.name,
+        text=definition.words,
+        symbol=definition.symbol,
+        unit=definition.unit,
+        coordinates=definition.per,
+        rows=tuple(rows[:MOST_ROWS]),
+        left_out=max(0, len(rows) - MOST_ROWS),
+        limits=tuple(
+            LimitView(part)
+            for part in parts
+            if id(part.result) not in judged or part.of.startswith("worst ")
+        ),
+        budget=_budget(budgeted),
+        plot=over_coordinate(found, parts),
+    )
+
+
+def _row(found: MeasurementResult, own: dict[int, LimitDecision]) -> ResultRow:
+    part = own.get(id(found.estimate))
+    return ResultRow(
+        coordinates=tuple(map(str, found.coordinates.values())),
+        shown=stated(found.estimate),
+        readings=found.readings,
+        limit=None if part is None else LimitView(part),
+    )
+
+
+def _budget(found: MeasurementResult) -> BudgetView | None:
+    if not found.components:
+        return None
+    shares = share_percent(found.components)
+    lines = tuple(
+        BudgetLine(
+            name=each.name,
+            distribution=each.distribution,
+            dof="∞" if isinf(each.dof) else significant(each.dof, 3),
+            u=significant(each.input_u, 3),
+            unit=each.unit,
+            sensitivity=significant(each.sensitivity, 3),
+            contribution=significant(each.u, 3),
+            share="" if isnan(share) else f"{fixed(share, 1)} %",
+        )
+        for each, share in zip(found.components, shares, strict=True)
+    )
+    dof = found.estimate.dof
+    return BudgetView(
+        of=found.place,
+        lines=lines,
+        u=significant(found.estimate.u, 3),
+        dof="∞" if isinf(dof) else "unknown" if isnan(dof) else significant(dof, 3),
+    )
+
+
+SECTION = Section(
+    "results", "Results", 5, lambda report, _: result_views(report.result), unbroken=True
+)

@@ -1,0 +1,157 @@
+"""Whether a run will measure what its analyses need, asked before the rig moves."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rigrunner.api.errors import PluginError
+from rigrunner.api.member import Member
+from rigrunner.yamlfile.problems import Problems
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
+    from rigrunner.plan.actions import Plan
+    from rigrunner.procedure import LoadedProcedure, NamedAnalysisRef
+    from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile.document import Path
+
+Measured = tuple["Mapping[str, str]", frozenset[str]]
+"""The SI units of the channels of a recording or row, and what tells it from others by then."""
+
+
+class AnalysisLookup(Protocol):
+    """Knows what each analysis needs and names."""
+
+    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
+        """Return the results that it names; raise PluginError."""
+        ...
+
+    def channels_of(self, name: str, settings: Mapping[str, Any]) -> tuple[NeededChannel, ...]:
+        """Return the channels that it needs; raise PluginError."""
+        ...
+
+    def objections(
+        self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
+    ) -> tuple[Objection, ...]:
+        """Return what does not fit the units of these channels; raise PluginError."""
+        ...
+
+
+def check_analyses(
+    procedure: LoadedProcedure, station: LoadedStation, plan: Plan, lookup: AnalysisLookup
+) -> None:
+    """Raise InvalidFileError with all that the analyses need and the run would not give."""
+    problems = Problems()
+    measured = tuple(_measured(plan))
+    judged = procedure.model.acceptance.result_limits if procedure.model.acceptance else ()
+    limited = {limit.of for limit in judged}
+    for path, plugin in procedure.model.named_analyses_at:
+        try:
+            needed = lookup.channels_of(plugin.name, plugin.settings)
+        except PluginError:
+            continue  # told by the check of the plugins
+        use = _Use(procedure, (*path, plugin.name), plugin, needed, measured, problems)
+        if use.is_measured():
+            use.check_units(lookup)
+            use.check_coordinates(lookup)
+            entering = [each for each in needed if each.enters in limited]
+            _check_register(station, entering, problems)
+    problems.stop_if_any()
+
+
+@dataclass(frozen=True)
+class _Use:
+    """An analysis that a procedure asks for, and what the run will measure."""
+
+    procedure: LoadedProcedure
+    at: Path
+    plugin: NamedAnalysisRef
+    needed: tuple[NeededChannel, ...]
+    measured: tuple[Measured, ...]
+    problems: Problems
+
+    def is_measured(self) -> bool:
+        """Add a problem for each channel that no step measures; say whether there is none."""
+        names = sorted({name for units, _ in self.measured for name in units})
+        missing = [each for each in self.needed if each.name not in names]
+        for each in missing:
+            near = difflib.get_close_matches(each.name, names, n=1)
+            listed = f"measured: {', '.join(names) or 'nothing'}"
+            hint = f"did you mean '{near[0]}'?" if near else listed
+            self.complain(each.key, f"{each.name} is measured in no step", hint)
+        if missing or self.places:
+            return not missing
+        message = f"{self.together} are measured in no step together"
+        self.problems.add(self.procedure.document, self.at, message, "name them in one step",
+                          key=True)  # fmt: skip
+        return False
+
+    def check_units(self, lookup: AnalysisLookup) -> None:
+        """Add what does not fit the units of the channels."""
+        known = {name: unit for units, _ in self.measured for name, unit in units.items()}
+        units = {each.name: known[each.name] for each in self.needed}
+        told = self.plugin.settings
+        for key, message, hint in lookup.objections(self.plugin.name, told, units):
+            self.complain(key, message, hint)
+
+    def check_coordinates(self, lookup: AnalysisLookup) -> None:
+        """Add a problem for each coordinate by which results cannot be told apart."""
+        everywhere = frozenset.intersection(*self.places)
+        named = lookup.definitions(self.plugin.name, self.plugin.settings)
+        for name in sorted({name for each in named for name in each.per} - everywhere):
+            near = difflib.get_close_matches(name, everywhere, n=1)
+            listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
+            message = f"'{name}' is not set wherever {self.together} is measured"
+            self.complain(("per",), message, f"did you mean '{near[0]}'?" if near else listed)
+
+    @property
+    def places(self) -> list[frozenset[str]]:
+        """What was set wherever all needed channels are measured."""
+        wanted = {each.name for each in self.needed}
+        return [names for units, names in self.measured if wanted <= units.keys()]
+
+    @property
+    def together(self) -> str:
+        """The channels, in words."""
+        return " and ".join(each.name for each in self.needed)
+
+    def complain(self, key: tuple[str | int, ...], message: str, hint: str) -> None:
+        """Add a problem with what stands under a key of the settings."""
+        self.problems.add(self.procedure.document, (*self.at, *key), message, hint)
+
+
+def _measured(plan: Plan) -> Iterator[Measured]:
+    for each in plan.recordings:
+        record = each.record
+        members = [Member(record.role, name) for name in record.channels]
+        known = {member: record.units[member] for member in members}
+        yield known, frozenset(record.setpoints) | _labels(record)
+    for step in plan.steps:
+        if rows := step.action.rows:
+            known = {name: rows.units[name] for name in rows.channels}
+            for setpoints in rows.setpoints[:1]:
+                yield known, frozenset(setpoints) | _labels(step)
+
+
+def _labels(of: object) -> frozenset[str]:
+    """Return the counters and labels that a recording or step has, where it has any."""
+    return frozenset(getattr(of, "coordinates", ()))
+
+
+def _check_register(
+    station: LoadedStation, needed: list[NeededChannel], problems: Problems
+) -> None:
+    """Add a problem for a channel that enters a result with a limit, and is not in the register."""
+    register = {each.channel for each in station.model.instruments}
+    for each in needed:
+        if each.name in register:
+            continue
+        message = f"{each.name} enters the result '{each.enters}', which has a limit: there is no "
+        hint = "enter its accuracy: {channel: " + each.name + ", measures: ..., accuracy: ...}"
+        problems.add(
+            station.document, ("instruments",), message + "instrument for it", hint, key=True
+        )
