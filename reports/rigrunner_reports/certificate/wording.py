@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         Certificate,
         InstrumentEntry,
         Method,
+        NamedResult,
         PointResult,
         StatedResult,
         ValidityCondition,
@@ -127,6 +128,27 @@ class Wording:
         """Return how many cycles of all are in a mean."""
         used = point.cycles - point.cycles_rejected
         return self.texts("points.cycles.of", used=used, all=point.cycles)
+
+    def deciding(self, certificate: Certificate) -> NamedResult:
+        """Return the named result on which the verdict rests, or else the first one."""
+        named = certificate.named
+        if certificate.conformity is None:
+            return named[0]
+        first = certificate.conformity.statements[0]
+        places = {
+            f"{each.name} at {place}" if place else each.name: each
+            for each in named
+            for place in [
+                ", ".join(f"{name} = {at.printed}" for name, at in each.coordinates.items())
+            ]
+        }
+        same = (each for each in named if each.name == first.named)
+        return places.get(first.of.removeprefix("worst "), next(same, named[0]))
+
+    def by_name(self, certificate: Certificate) -> list[tuple[str, list[NamedResult]]]:
+        """Return the named results, those of one name together."""
+        names = dict.fromkeys(each.name for each in certificate.named)
+        return [(name, [e for e in certificate.named if e.name == name]) for name in names]
 
     def entered(self, certificate: Certificate) -> list[tuple[str, str]]:
         """Return what was entered at the run and does not stand elsewhere."""

@@ -26,7 +26,7 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
 from rigrunner.certificate.deviations import checks_of, deviations_of, rejected_of
 from rigrunner.certificate.order import customer_of, external_of, item_of, opinions_of
-from rigrunner.certificate.results import conformity_of, measured_of, results_of
+from rigrunner.certificate.results import conformity_of, measured_of, named_of, results_of
 from rigrunner.certificate.surroundings import conditions_of, instruments_of
 from rigrunner.certificate.validity import traceability_of, validity_of
 
@@ -99,6 +99,7 @@ def make_certificate(
         conditions=conditions,
         conditions_stated=order.conditions,
         results=results_of(result),
+        named=named_of(result),
         validity=tuple(validity_of(result)),
         traceability=traceability_of(result, instruments),
         conformity=conformity_of(result.decision, source.decided_again),
@@ -141,6 +142,7 @@ def certifiable(source: Source) -> None:
             hint="repeat the run; a certificate needs a run.h5",
         )
     results_of(source.result)
+    named_of(source.result)
 
 
 def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 from rigrunner.api.analysis import StartPoint
 from rigrunner.api.certificate import (
     Conformity,
+    CoordinatePart,
     LimitStatement,
     MeasuredLimits,
     MeasuredValue,
+    NamedResult,
     PointResult,
     Results,
 )
@@ -71,9 +73,10 @@ def _measured_value(found: JudgedValue) -> MeasuredValue:
 def results_of(result: Result) -> Results | None:
     """Return the results of the primary method; raise DataError where it gave none.
 
-    None where no method was to give any, and measured values have limits: those were tested then.
+    None where no method was to give any: then named results, or measured values with limits, were
+    tested.
     """
-    if not result.primary and result.limits.values:
+    if not result.primary and (result.results or result.limits.values):
         return None
     if result.headline is None:
         reason = result.notes[0] if result.notes else "its procedure names no primary method"
@@ -83,6 +86,24 @@ def results_of(result: Result) -> Results | None:
         headline=stated(result.headline, "the result"),
         motion="start" if any(isinstance(each, StartPoint) for each in result.loaded) else "swing",
         points=tuple(_point(each, result.loaded) for each in points),
+    )
+
+
+def named_of(result: Result) -> tuple[NamedResult, ...]:
+    """Return the named results; raise DataError for one whose uncertainty is not known."""
+    return tuple(
+        NamedResult(
+            name=each.name,
+            symbol=each.of.symbol,
+            text=each.of.words,
+            coordinates={
+                name: CoordinatePart(value=value.value, unit=value.unit, printed=str(value))
+                for name, value in each.coordinates.items()
+            },
+            found=stated(each.estimate, f"{each.name} {each.place}".strip()),
+            readings=each.readings,
+        )
+        for each in result.results
     )
 
 
@@ -110,6 +131,8 @@ def _statement(found: LimitDecision) -> LimitStatement:
     decimals = 0 if found.result is None else stated(found.result, found.of).decimals
     return LimitStatement(
         of=found.of,
+        named=found.named,
+        unit=found.limits.unit,
         verdict=str(found.verdict),
         reason=found.reason,
         limit=str(found.limits),
@@ -123,7 +146,7 @@ def _statement(found: LimitDecision) -> LimitStatement:
         stated_risk=finite(found.false_accept_risk),
         probability_of_conformity=probability,
         printed_probability="" if probability is None else percent(probability),
-        uncompensated=str(found.uncompensated),
+        uncompensated="" if found.uncompensated is None else str(found.uncompensated),
         marginal=found.marginal,
     )
 

@@ -10,6 +10,7 @@ from rigrunner.api.certificate import Traceability, ValidityCondition
 from rigrunner.api.measurand import Validity
 from rigrunner.api.member import Member
 from rigrunner.certificate.numerals import printed
+from rigrunner.signal.blocks import limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -77,7 +78,7 @@ def load_channel(result: Result) -> str:
 def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:
     """Yield each channel that went beyond its calibrated range, with how far, in words."""
     for run, points in ((result.run, result.loaded), (result.no_load_run, result.no_load)):
-        if run is None:
+        if run is None or not (points or result.primary):
             continue
         for instrument in run.instruments.values():
             lowest, highest = _extremes(points)
@@ -87,6 +88,22 @@ def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:
             loads = [point.load_n for point in points if point.load_n > 0]
             if loads:
                 yield from _beyond(cell, min(loads), max(loads), "N")
+    if result.results and not result.loaded:
+        yield from _beyond_measured(result.run)
+
+
+def _beyond_measured(run: RunData) -> Iterator[tuple[str, str]]:
+    """Yield the same of every value that was recorded or measured with an instrument."""
+    for instrument in (*run.instruments.values(), *run.other_instruments):
+        name = instrument.channel
+        values = [row.values[name] for row in run.measurements if name in row.values]
+        unit = next((row.units[name] for row in run.measurements if name in row.values), "")
+        for recording in run.recordings:
+            if name in recording.channels and recording.samples:
+                values.extend(limits(recording.channels[name]))
+                unit = recording.units[name]
+        if values:
+            yield from _beyond(instrument, min(values), max(values), unit)
 
 
 def _beyond(

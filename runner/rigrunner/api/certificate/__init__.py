@@ -52,6 +52,8 @@ from rigrunner.api.certificate.remarks import (
     Restriction,
 )
 from rigrunner.api.certificate.results import (
+    CoordinatePart,
+    NamedResult,
     PointResult,
     RejectedCycle,
     Results,
@@ -67,6 +69,7 @@ __all__ = [
     "Change",
     "Condition",
     "Conformity",
+    "CoordinatePart",
     "Customer",
     "DecisionRecord",
     "Deviation",
@@ -81,6 +84,7 @@ __all__ = [
     "MeasuredLimits",
     "MeasuredValue",
     "Method",
+    "NamedResult",
     "Opinion",
     "Part",
     "Performance",

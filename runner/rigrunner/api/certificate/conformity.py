@@ -13,7 +13,11 @@ class LimitStatement(Part):
     """What one limit says of one result."""
 
     of: Text
-    """What is judged: 'mean', or one set-point such as '35 Hz'."""
+    """What is judged: 'mean', one set-point such as '35 Hz', or a named result and its place."""
+    named: str = ""
+    """The name of the result, of an analysis that names its results."""
+    unit: str = "N·m"
+    """Of limits and guard band, whatever their names say: these are as old as the format."""
     verdict: Text
     reason: Text
     """In a sentence, as the run has it."""
@@ -35,8 +39,8 @@ class LimitStatement(Part):
     probability_of_conformity: float | None
     printed_probability: str = ""
     """In per cent."""
-    uncompensated: Text
-    """What the same rule would say of the raw torque."""
+    uncompensated: str
+    """What the same rule would say of the raw torque; empty of another quantity."""
     marginal: bool = False
     """Whether a result different by no more than the marginal band had another verdict."""
 

@@ -32,9 +32,9 @@ class Method(Part):
     called: dict[str, Sha256] = Field({})
     """The same of each procedure that it calls, by file."""
     approval: Approval
-    symbol: Text
-    measurand: Text
-    """Of the procedure, in words."""
+    symbol: str
+    measurand: str
+    """Of the procedure, in words; both empty where analyses name their results."""
     compensation: str
     """The primary method, by its name; empty where nothing was analysed."""
     quantity: str

@@ -53,6 +53,30 @@ class Results(Part):
     points: Annotated[tuple[PointResult, ...], Field(min_length=1)]
 
 
+class CoordinatePart(Part):
+    """Where a result holds, in one respect."""
+
+    value: float | str
+    unit: str = ""
+    """Of a number; '' for a text or a count."""
+    printed: Text
+    """With its unit."""
+
+
+class NamedResult(Part):
+    """A result of an analysis that names its results, of any quantity."""
+
+    name: Text
+    symbol: str = ""
+    text: Text
+    """The measurand in words."""
+    coordinates: dict[str, CoordinatePart] = Field({})
+    """What tells it from others of its name; empty of the only one."""
+    found: StatedResult
+    readings: int
+    """How many values it was made of."""
+
+
 class RejectedCycle(Part):
     """A cycle that the rule for gross errors left out; the raw data stay."""
 

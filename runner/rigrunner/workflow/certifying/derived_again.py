@@ -52,6 +52,13 @@ def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, A
     method = (content.get("compensations") or {}).get(headline.get("method")) or {}
     points = method.get("points") or ()
     yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
+    for one in content.get("results", ()):
+        where = ", ".join(f"{name} {_place(value)}" for name, value in one["coordinates"].items())
+        yield f"{one['name']} {where}".strip(), one["estimate"]
+
+
+def _place(value: str | Mapping[str, Any]) -> str:
+    return value if isinstance(value, str) else f"{value['value']:.6g} {value['unit']}".strip()
 
 
 def _compare(

@@ -11,7 +11,7 @@ from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.letterhead import Letterhead
 from rigrunner.certificate.content import Issue, Source, make_certificate, restrictions_of
 from rigrunner.certificate.order import ExternalEntry, OpinionEntry, Order
-from rigrunner.certificate.results import conformity_of, results_of
+from rigrunner.certificate.results import conformity_of, named_of, results_of
 from rigrunner.procedure import parse_procedure
 from rigrunner.proof.compare import mismatches
 from rigrunner.runfile import read_truth, sealed_file_of
@@ -187,13 +187,17 @@ def _check_numbers(
 
 def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:
     """Yield where results and verdict are others: they are the same in every revision."""
-    made = (results_of(result), conformity_of(result.decision, ()))
+    made = (results_of(result), named_of(result), conformity_of(result.decision, ()))
     recorded, derived = (
         {
             "results": None if results is None else results.model_dump(mode="json"),
+            "named": [each.model_dump(mode="json") for each in named],
             "verdict": None if conformity is None else conformity.verdict,
         }
-        for results, conformity in ((certificate.results, certificate.conformity), made)
+        for results, named, conformity in (
+            (certificate.results, certificate.named, certificate.conformity),
+            made,
+        )
     )
     return mismatches(recorded, derived)
 
