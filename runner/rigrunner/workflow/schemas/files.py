@@ -100,6 +100,10 @@ class _LanguageSchema(SettingsSchema):
                 name: self.generate_inner(model.__pydantic_core_schema__)
                 for name, model in ANALYSES.items()
             }
+            inner |= {
+                each.name: self._settings(each) | {"description": each.help}
+                for each in self._records("analysis")
+            }
             return _one_key("Analysis", "An analysis: one key, which names it.", inner)
         if self._knows_steps:
             return {SHARED: "Step"}

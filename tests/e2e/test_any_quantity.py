@@ -1,0 +1,169 @@
+"""A result of a quantity that is not torque, from the procedure to a verified certificate."""
+
+from __future__ import annotations
+
+import json
+import re
+from math import sqrt
+
+import pytest
+
+from helpers_any_quantity import PROCEDURE, written
+from helpers_certificate import make_letterhead
+from helpers_cli import call
+
+U_READING = 0.002 / sqrt(3)
+K_RECTANGLE = 0.95 * sqrt(3)
+"""Of one rectangular error: the middle 95 % of it."""
+
+
+def run(folder, *changes, code=0, procedure=PROCEDURE):
+    procedure_file, station = written(folder, *changes, procedure=procedure)
+    called = call("run", procedure_file, "--station", station, "--unattended", "--runs",
+                  folder / "runs")  # fmt: skip
+    assert called.code == code, called.err
+    (found,) = (folder / "runs").iterdir()
+    return called, found
+
+
+@pytest.fixture(scope="module")
+def passed(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("passed"))
+
+
+def document(run_folder):
+    return json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
+
+
+def test_results_have_name_unit_place_and_uncertainty(passed):
+    *voltages, regulation = document(passed[1])["results"]
+    at = [each["coordinates"]["bench.current"] for each in voltages]
+    assert at == [{"value": i, "unit": "A"} for i in (0.0, 1.0, 2.0, 5.0)]
+    values = [each["estimate"]["value"] for each in voltages]
+    assert values == pytest.approx([12.031, 12.022, 12.014, 11.987])
+    first = voltages[0]["estimate"]
+    assert first["standard_uncertainty"] == pytest.approx(U_READING)
+    assert first["expanded_uncertainty_95"] == pytest.approx(K_RECTANGLE * U_READING, rel=1e-4)
+    assert regulation["estimate"]["value"] == pytest.approx(44.0)
+    assert regulation["estimate"]["unit"] == "mV"
+    assert regulation["estimate"]["standard_uncertainty"] == pytest.approx(
+        1e3 * sqrt(2) * U_READING
+    )
+    assert regulation["budget"][0]["contribution"]["unit"] == "mV"
+
+
+def test_each_limit_is_decided_in_the_unit_of_its_result(passed):
+    found = document(passed[1])
+    assert found["verdict"]["verdict"] == "pass"
+    parts = found["decision"]["parts"]
+    places = [f"voltage at bench.current = {i} A" for i in (0, 1, 2, 5)]
+    assert [each["of"] for each in parts] == [*places, "regulation"]
+    assert parts[-1]["upper_limit"] == {"value": 50.0, "unit": "mV"}
+    assert parts[0]["guard_band"]["value"] == pytest.approx(K_RECTANGLE * U_READING, rel=1e-4)
+    assert parts[0]["verdict_uncompensated"] is None
+
+
+def test_show_and_report_have_them(passed):
+    shown = call("show", passed[1])
+    assert "44.0 ± " in shown.out
+    assert "output voltage" in shown.out
+    page = (passed[1] / "report.html").read_text(encoding="utf-8")
+    assert "load regulation" in page
+    assert "Output voltage over bench.current" in page  # the caption of the figure
+    assert re.search(r"≤\s50\smV", page)
+
+
+def test_a_value_out_of_its_limit_fails_and_is_kept(tmp_path):
+    _, found = run(tmp_path, ("min: 11.98 V", "min: 12 V"), code=1)
+    parts = document(found)["decision"]["parts"]
+    assert [each["verdict"] for each in parts] == ["pass", "pass", "pass", "fail", "pass"]
+    assert document(found)["decision"]["of"] == "voltage at bench.current = 5 A"
+    page = (found / "report.html").read_text(encoding="utf-8")
+    assert 'class="missed"' in page
+
+
+def test_mean_and_worst_are_one_statement_each(tmp_path):
+    of_each = "{of: voltage, each: bench.current, min: 11.98 V, max: 12.1 V, source: data sheet}"
+    of_mean = "{of: voltage, mean: yes, max: 12.02 V, source: data sheet}"
+    of_worst = "{of: voltage, worst: yes, min: 11.9 V, source: data sheet}"
+    _, found = run(tmp_path, (of_each, f"{of_mean}\n    - {of_worst}"))
+    mean, worst, _ = document(found)["decision"]["parts"]
+    assert mean["result"]["value"] == pytest.approx((12.031 + 12.022 + 12.014 + 11.987) / 4)
+    assert mean["result"]["standard_uncertainty"] == pytest.approx(U_READING)  # one instrument
+    assert worst["of"] == "worst voltage at bench.current = 5 A"
+    assert worst["result"]["value"] == pytest.approx(11.987)
+
+
+OF_RANGE = "readings:\n      of: bench.voltage\n      statistic"
+REFUSED = [
+    (("of: regulation, max", "of: regulaton, max"), "there is no result", "did you mean 'regul"),
+    (("max: 50 mV", "max: 50 mA"), "'50 mA' is a current; regulation is a voltage", "in mV"),
+    (("each: bench.current, ", ""), "a result 'voltage' for each bench.current", "worst: yes"),
+    (("of: bench.voltage\n      statistic", "of: bench.voltag\n      statistic"),
+     "bench.voltag is measured in no step", "did you mean 'bench.voltage'?"),
+    (("per: bench.current", "per: bench.curent"), "'bench.curent' is not set", "bench.current"),
+    (("of: bench.voltage\n      statistic", "of: bench.ripple\n      statistic"),
+     "there is no instrument for it", "accuracy"),
+    ((OF_RANGE, OF_RANGE.replace("readings", "reading")),
+     "there is no analysis 'reading'", "did you mean 'readings'?"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "words", "hint"), REFUSED)
+def test_check_refuses_what_would_give_no_verdict_with_its_line(tmp_path, change, words, hint):
+    procedure, station = written(tmp_path, change)
+    called = call("check", procedure, "--station", station)
+    assert called.code == 3
+    assert words in called.err
+    assert hint in called.err
+    assert re.search(r"(supply|station)\.yaml:\d+:\d+: error", called.err)
+
+
+def test_it_is_certified_and_verified(passed, tmp_path):
+    letterhead = make_letterhead(tmp_path / "letterhead")
+    issued = call(
+        "certify", passed[1], "--letterhead", letterhead, "--authorised-by", "A. Nother",
+        "--customer", "C", "--customer-contact", "D", "--item", "Power supply", "--item-id", "1",
+        "--item-condition", "new", "--received", "2020-01-01", "--operator", "O",
+        "--not-for-certification", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert issued.code == 0, issued.err
+    (content,) = (tmp_path / "out").glob("*.json")
+    certificate = json.loads(content.read_text(encoding="utf-8"))
+    names = [each["name"] for each in certificate["named"]]
+    assert names == ["voltage"] * 4 + ["regulation"]
+    assert certificate["named"][-1]["found"]["printed"] == "44.0"
+    assert certificate["conformity"]["statements"][-1]["unit"] == "mV"
+    verified = call("verify", content, "--letterhead", letterhead, "--runs", passed[1].parent)
+    assert verified.code == 0, verified.out + verified.err
+    page = next((tmp_path / "out").glob("*.html")).read_text(encoding="utf-8")
+    assert "load regulation" in page
+
+
+def test_a_certificate_whose_number_was_changed_does_not_verify(passed, tmp_path):
+    letterhead = make_letterhead(tmp_path / "letterhead")
+    call(
+        "certify", passed[1], "--letterhead", letterhead, "--authorised-by", "A. Nother",
+        "--customer", "C", "--customer-contact", "D", "--item", "Power supply", "--item-id", "1",
+        "--item-condition", "new", "--received", "2020-01-01", "--operator", "O",
+        "--not-for-certification", "--out", tmp_path / "out",
+    )  # fmt: skip
+    (content,) = (tmp_path / "out").glob("*.json")
+    text = content.read_text(encoding="utf-8")
+    assert '"printed": "44.0"' in text
+    content.write_text(text.replace('"printed": "44.0"', '"printed": "43.0"'), encoding="utf-8")
+    verified = call("verify", content, "--letterhead", letterhead, "--runs", passed[1].parent)
+    assert verified.code == 1
+    assert "named" in verified.out + verified.err
+
+
+def test_a_run_without_an_analysis_has_a_report_of_what_was_measured(tmp_path):
+    recorded = PROCEDURE[: PROCEDURE.index("analysis:")]
+    _, found = run(tmp_path, procedure=recorded)
+    assert not (found / "report.html").exists()
+    called = call("report", found)
+    assert called.code == 0, called.err
+    page = (found / "report.html").read_text(encoding="utf-8")
+    assert "Rows of measured values" in page
+    assert "12.031" in page
+    assert "Table measured, over bench.current." in page
