@@ -1,4 +1,4 @@
-"""`python -m rigrunner_plugins.loopback`: the instruments of a swing tester, on this machine."""
+"""`python -m rigrunner_plugins.loopback`: the instruments of a bench, on this machine."""
 
 from __future__ import annotations
 
@@ -17,31 +17,62 @@ import click
     show_default=True,
     help="Where the station that binds the instruments is written.",
 )
+@click.option(
+    "--bench",
+    "which",
+    type=click.Choice(("swing", "chamber")),
+    default="swing",
+    show_default=True,
+    help="A swing tester, or a temperature chamber with an ohmmeter.",
+)
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Names the rig.")
 @click.option("--bridge-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
 @click.option("--modbus-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
-def main(station: Path, seed: int, bridge_port: int, modbus_port: int) -> None:
-    """Run a torque bridge, an inverter, a press and a load cell on loopback, until Ctrl-C."""
+def main(station: Path, which: str, seed: int, bridge_port: int, modbus_port: int) -> None:
+    """Run the instruments of a bench on loopback, until Ctrl-C.
+
+    Of the swing tester: a torque bridge, an inverter, a press and a load cell.
+    """
+    over = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: over.set())
+    try:
+        if which == "chamber":
+            _run_chamber(station, seed, over)
+        else:
+            _run_swing_tester(station, seed, (bridge_port, modbus_port), over)
+    except OSError as error:
+        raise click.ClickException(str(error)) from error
+
+
+def _run_chamber(station: Path, seed: int, over: threading.Event) -> None:
+    from rigrunner_plugins.loopback.chamber import running_chamber  # noqa: PLC0415  (numpy)
+
+    with running_chamber(seed) as bench:
+        station.write_text(bench.station(), encoding="utf-8")
+        click.echo(f"chamber        SCPI over TCP, 127.0.0.1:{bench.chamber_port}")
+        click.echo(f"ohmmeter       SCPI over TCP, 127.0.0.1:{bench.ohmmeter_port}")
+        click.echo(f"station        {station}")
+        over.wait()
+
+
+def _run_swing_tester(
+    station: Path, seed: int, ports: tuple[int, int], over: threading.Event
+) -> None:
     try:
         from rigrunner_plugins.loopback.bench import running_bench  # noqa: PLC0415  (not on Windows)
     except ImportError as error:
         raise click.ClickException(
             f"the load cell needs a pseudo-terminal, which Linux and macOS have: {error}"
         ) from error
-    over = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: over.set())
-    try:
-        with running_bench(seed, bridge_port, modbus_port) as bench:
-            station.write_text(bench.station(), encoding="utf-8")
-            click.echo(f"torque bridge  SCPI over TCP, 127.0.0.1:{bench.bridge_port}")
-            click.echo(f"inverter       Modbus TCP, unit 1 at 127.0.0.1:{bench.modbus_port}")
-            click.echo(f"press          Modbus TCP, unit 2 at 127.0.0.1:{bench.modbus_port}")
-            click.echo(f"load cell      serial line {bench.cell_port}")
-            click.echo(f"station        {station}")
-            over.wait()
-    except OSError as error:
-        raise click.ClickException(str(error)) from error
+    with running_bench(seed, *ports) as bench:
+        station.write_text(bench.station(), encoding="utf-8")
+        click.echo(f"torque bridge  SCPI over TCP, 127.0.0.1:{bench.bridge_port}")
+        click.echo(f"inverter       Modbus TCP, unit 1 at 127.0.0.1:{bench.modbus_port}")
+        click.echo(f"press          Modbus TCP, unit 2 at 127.0.0.1:{bench.modbus_port}")
+        click.echo(f"load cell      serial line {bench.cell_port}")
+        click.echo(f"station        {station}")
+        over.wait()
 
 
 if __name__ == "__main__":
