@@ -167,3 +167,55 @@ def test_a_run_without_an_analysis_has_a_report_of_what_was_measured(tmp_path):
     assert "Rows of measured values" in page
     assert "12.031" in page
     assert "Table measured, over bench.current." in page
+
+
+BLOCKS = """\
+rigrunner: procedure/2
+id: PSU-BLOCKS
+revision: "A"
+title: Voltage before and after a rest
+uses: {bench: supply_bench}
+main:
+  - set: {bench.current: 1 A}
+  - group:
+      label: {phase: cold}
+      steps: [{measure: {channels: [bench.voltage]}}]
+  - set: {bench.current: 5 A}
+  - repeat:
+      times: 2
+      as: block
+      label: {phase: warm}
+      steps: [{measure: {channels: [bench.voltage]}}]
+analysis:
+  - readings: {of: bench.voltage, per: [phase], result: {name: voltage, unit: V}}
+  - readings:
+      of: bench.voltage
+      where: {phase: warm, block: 2}
+      result: {name: last, unit: V}
+acceptance:
+  limits:
+    - {of: voltage, where: {phase: warm}, min: 11.9 V, source: data sheet}
+"""
+
+
+def test_results_are_told_apart_and_limited_by_labels_and_counters(tmp_path):
+    _, found = run(tmp_path, procedure=BLOCKS)
+    cold, warm, last = document(found)["results"]
+    assert [cold["coordinates"], warm["coordinates"]] == [{"phase": "cold"}, {"phase": "warm"}]
+    assert [cold["readings"], warm["readings"], last["readings"]] == [1, 2, 1]
+    assert warm["estimate"]["value"] == pytest.approx(11.987)
+    (part,) = document(found)["decision"]["parts"]
+    assert part["of"] == "voltage at phase = warm"
+    assert document(found)["verdict"]["verdict"] == "pass"
+
+
+def test_an_archive_finds_them_by_name(passed, tmp_path):
+    database = tmp_path / "archive.db"
+    indexed = call("archive", "index", passed[1].parent, "--database", database)
+    assert indexed.code == 0, indexed.err
+    out = tmp_path / "figures.csv"
+    exported = call("archive", "export", "figures", out, "--database", database)
+    assert exported.code == 0, exported.err
+    table = out.read_text(encoding="utf-8")
+    assert "result regulation" in table
+    assert "bench.current = 5 A" in table

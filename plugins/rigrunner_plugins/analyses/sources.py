@@ -124,7 +124,7 @@ def _of_recording(recording: Recording, run: RunData, names: list[str]) -> _Part
 
 def _place(of: Recording | Measurement) -> dict[str, CoordinateValue]:
     """Return the set-points and coordinates of a recording or row."""
-    known = {**of.setpoints, **getattr(of, "coordinates", {})}
+    known = {**of.setpoints, **of.coordinates}
     return {
         name: CoordinateValue.of_si(value, of.units.get(name, "")) for name, value in known.items()
     }

@@ -135,7 +135,7 @@ class _Analysis:
             compensations[self.spec.primary] = primary
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
-        found = [self._make("analysis", each)(self.run) for each in self.analyses]
+        found = [self._make("analysis", each)(self.whole_run) for each in self.analyses]
         named = Findings(
             results=tuple(result for each in found for result in each.results),
             checks=tuple(as_judged(check) for each in found for check in each.checks),

@@ -129,17 +129,12 @@ def _measured(plan: Plan) -> Iterator[Measured]:
         record = each.record
         members = [Member(record.role, name) for name in record.channels]
         known = {member: record.units[member] for member in members}
-        yield known, frozenset(record.setpoints) | _labels(record)
+        yield known, frozenset(record.setpoints) | frozenset(each.coordinates)
     for step in plan.steps:
         if rows := step.action.rows:
             known = {name: rows.units[name] for name in rows.channels}
             for setpoints in rows.setpoints[:1]:
-                yield known, frozenset(setpoints) | _labels(step)
-
-
-def _labels(of: object) -> frozenset[str]:
-    """Return the counters and labels that a recording or step has, where it has any."""
-    return frozenset(getattr(of, "coordinates", ()))
+                yield known, frozenset(setpoints) | frozenset(step.coordinates)
 
 
 def _check_register(
