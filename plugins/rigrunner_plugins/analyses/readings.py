@@ -20,13 +20,13 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings, MeasurementResult
 from rigrunner.api.units import unit
 from rigrunner.signal.coverage import excess_kurtosis
-from rigrunner.signal.uncertainty import combine
-from rigrunner_plugins.analyses.reading_errors import (
+from rigrunner.signal.reading_errors import (
     ANY,
     GAIN,
     TO_STANDARD,
     reading_errors,
 )
+from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.settings import quotient, si_unit, yields
 from rigrunner_plugins.analyses.sources import groups
 from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settling_time
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.data import Array, RunData
-    from rigrunner_plugins.analyses.reading_errors import ReadingError
+    from rigrunner.signal.reading_errors import ReadingError
     from rigrunner_plugins.analyses.settings import ReadingsSettings
     from rigrunner_plugins.analyses.sources import Group
     from rigrunner_plugins.analyses.statistics import Statistic

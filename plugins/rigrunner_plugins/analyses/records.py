@@ -28,6 +28,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
                 "per": ["load.current"],
                 "result": {"name": "voltage", "symbol": "U", "unit": "V"},
             },
+            trial_units={"meter.voltage": "V"},
         )
     ]
 

@@ -208,6 +208,8 @@ class AnalysisRecord(PluginRecord):
     """Gives, of the settings, the channels that must be measured."""
     objections: Callable[[Any, Mapping[str, str]], Iterable[Objection]] = nothing
     """Gives, of the settings and the SI unit of each channel, what does not fit."""
+    trial_units: Mapping[str, str] = field(default_factory=dict)
+    """The SI unit of each channel that `trial` names: the conformance kit makes up values of it."""
 
 
 @dataclass(frozen=True, kw_only=True)

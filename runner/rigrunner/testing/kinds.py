@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.api.errors import PluginError
 from rigrunner.registry import load_registry, with_drop_ins
 from rigrunner.testing import (
+    analyses,
     decision_rules,
     event_sinks,
     fits,
@@ -37,6 +38,7 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "compensation": COMPENSATION_CHECKS,
     "outlier_rule": outlier_rules.CHECKS,
     "decision_rule": decision_rules.CHECKS,
+    "analysis": analyses.CHECKS,
     "importer": importers.CHECKS,
     "report_format": FORMAT_CHECKS,
     "certificate_format": FORMAT_CHECKS,

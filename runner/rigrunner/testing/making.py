@@ -18,6 +18,7 @@ _TAKES = {
     "outlier_rule": ("values",),
     "compensation": ("sweep",),
     "decision_rule": ("limits", "estimate"),
+    "analysis": ("run",),
     "event_sink": ("event",),
 }
 """What a function of these kinds is called with."""

@@ -30,12 +30,13 @@ KINDS = {
     "compensation": "compensation",
     "outlier-rule": "outlier_rule",
     "rule": "decision_rule",
+    "analysis": "analysis",
     "importer": "importer",
     "report": "report_format",
     "step": "step",
 }
 """The kinds that can be made, by the word for them, with the registry's own name."""
-_NUMPY = {"fit", "outlier_rule", "compensation", "importer"}
+_NUMPY = {"fit", "outlier_rule", "compensation", "importer", "analysis"}
 _PYDANTIC = {"outlier_rule", "decision_rule"}
 _LONGEST = 30
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")

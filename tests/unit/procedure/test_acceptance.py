@@ -53,7 +53,7 @@ def test_a_frequency_is_judged_by_the_limit_that_names_it():
 
 
 def test_a_named_frequency_that_was_not_set_is_missing():
-    (only,) = accept(limit(of="each_frequency", at=["5 Hz", "7 Hz"])).all_limits
+    (only,) = accept(limit(of="each_frequency", at=["5 Hz", "7 Hz"])).torque_limits
     assert only.missing([7.0, 8.0]) == [5.0]
 
 

@@ -34,6 +34,7 @@ KINDS = (
     "compensation",
     "outlier_rule",
     "decision_rule",
+    "analysis",
     "importer",
     "report_format",
     "certificate_format",

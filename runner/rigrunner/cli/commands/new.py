@@ -9,7 +9,17 @@ import click
 
 from rigrunner.cli.output import message, result
 
-WORDS = ("device", "fit", "compensation", "outlier-rule", "rule", "importer", "report", "step")
+WORDS = (
+    "device",
+    "fit",
+    "compensation",
+    "outlier-rule",
+    "rule",
+    "analysis",
+    "importer",
+    "report",
+    "step",
+)
 PLUGINS = "plugins"
 """The lab's own folder, as `rigrunner init` makes it."""
 
