@@ -53,7 +53,7 @@ def groups(run: RunData, settings: ReadingsSettings) -> list[Group]:
     Zero readings are taken off. Raises DataError where nothing was measured, or a value is not a
     finite number.
     """
-    names = [settings.of, *([settings.other] if settings.other else [])]
+    names: list[str] = [settings.of, *([settings.other] if settings.other else [])]
     parts = list(_parts(run, names, settings))
     chosen = [part for part in parts if is_at(settings.where, part.place)]
     if not chosen:

@@ -128,13 +128,13 @@ def _measured(plan: Plan) -> Iterator[Measured]:
     for each in plan.recordings:
         record = each.record
         members = [Member(record.role, name) for name in record.channels]
-        known = {member: record.units[member] for member in members}
+        known: dict[str, str] = {member: record.units[member] for member in members}
         yield known, frozenset(record.setpoints) | frozenset(each.coordinates)
     for step in plan.steps:
         if rows := step.action.rows:
-            known = {name: rows.units[name] for name in rows.channels}
+            read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
             for setpoints in rows.setpoints[:1]:
-                yield known, frozenset(setpoints) | frozenset(step.coordinates)
+                yield read, frozenset(setpoints) | frozenset(step.coordinates)
 
 
 def _check_register(

@@ -33,7 +33,7 @@ class Tools:
 
     station: Station
     spec: AnalysisSpec
-    measurand: Measurand
+    measurand: Measurand | None
     registry: Registry
 
     def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:

@@ -32,6 +32,7 @@ from helpers_zoo_files import (
     page,
     sink_registry,
 )
+from helpers_zoo_results import ANALYSES, analysis_registry
 from rigrunner.testing import State, checks, examine_one, subject
 from rigrunner.testing.settings import CHECKS as OF_EVERY_PLUGIN
 
@@ -53,6 +54,7 @@ OF_KIND = {
     "report_format": (FORMATS, format_registry),
     "event_sink": (SINKS, sink_registry),
     "importer": (IMPORTERS, importer_registry),
+    "analysis": (ANALYSES, lambda make: make()),
 }
 BROKEN = [(kind, name) for kind, (zoo, _) in OF_KIND.items() for name in zoo]
 GOOD = {
@@ -62,6 +64,7 @@ GOOD = {
     "report_format": lambda: format_registry(page),
     "event_sink": lambda: sink_registry(listener),
     "importer": lambda: importer_registry(Table),
+    "analysis": analysis_registry,
 }
 
 

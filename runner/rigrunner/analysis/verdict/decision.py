@@ -43,7 +43,7 @@ def _of_results(
             problem = chosen.problem or evidence.results_problem
             known = found if found is not None and _uncertainty_is_known(found) else None
             verdict, reason = _verdict(limits, rule, found, problem)
-            yield LimitDecision(
+            decided = LimitDecision(
                 of=chosen.words,
                 named=limit.of,
                 verdict=verdict,
@@ -51,9 +51,9 @@ def _of_results(
                 limits=limits,
                 source=limit.source,
                 result=found,
-                **_risks(limits, rule, known),
                 probability=probability_within(limits, known) if known and not problem else nan,
             )
+            yield _with_risks(decided, rule, known)
 
 
 def _parts(
@@ -87,29 +87,33 @@ def _decided(
     verdict, reason = _verdict(limits, rule, found, problem or _no_torque(limits, found))
     known = found if found is not None and _uncertainty_is_known(found) else None
     sure = None if problem else known
-    return LimitDecision(
+    decided = LimitDecision(
         of=of,
         verdict=verdict,
         reason=reason,
         limits=limits,
         source=limit.source,
         result=found,
-        **_risks(limits, rule, known),
         probability=probability_within(limits, sure) if sure else nan,
         uncompensated=_verdict(limits, rule, judged.raw, _no_torque(limits, judged.raw))[0],
         marginal=bool(sure and rule.is_marginal(limits, sure)),
         measurand=limit.measurand.kind,
         load_n=limit.measurand.load,
     )
+    return _with_risks(decided, rule, known)
 
 
-def _risks(limits: Limits, rule: AppliedRule, known: Estimate | None) -> dict[str, float]:
-    """Return guard band and risks; nan where the uncertainty is not known."""
-    return {
-        "guard_band": rule.guard(limits, known) if known else nan,
-        "false_accept_risk": rule.false_accept_risk(limits, known) if known else nan,
-        "false_reject_risk": rule.false_reject_risk(limits, known) if known else nan,
-    }
+def _with_risks(found: LimitDecision, rule: AppliedRule, known: Estimate | None) -> LimitDecision:
+    """Return a decision with guard band and risks; without, where the uncertainty is not known."""
+    if known is None:
+        return found
+    limits = found.limits
+    return replace(
+        found,
+        guard_band=rule.guard(limits, known),
+        false_accept_risk=rule.false_accept_risk(limits, known),
+        false_reject_risk=rule.false_reject_risk(limits, known),
+    )
 
 
 def _objection(limit: Limit, evidence: Evidence) -> str:

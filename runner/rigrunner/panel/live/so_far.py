@@ -31,7 +31,7 @@ class LiveAnalysis:
     """
 
     spec: AnalysisSpec
-    measurand: Measurand
+    measurand: Measurand | None
     registry: Registry
     prepare: Prepare = prepare_point
 
