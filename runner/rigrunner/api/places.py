@@ -35,7 +35,7 @@ def _read(value: object) -> object:
         return plain(value)
 
 
-_SCHEMA = {"type": ["string", "number"]}
+_SCHEMA = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 PlaceValue = Annotated[Quantity | str, BeforeValidator(_read), WithJsonSchema(_SCHEMA)]
 """What a coordinate is: a quantity, '2 A', a count, 3, or a text, 'final'."""
 CoordinateKey = Annotated[str, Field(pattern=f"^{_COORDINATE}$")]

@@ -54,7 +54,14 @@ from rigrunner.api.errors import (
     MissingPackageError,
 )
 from rigrunner.api.events import Event, EventSink
+from rigrunner.api.findings import (
+    Findings,
+    MeasurementResult,
+    NeededChannel,
+    ResultDefinition,
+)
 from rigrunner.api.hooks import (
+    AnalysisRecord,
     CertificateFormatRecord,
     CompensationRecord,
     DecisionRuleRecord,
@@ -422,6 +429,39 @@ class Strict:
 def rigrunner_decision_rules() -> list[DecisionRuleRecord]:
     """One decision rule."""
     return [DecisionRuleRecord(name="stranger_strict", help="Twice U.", factory=Strict)]
+
+
+FIRST = ResultDefinition(name="first", text="the first voltage", unit="V")
+
+
+class FirstVoltage:
+    """Gives the first voltage; satisfies Analysis."""
+
+    def __init__(self, settings: NoSettings) -> None:
+        """Take no settings."""
+
+    def __call__(self, run: RunData) -> Findings:
+        """Return it; raise DataError where there is none."""
+        for row in run.measurements:
+            if "meter.voltage" in row.values:
+                found = Estimate(row.values["meter.voltage"], 0.1, unit="V")
+                return Findings(results=(MeasurementResult(of=FIRST, estimate=found),))
+        raise DataError("meter.voltage was not measured")
+
+
+@hookimpl
+def rigrunner_analyses() -> list[AnalysisRecord]:
+    """One analysis."""
+    return [
+        AnalysisRecord(
+            name="stranger_first",
+            help="The first voltage.",
+            factory=FirstVoltage,
+            yields=lambda _: (FIRST,),
+            requires=lambda _: (NeededChannel(name="meter.voltage", key=()),),
+            trial_units={"meter.voltage": "V"},
+        )
+    ]
 
 
 @hookimpl
