@@ -9,6 +9,8 @@ from rigrunner_reports.plots.cycles import cycle_values
 from rigrunner_reports.plots.fits import fitted_peaks
 from rigrunner_reports.plots.frequency import over_frequency
 from rigrunner_reports.plots.kinematics import motion
+from rigrunner_reports.plots.recordings import recorded_curves, table_curves
+from rigrunner_reports.plots.results import over_coordinate
 from rigrunner_reports.plots.swing import compensated_swings, loops, over_phase, recorded_swings
 from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import headline as head
@@ -23,6 +25,7 @@ from rigrunner_reports.view.meaning import meaning
 from rigrunner_reports.view.methods import methods
 from rigrunner_reports.view.paper import paper_on_this_run
 from rigrunner_reports.view.points import by_frequency, set_points
+from rigrunner_reports.view.recorded import MOST_RECORDINGS, unlimited_tables
 from rigrunner_reports.view.validation import validation
 
 if TYPE_CHECKING:
@@ -50,6 +53,12 @@ class Figures:
     fits: Plot | None
     cycles: Plot | None
     motion: Plot | None
+    results: Mapping[str, Plot]
+    """Of named results, by their name."""
+    tables: Mapping[str, Plot]
+    """Of tables without limits, by their name."""
+    recordings: tuple[Plot, ...]
+    """Of a run whose torque is not analysed."""
 
 
 @dataclass(frozen=True)
@@ -151,4 +160,24 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
         fits=fitted_peaks(result.fits) if fitted else None,
         cycles=cycle_values(named_runs(result)) if several else None,
         motion=motion(fastest[0], result.run.rig.eccentric_ratio) if fastest else None,
+        results=_named(result),
+        tables={
+            name: plot
+            for name, rows in unlimited_tables(result).items()
+            if (plot := table_curves(rows)) is not None
+        },
+        recordings=()
+        if result.loaded
+        else tuple(map(recorded_curves, result.run.recordings[:MOST_RECORDINGS])),
     )
+
+
+def _named(result: Result) -> dict[str, Plot]:
+    parts = result.decision.parts if result.decision else ()
+    plots = {}
+    for name in dict.fromkeys(each.name for each in result.results):
+        found = [each for each in result.results if each.name == name]
+        plot = over_coordinate(found, [part for part in parts if part.named == name])
+        if plot is not None:
+            plots[name] = plot
+    return plots

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.signal.uncertainty import share_percent
 from rigrunner_reports.numbers import fixed, significant, stated
-from rigrunner_reports.plots.results import over_coordinate
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import LimitView
 
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import LimitDecision
     from rigrunner_reports.numbers import Stated
-    from rigrunner_reports.plots.canvas import Plot
 
 MOST_ROWS = 200
 """So many results of one name are shown, those out of limits first; result.json has all."""
@@ -73,7 +71,6 @@ class ResultView:
     limits: tuple[LimitView, ...]
     """Of their mean, or of the worst of them."""
     budget: BudgetView | None
-    plot: Plot | None
 
 
 def result_views(result: Result) -> tuple[ResultView, ...]:
@@ -110,7 +107,6 @@ def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:
             if id(part.result) not in judged or part.of.startswith("worst ")
         ),
         budget=_budget(budgeted),
-        plot=over_coordinate(found, parts),
     )
 
 
