@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING
 
+from rigrunner.api.accuracy import AccuracyInParts
 from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.quantity import readable
 from rigrunner.api.transducer import TemperatureError
@@ -116,6 +117,8 @@ def _error(each: StatedError) -> str:
 
 def _stated(each: OtherInstrument | Instrument) -> str:
     stated = getattr(each, "accuracy", None)
+    if isinstance(stated, AccuracyInParts):
+        return ", ".join(f"{name} ±{limit.limit}" for name, limit in stated.limits.items())
     if stated:
         return f"±{stated}"
     return "as of the calibration points" if each.points else "not stated"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.coordinates import Coordinate
-    from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
+    from rigrunner.api.instruments import Instrument, OtherInstrument, TorqueInstrument
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.rig import RigDescription
     from rigrunner.api.verdict import LimitDecision
@@ -172,6 +172,11 @@ class RunData:
     """Of recordings that another program made: by which, and by whose word, as in the header."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By recording, the zero readings in force when it was made, where the run was zeroed again."""
+
+    def instrument(self, channel: str) -> Instrument | None:
+        """Return the register's entry for a channel, 'role.name'; None where there is none."""
+        entries = (*self.instruments.values(), *self.other_instruments)
+        return next((each for each in entries if each.channel == channel), None)
 
     def zero(self, recording: str, channel: str) -> float:
         """Return the zero reading that belongs to a channel of a recording; 0 without one."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from rigrunner.api.accuracy import OVER_U, AccuracyInParts, Acts, AnyAccuracy, ReadingError
 from rigrunner.api.calibration import (
-    Accuracy,
     CalibratedRange,
     CalibrationConditions,
     CalibrationPoint,
@@ -94,6 +94,13 @@ class Instrument(Settings):
     @property
     def quantity(self) -> str:
         """The dimension of what it measures, such as 'torque'."""
+        raise NotImplementedError
+
+    def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
+        """Return what a reading of a value, in the SI unit, may be off by, each error by itself.
+
+        `zeroed`: a zero was taken off, and with it the offset. Empty where nothing is known.
+        """
         raise NotImplementedError
 
     @property
@@ -188,6 +195,24 @@ class TorqueInstrument(Instrument):
         between = self._off_the_line if corrected else 0.0
         return TorqueAccuracy.in_one_figure((max(limits) + between) / self.full_scale)
 
+    def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
+        """Return what a reading may be off by: the accuracy, and what `errors` states besides."""
+        accuracy, whole = self.accuracy, self.full_scale
+        widths: tuple[tuple[str, Acts, float], ...] = (
+            ("reading", "each", accuracy.of_full_scale * whole),
+            ("gain", "gain", accuracy.gain),
+            ("offset", "offset", 0.0 if zeroed else accuracy.offset),
+            ("drift", "each", accuracy.drift),
+            ("nonlinearity", "each", accuracy.nonlinearity * whole),
+        )
+        found = [
+            ReadingError(f"{name} of {self.channel}", acts, width / OVER_U["rectangular"])
+            for name, acts, width in widths
+            if width
+        ]
+        stated = self.errors.reading_errors(self.channel, value, whole) if self.errors else ()
+        return (*found, *stated)
+
     @property
     def deviations(self) -> tuple[tuple[float, float], ...]:
         """What the points show: ascending indicated torques, each with indicated less applied, N·m.
@@ -227,8 +252,8 @@ class OtherInstrument(Instrument):
         str, AfterValidator(_dimension), Field(json_schema_extra={"enum": list(_OTHER_QUANTITIES)})
     ]
     """The quantity, such as force, angle or temperature."""
-    accuracy: Accuracy | None = None
-    """Its limits of error, such as '0.5 % FS', '1 % reading' or '0.2 K'."""
+    accuracy: AnyAccuracy | None = None
+    """Its limits of error, such as '0.5 % FS', '1 % reading' or '0.2 K', or error by error."""
 
     @property
     def quantity(self) -> str:
@@ -242,10 +267,32 @@ class OtherInstrument(Instrument):
         the calibrated range.
         """
         reach = self.calibrated_range
+        full_scale = reach[1] if reach else math.nan
+        if isinstance(self.accuracy, AccuracyInParts):
+            return self.accuracy.limit_of_error(value, full_scale)
         if self.accuracy is not None and (reach or not self.accuracy.endswith("FS")):
-            return limit_of_error(self.accuracy, value, reach[1] if reach else math.nan)
+            return limit_of_error(self.accuracy, value, full_scale)
         limits = [abs(p.deviation) + p.k * p.standard_uncertainty for p in self.points]
         return max(limits, default=None)
+
+    def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
+        """Return what a reading may be off by: error by error, or all of it in one line."""
+        reach = self.calibrated_range
+        if isinstance(self.accuracy, AccuracyInParts):
+            found = self.accuracy.errors(self.channel, value, reach[1] if reach else math.nan)
+            return tuple(each for each in found if not (zeroed and each.acts == "offset"))
+        limit = self.limit_of_error(value)
+        if limit is None:
+            return ()
+        source = "" if self.accuracy else self.certificate
+        u = limit / OVER_U["rectangular"]
+        return (ReadingError(f"reading of {self.channel}", "each", u, source=source),)
+
+    def _objections(self) -> Iterator[str]:
+        yield from super()._objections()
+        if isinstance(self.accuracy, AccuracyInParts):
+            has_full_scale = self.calibrated_range is not None
+            yield from self.accuracy.objections(self.measures, has_full_scale=has_full_scale)
 
 
 def _torque_or_other(value: object) -> str:

@@ -6,14 +6,19 @@ The names are those of DIN 51309, VDI/VDE 2646 and ISO 376.
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, NamedTuple
+from math import inf
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field
 
+from rigrunner.api.accuracy import OVER_U, ReadingError, Shape
 from rigrunner.api.calibration import Accuracy, limit_of_error
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.api.settings import Difference, PlainText, Settings
 from rigrunner.api.units import QuantityError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 def _of_torque(text: str) -> str:
@@ -40,7 +45,7 @@ class StatedError(Settings):
         AfterValidator(_of_torque),
         Field(description="'0.02 % reading', '0.02 % FS' or a torque: it is within ± this"),
     ]
-    distribution: Literal["rectangular", "triangular", "arcsine", "normal"] = "rectangular"
+    distribution: Shape = "rectangular"
     """Of `normal` the limit is two standard uncertainties, of the others the half-width."""
     source: Annotated[
         PlainText,
@@ -84,3 +89,22 @@ class TransducerErrors(Settings):
     """Of the zero (TK0)."""
     temperature_sensitivity: TemperatureError | None = None
     """Of the sensitivity (TKC)."""
+
+    def reading_errors(
+        self, channel: str, value: float, full_scale: float
+    ) -> Iterator[ReadingError]:
+        """Yield a line for each error at a value, of a transducer of that full scale, in N·m."""
+        for name, each in self:
+            if each is None:
+                continue
+            of_reading, torque_nm = each.half_width(full_scale)
+            gain = name == "temperature_sensitivity"
+            width = of_reading if gain else of_reading * abs(value) + torque_nm
+            yield ReadingError(
+                f"{name.replace('_', ' ')} of {channel}",
+                "gain" if gain else "each",
+                (0.5 if name == "resolution" else 1.0) * width / OVER_U[each.distribution],
+                inf,
+                each.distribution,
+                each.source,
+            )

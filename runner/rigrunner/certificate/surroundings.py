@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.accuracy import AccuracyInParts
 from rigrunner.api.certificate import Condition, InstrumentEntry
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.api.member import Member
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from rigrunner.api.data import RunData
-    from rigrunner.api.instruments import Instrument
+from rigrunner.api.instruments import Instrument
 
 _KELVIN = 273.15
 _SHOWN: Mapping[str, tuple[str, float, float, int]] = {
@@ -99,7 +100,10 @@ def _range(each: Instrument) -> str:
 
 def _accuracy(each: Instrument) -> dict[str, str]:
     if isinstance(each, OtherInstrument):
-        return {"accuracy": each.accuracy} if each.accuracy else {}
+        stated = each.accuracy
+        if isinstance(stated, AccuracyInParts):
+            return {f"limit_{name}": f"±{limit.limit}" for name, limit in stated.limits.items()}
+        return {"accuracy": stated} if stated else {}
     limits = each.accuracy_ if isinstance(each, TorqueInstrument) else None
     if limits is None:
         return {}

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from rigrunner.api.accuracy import OVER_U
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 
 if TYPE_CHECKING:
@@ -17,14 +18,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.instruments import TorqueInstrument
     from rigrunner.api.transducer import StatedError
-
-OVER_U = {
-    Distribution.RECTANGULAR: sqrt(3),
-    Distribution.TRIANGULAR: sqrt(6),
-    Distribution.ARCSINE: sqrt(2),
-    Distribution.NORMAL: 2.0,
-}
-"""Half-width over standard uncertainty (JCGM 101:2008, 6.4); of the normal one k = 2."""
 
 
 def transducer_effects(

@@ -1,0 +1,152 @@
+"""What a reading may be off by, error by error, of an instrument of any quantity.
+
+Half-widths become standard uncertainties by GUM 4.3.7, 4.3.9 and 4.4.6: over √3, √6 and √2.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from rigrunner.api.instruments import AnyInstrument, OtherInstrument, TorqueInstrument
+
+ENTRY = TypeAdapter(AnyInstrument)
+METER = {
+    "channel": "meter.resistance",
+    "measures": "resistance",
+    "serial": "R-1",
+    "certificate": "C-17",
+    "range": {"max": "200 Ω"},
+    "accuracy": {
+        "gain": "0.01 %",
+        "offset": {"limit": "0.005 % FS", "distribution": "normal", "source": "data sheet"},
+        "resolution": "1 mΩ",
+        "drift": {"limit": "0.02 % reading", "distribution": "triangular"},
+        "temperature": {"limit": "2 mΩ", "per": "1 K", "within": "5 K"},
+    },
+}
+
+
+def lines(instrument, value, **how):
+    return {each.name: each for each in instrument.reading_errors(value, **how)}
+
+
+def test_each_error_is_a_line_with_its_distribution_and_source():
+    found = lines(ENTRY.validate_python(METER), 120.0)
+
+    assert list(found) == [
+        *("gain of meter.resistance", "offset of meter.resistance"),
+        *("resolution of meter.resistance", "drift of meter.resistance"),
+        "temperature of meter.resistance",
+    ]
+    gain, offset, resolution, drift, temperature = found.values()
+    assert (gain.acts, offset.acts, drift.acts) == ("gain", "offset", "each")
+    assert gain.u == pytest.approx(1e-4 / sqrt(3))
+    assert gain.at(120.0) == pytest.approx(120 * 1e-4 / sqrt(3))
+    assert offset.u == pytest.approx(0.005e-2 * 200 / 2)
+    assert (offset.distribution, offset.source) == ("normal", "data sheet")
+    assert resolution.u == pytest.approx(1e-3 / 2 / sqrt(3))
+    assert drift.u == pytest.approx(0.02e-2 * 120 / sqrt(6))
+    assert temperature.u == pytest.approx(2e-3 * 5 / sqrt(3))
+    assert {each.dof for each in found.values()} == {inf}
+
+
+def test_a_zero_takes_the_offset_out():
+    found = lines(ENTRY.validate_python(METER), 120.0, zeroed=True)
+
+    assert "offset of meter.resistance" not in found
+    assert "gain of meter.resistance" in found
+
+
+def test_all_errors_at_their_limits():
+    limit = ENTRY.validate_python(METER).limit_of_error(-120.0)
+
+    assert limit == pytest.approx(0.012 + 0.01 + 0.0005 + 0.024 + 0.01)
+
+
+@pytest.mark.parametrize(
+    ("known", "u", "source"),
+    [
+        ({"accuracy": "0.1 % FS"}, 0.2 / sqrt(3), ""),
+        ({"accuracy": "0.1 % reading"}, 0.12 / sqrt(3), ""),
+        ({"accuracy": "50 mΩ"}, 0.05 / sqrt(3), ""),
+        ({"accuracy": None, "points": [
+            {"applied": "100 Ω", "indicated": "100.03 Ω", "U": "20 mΩ", "k": 2},
+            {"applied": "200 Ω", "indicated": "199.99 Ω", "U": "20 mΩ", "k": 2},
+        ]}, 0.05 / sqrt(3), "C-17"),
+    ],
+)  # fmt: skip
+def test_one_figure_or_a_table_is_one_line(known, u, source):
+    (found,) = ENTRY.validate_python(METER | known).reading_errors(120.0)
+
+    assert (found.name, found.acts) == ("reading of meter.resistance", "each")
+    assert found.u == pytest.approx(u)
+    assert (found.distribution, found.source) == ("rectangular", source)
+
+
+def test_of_what_nothing_is_known_there_is_no_line():
+    entry = {key: METER[key] for key in ("channel", "measures", "serial")}
+    assert ENTRY.validate_python(entry).reading_errors(1.0) == ()
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "message"),
+    [
+        ({}, "accuracy is empty: give one of gain, offset, resolution"),
+        ({"gain": "1 Ω"}, "accuracy.gain is '1 Ω'; needed is a share, such as '0.3 %'"),
+        ({"offset": "1 V"}, "accuracy.offset is '1 V', a voltage; measured is a resistance"),
+    ],
+)
+def test_a_limit_of_another_kind_is_refused(accuracy, message):
+    with pytest.raises(ValidationError) as caught:
+        ENTRY.validate_python(METER | {"accuracy": accuracy})
+    assert message in str(caught.value)
+
+
+def test_a_share_of_full_scale_needs_a_range():
+    entry = {key: METER[key] for key in METER if key != "range"}
+    with pytest.raises(ValidationError, match="no 'range' says what full scale is"):
+        ENTRY.validate_python(entry)
+
+
+def test_a_share_of_a_temperature_is_refused():
+    """0.1 % of 20 °C would be 0.29 K, for it is 293.15 K."""
+    entry = {"channel": "room.air", "measures": "temperature", "serial": "T-1"}
+    with pytest.raises(ValidationError, match="of a temperature it is a difference in K"):
+        OtherInstrument.model_validate(entry | {"accuracy": {"gain": "0.1 %"}})
+    found = OtherInstrument.model_validate(entry | {"accuracy": {"offset": "0.2 K"}})
+    assert found.reading_errors(293.15)[0].u == pytest.approx(0.2 / sqrt(3))
+
+
+def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
+    stated = {"source": "DKD-1"}
+    torque = TorqueInstrument.model_validate(
+        {
+            "channel": "tester.torque",
+            "serial": "4711",
+            "full_scale": "10 N·m",
+            "accuracy": {"gain": "0.3 %", "offset": "20 mN·m", "drift": "0 N·m",
+                         "nonlinearity": "0.05 %"},
+            "errors": {
+                "hysteresis": {"limit": "0.03 % FS", "distribution": "arcsine", **stated},
+                "resolution": {"limit": "1 mN·m", **stated},
+                "creep": {"limit": "0.02 % reading", **stated},
+                "temperature_sensitivity": {
+                    "limit": "0.05 % reading", "per": "10 K", "within": "3 K", **stated},
+            },
+        }
+    )  # fmt: skip
+    found = lines(torque, -5.0)
+
+    assert found["nonlinearity of tester.torque"].u == pytest.approx(0.005 / sqrt(3))
+    assert found["offset of tester.torque"].acts == "offset"
+    assert "offset of tester.torque" not in lines(torque, -5.0, zeroed=True)
+    assert "drift of tester.torque" not in found
+    assert found["hysteresis of tester.torque"].u == pytest.approx(0.003 / sqrt(2))
+    assert found["resolution of tester.torque"].u == pytest.approx(0.5e-3 / sqrt(3))
+    assert found["creep of tester.torque"].u == pytest.approx(0.02e-2 * 5 / sqrt(3))
+    sensitivity = found["temperature sensitivity of tester.torque"]
+    assert (sensitivity.acts, sensitivity.source) == ("gain", "DKD-1")
+    assert sensitivity.u == pytest.approx(0.05e-2 * 0.3 / sqrt(3))
