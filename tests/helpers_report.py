@@ -7,7 +7,7 @@ report must print can be worked out by hand.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 
@@ -198,6 +198,19 @@ def fits(points):
     return FittedTorque("polynomial", peaks, polynomial), straight
 
 
+SUPPORT = Component(
+    "support friction under load",
+    0.004,
+    inf,
+    "rectangular",
+    common=True,
+    value=0.0,
+    unit="1",
+    input_u=0.01 / sqrt(3),
+    sensitivity=-0.69,
+)
+
+
 def components(error_nm):
     return (
         Component("scatter between cycles", 0.002, 29.0, "t", common=False),
@@ -303,6 +316,7 @@ def loaded_result(**changes):
         primary="template_inverse",
         kind=MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL),
         headline=Estimate(0.7274, 0.0062, 900.0),
+        headline_components=(SUPPORT,),
         raw_headline=Estimate(3.4567, 0.0123, inf),
         decision=Decision(
             rule="guard_band_u: pass only if the value is inside by U",

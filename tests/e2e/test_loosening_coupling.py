@@ -49,7 +49,7 @@ def day(natural_hz: float, seed: int, no_load: RunData | None = None) -> Day:
         no_load=rig, loaded=rig, reference_hz=SOUND_HZ, pause_s=600.0,
     )  # fmt: skip
     shared = tools()
-    recorded = record_bench(bench, shared.registry, shared.station)
+    recorded = record_bench(bench, shared.registry, shared.measured_station)
     result = analyse(
         recorded.loaded,
         no_load or recorded.no_load,

@@ -19,6 +19,7 @@ SHIPPED = {
     "no_load_inertia_sweep": ("simulated", []),
     "starting_torque_1000n": ("simulated", ["no_load_inertia_sweep"]),
     "gauge_rr": ("simulated", ["no_load_inertia_sweep"]),
+    "support_friction": ("simulated", []),
     "no_load_breakaway": ("simulated_bench", []),
     "paper_reproduction": ("paper", []),
 }

@@ -70,6 +70,8 @@ class Budget:
     rig: Identified
     refiltered: Identified
     rescaled: Identified
+    support_nm: float
+    """That the load is known to add to the support's friction."""
 
     def model(self, found: Evaluated, between: Sequence[Effect]) -> MeasurementModel:
         """Return the model of one point; `between` is what the two runs may still differ by."""
@@ -88,7 +90,7 @@ class Budget:
             self._band(found),
         )
         return model_of(
-            found.torque_nm,
+            found.torque_nm - self.support_nm,
             effects,
             scales=(gain(self.instrument), load(self.described)),
             correlations={LEARNED: _correlation(self.rig.covariance)},

@@ -1,6 +1,6 @@
 """Makes the two runs comparable before they are compared: what they differ by, beside the bearing.
 
-Hum of the mains, friction of the support that is known to grow under load, gains of the recordings,
+Hum of the mains, friction of the support that grows under load, gains of the recordings,
 and the inertia. Each is taken out of the recordings, and what stays open of it is an effect.
 """
 
@@ -17,6 +17,7 @@ from rigrunner.signal import response
 from rigrunner.signal.inputs import bounded_effect, limited
 from rigrunner_plugins.compensations.bearing import Pair, mean_swing
 from rigrunner_plugins.compensations.hum import without_hum
+from rigrunner_plugins.compensations.limits import support_under_load
 from rigrunner_plugins.compensations.recording_gains import recording_gains
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.bearing import MeanSwing
     from rigrunner_plugins.compensations.evaluation import Evaluated
     from rigrunner_plugins.compensations.identification import Identified
+    from rigrunner_plugins.compensations.limits import SupportGrowth
     from rigrunner_plugins.compensations.recording_gains import RecordingGains
     from rigrunner_plugins.compensations.settings import InverseSettings
 
@@ -49,9 +51,8 @@ class Compared:
     gains: RecordingGains
     hum_nm: tuple[float, ...]
     """Standard uncertainty of what is left of it, at each point."""
-    growth: float
-    """Of the support's friction under load, that is taken out."""
-    growth_limit: float
+    support: SupportGrowth
+    """Of the friction under load: the growth is taken out."""
 
     def effects(self, found: Sequence[Evaluated]) -> list[tuple[Effect, ...]]:
         """Return for each point what is still open of what was taken out."""
@@ -95,10 +96,9 @@ class Compared:
         The way over which it does may have grown as well; what is taken out lies between the two.
         """
         longer, same = (_trial(found, each) for each in self.rig.friction.grown)
-        growth = limited("support friction under load", self.growth_limit, "1", self.growth)
-        yield Effect(growth, -same)
-        if self.growth:
-            yield bounded_effect(SLIP, abs(self.growth * (longer - same) / 2))
+        yield self.support.effect(same)
+        if self.support.growth:
+            yield bounded_effect(SLIP, abs(self.support.growth * (longer - same) / 2))
 
 
 def compared(
@@ -112,8 +112,8 @@ def compared(
     ]
     recorded = (*sweep.loaded, *sweep.no_load)
     pairs, hum_nm = without_hum(rig, pairs, recorded, settings.mains_frequency)
-    growth, (longer, same) = settings.support_load_growth, rig.friction.grown
-    grown = growth * (longer + same) / 2
+    support, (longer, same) = support_under_load(settings, sweep), rig.friction.grown
+    grown = support.growth * (longer + same) / 2
     pairs = [replace(pair, loaded=_without(rig, pair.loaded, grown)) for pair in pairs]
     gains = recording_gains(rig, pairs, settings.inertia_mismatch)
     done = tuple(
@@ -125,7 +125,7 @@ def compared(
         )
         for pair, loaded, no_load in zip(pairs, gains.loaded, gains.no_load, strict=True)
     )
-    return Compared(rig, done, gains, tuple(hum_nm), growth, settings.support_load_dependence)
+    return Compared(rig, done, gains, tuple(hum_nm), support)
 
 
 def inertia_torque(rig: Identified, run: MeanSwing) -> Array:

@@ -23,7 +23,7 @@ from rigrunner.signal.sensor import NONLINEAR_SLOPE, gain, one_figure
 from rigrunner.signal.swings import kept_cycles, with_swings
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_plugins.compensations import checks
-from rigrunner_plugins.compensations.limits import load, stated
+from rigrunner_plugins.compensations.limits import load, support_growth
 from rigrunner_plugins.compensations.matching import pairs
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
@@ -50,7 +50,8 @@ class Energy:
         sweep = with_swings(sweep)
         matched = pairs(sweep, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
-        done = [self._point(sweep, ratio, *pair) for pair in matched]
+        dry_nm = _dry_nm(min(sweep.no_load, key=lambda point: point.frequency_hz.value), ratio)
+        done = [self._point(sweep, ratio, dry_nm, *pair) for pair in matched]
         points = tuple(point for point, _ in done)
         scattered_nm = [[influences(run) for run in without_each] for _, without_each in done]
         found = (
@@ -60,19 +61,30 @@ class Energy:
         return Compensation(MEASURAND, points, checks=found, notes=NOTES)
 
     def _point(
-        self, sweep: Sweep, ratio: float, loaded: SwingPoint, no_load: SwingPoint
+        self,
+        sweep: Sweep,
+        ratio: float,
+        dry_nm: float,
+        loaded: SwingPoint,
+        no_load: SwingPoint,
     ) -> tuple[CompensatedPoint, list[Array]]:
-        """Return the point, and the torques of both runs without each of their cycles."""
+        """Return the point, and the torques of both runs without each of their cycles.
+
+        `dry_nm` is the dry part of the running torque without load.
+        """
         swing = make_swing(ratio, loaded.torque_nm.shape[-1])
         runs = [mean_and_without_each(run.torque_nm, run.kept) for run in (loaded, no_load)]
         means = [mean for mean, _ in runs]
         without_each = [running_torque(swing, replicates) for _, replicates in runs]
         readings = [float(np.abs(mean).max()) for mean in means]
-        raw, rig = (float(running_torque(swing, mean)) for mean in means)
+        raw, unloaded = (float(running_torque(swing, mean)) for mean in means)
+        support = support_growth(self.settings, sweep)
+        rig = unloaded + support.growth * dry_nm
         effects = (
             scattered("repeatability, loaded", *jackknife_error(without_each[0])),
             scattered("repeatability, no load", *jackknife_error(without_each[1])),
-            *self._limits(sweep, raw - rig, rig),
+            *_limits(sweep, raw - rig),
+            support.effect(unloaded),
             *transducer_effects(sweep.instrument, raw - rig, readings, slow=0.0),
         )
         scales = (gain(sweep.instrument), load(sweep.rig))
@@ -86,14 +98,22 @@ class Energy:
         )
         return point, without_each
 
-    def _limits(self, sweep: Sweep, torque: float, rig: float) -> tuple[Effect, ...]:
-        """Return what is known by limits of error only; an offset does no work over a swing."""
-        accuracy, described = sweep.instrument.accuracy, sweep.rig
-        curve = limited("sensor non-linearity", accuracy.nonlinearity, "1")
-        limit = stated(described.support_load_dependence, self.settings.support_load_dependence)
-        return (
-            Effect(curve, -NONLINEAR_SLOPE * torque),
-            Effect(limited("sensor offset", accuracy.offset), 0.0),
-            *one_figure(sweep.instrument),
-            Effect(limited("support friction under load", limit, "1"), -rig),
-        )
+
+def _dry_nm(slowest: SwingPoint, ratio: float) -> float:
+    """Return the running torque without load at the lowest frequency: hardly any of it viscous.
+
+    Dry friction is what a load raises; that of a lubricant depends on speed alone (Palmgren's M0).
+    """
+    mean, _ = mean_and_without_each(slowest.torque_nm, slowest.kept)
+    return float(running_torque(make_swing(ratio, slowest.torque_nm.shape[-1]), mean))
+
+
+def _limits(sweep: Sweep, torque: float) -> tuple[Effect, ...]:
+    """Return what is known by limits of error only; an offset does no work over a swing."""
+    accuracy = sweep.instrument.accuracy
+    curve = limited("sensor non-linearity", accuracy.nonlinearity, "1")
+    return (
+        Effect(curve, -NONLINEAR_SLOPE * torque),
+        Effect(limited("sensor offset", accuracy.offset), 0.0),
+        *one_figure(sweep.instrument),
+    )

@@ -29,7 +29,7 @@ from rigrunner_plugins.compensations.comparison import compared
 from rigrunner_plugins.compensations.effects import by_halves, by_speed, mismatch
 from rigrunner_plugins.compensations.evaluation import evaluate
 from rigrunner_plugins.compensations.identification import identify, vector
-from rigrunner_plugins.compensations.limits import known
+from rigrunner_plugins.compensations.limits import known, support_under_load
 from rigrunner_plugins.compensations.rig_errors import RigErrors
 from rigrunner_plugins.compensations.swing import (
     make_swing,
@@ -104,7 +104,10 @@ class Inverse(ABC):
         wider = low_pass.scaled(1 + self.settings.low_pass_tolerance)
         refiltered = identify(sweep.no_load, swing, wider)
         settings = known(self.settings, sweep.rig)
-        budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
+        support_nm = support_under_load(settings, sweep).torque_nm
+        budget = Budget(
+            settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled, support_nm
+        )
         runs = compared(rig, sweep, self.templates(sweep, rig), settings)
         found = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
         loaded_line = _without_growth(line_under_load(sweep.loaded, rig), runs.gains.inertia)
@@ -128,11 +131,14 @@ class Inverse(ABC):
         rig = self._learned(sweep)
         settings = known(self.settings, sweep.rig)
         runs = compared(rig, sweep, self.templates(sweep, rig), settings)
-        return np.array([evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs])
+        found = [evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs]
+        return np.array(found) - runs.support.torque_nm
 
     def perturbation(self, sweep: Sweep) -> RigErrors:
         """Return what puts the errors that the settings state into the sweep."""
-        return RigErrors(known(self.settings, sweep.rig), self._learned(with_swings(sweep)))
+        settings = known(self.settings, sweep.rig)
+        support = support_under_load(settings, sweep)
+        return RigErrors(settings, support, self._learned(with_swings(sweep)))
 
     def _learned(self, sweep: SwingSweep) -> Identified:
         swing = make_swing(measured_ratio(sweep.no_load))

@@ -62,7 +62,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_template_inverse,
             requires=requirements.of_template_inverse,
             yields=STARTING,
-            revision=2,
+            revision=3,
         ),
         CompensationRecord(
             name="model_inverse",
@@ -71,7 +71,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_model_inverse,
             requires=requirements.of_model_inverse,
             yields=STARTING,
-            revision=2,
+            revision=3,
         ),
         CompensationRecord(
             name="energy",
@@ -80,7 +80,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=_energy,
             requires=requirements.of_energy,
             yields=RUNNING,
-            revision=2,
+            revision=3,
         ),
         CompensationRecord(
             name="breakaway_peak",

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import PeakPoint, Sweep
     from rigrunner.api.data import Array
     from rigrunner_plugins.compensations.identification import Identified
+    from rigrunner_plugins.compensations.limits import SupportGrowth
     from rigrunner_plugins.compensations.settings import InverseSettings
 
 
@@ -29,12 +30,14 @@ class RigErrors:
     """
 
     settings: InverseSettings
+    support: SupportGrowth
     rig: Identified
-    covers: tuple[str, ...] = (
-        "resonance, damping, inertia",
-        "low-pass filter",
-        "support friction under load",
-    )
+
+    @property
+    def covers(self) -> tuple[str, ...]:
+        """The lines of the budget that are drawn."""
+        drawn = ("resonance, damping, inertia", "low-pass filter")
+        return drawn if self.support.measured else (*drawn, self.support.name)
 
     def __call__(self, sweep: Sweep, rng: Generator) -> Sweep:
         """Return the sweep with one draw of these errors."""
@@ -43,7 +46,7 @@ class RigErrors:
         assert low_pass is not None  # noqa: S101  (the rig was learned with it)
         filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
         instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
-        growth = self.settings.support_load_dependence * friction
+        growth = self.support.limit * friction
         loaded = tuple(self._changed(point, growth) for point in sweep.loaded)
         return replace(sweep, loaded=loaded, instrument=instrument)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from rigrunner.api.rig import refuse_growth_without_limit
 from rigrunner.api.settings import Angle, Frequency, Ratio, Settings
 
 DEGREE = 0.017453292519943295
@@ -20,7 +21,33 @@ class WaveformSettings(Settings):
     ] = 0.02
 
 
-class InverseSettings(Settings):
+class SupportSettings(Settings):
+    """What is known of the support's friction under load, where the station says nothing of it."""
+
+    support_load_growth: Annotated[
+        Ratio | None,
+        Field(
+            gt=-1,
+            description="of the support's friction, as the load is known to raise it; "
+            "0 where only support_load_dependence is given",
+        ),
+    ] = None
+    support_load_dependence: Annotated[
+        Ratio | None,
+        Field(
+            ge=0,
+            description="limit of what the load may change the support's friction by, beyond "
+            "support_load_growth; without either, between nothing and what the literature has",
+        ),
+    ] = None
+
+    @model_validator(mode="after")
+    def _has_a_limit(self) -> Self:
+        refuse_growth_without_limit(self.support_load_growth, self.support_load_dependence)
+        return self
+
+
+class InverseSettings(SupportSettings):
     """Of the compensation `model_inverse`, and of every other that undoes the drive line.
 
     Mismatch, dependence and tolerance are limits, as half-widths of rectangular distributions:
@@ -33,16 +60,9 @@ class InverseSettings(Settings):
     inertia_mismatch: Annotated[
         Ratio, Field(ge=0, description="of the inertia, between the two runs")
     ] = 0.001
-    support_load_dependence: Annotated[
-        Ratio, Field(ge=0, description="of the support's friction, by which the load may raise it")
-    ] = 0.01
     low_pass_tolerance: Annotated[
         Ratio, Field(ge=0, description="of the low-pass filter's corner frequency")
     ] = 0.02
-    support_load_growth: Annotated[
-        Ratio,
-        Field(gt=-1, description="of the support's friction, as the load is known to raise it"),
-    ] = 0.0
     mains_frequency: Annotated[
         Frequency, Field(gt=0, description="of the mains, whose hum is taken out")
     ] = 50.0
@@ -52,9 +72,5 @@ class TemplateInverseSettings(InverseSettings, WaveformSettings):
     """Of the compensation `template_inverse`."""
 
 
-class EnergySettings(WaveformSettings):
+class EnergySettings(SupportSettings, WaveformSettings):
     """Of the compensation `energy`."""
-
-    support_load_dependence: Annotated[
-        Ratio, Field(ge=0, description="of the support's friction, by which the load may raise it")
-    ] = 0.01

@@ -8,11 +8,8 @@ from rigrunner.api.measurand import Validity
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.results import Result
 
-ALLOWANCE = "support_load_dependence"
 RIG_ITSELF = (
     "The torque that the rig itself puts on the sensor: the inertia of all behind it and the "
     "friction of the supports, with whatever friction the bearing has without load. It is what a "
@@ -55,13 +52,5 @@ def meaning(result: Result) -> tuple[str, ...]:
 
 
 def _allowance(result: Result) -> str:
-    compensations = result.settings.get("compensations")
-    for each in compensations if isinstance(compensations, list) else []:
-        if each.get("as", each.get("name")) == result.primary:
-            return _percent(each.get("settings", {}))
-    return ""
-
-
-def _percent(settings: Mapping[str, object]) -> str:
-    value = settings.get(ALLOWANCE)
-    return f" of {fixed(100 * value, 1)} %" if isinstance(value, float) else ""
+    allowed = result.support_allowance
+    return "" if allowed is None else f" of {fixed(allowed[0], 1)} {allowed[1]}"

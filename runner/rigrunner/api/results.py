@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
+from rigrunner.api.rig import SUPPORT_LINE
 from rigrunner.api.verdict import worst
 
 if TYPE_CHECKING:
@@ -139,6 +141,19 @@ class Result:
     def limits(self) -> MeasuredLimits:
         """The limits on measured values, each with its decision."""
         return MeasuredLimits.of(self.run.measurements)
+
+    @property
+    def support_allowance(self) -> tuple[float, str] | None:
+        """The most by which the load may raise the support's friction, and '%' or 'mN·m'.
+
+        None where the budget has no line of it.
+        """
+        for each in self.headline_components:
+            if each.name.startswith(SUPPORT_LINE):
+                if each.unit == "1":
+                    return 100 * (each.value + sqrt(3) * each.input_u), "%"
+                return 1000 * (each.value + 2 * each.input_u), "mN·m"
+        return None
 
     @property
     def verdict(self) -> Verdict | None:

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from rigrunner.api.gauge import NamedStudy
 from rigrunner.api.settings import (
     Angle,
+    Force,
     Frequency,
     Length,
     MomentOfInertia,
@@ -19,6 +20,39 @@ from rigrunner.api.settings import (
     Settings,
     Torque,
 )
+
+SUPPORT_LINE = "support friction under load"
+"""The line of a budget for what the load may change the support's friction by.
+
+Its source may follow in parentheses.
+"""
+
+
+def refuse_growth_without_limit(growth: float | None, limit: float | None) -> None:
+    """Raise ValueError for a growth of the support's friction of which no error is known."""
+    if growth is not None and limit is None:
+        raise ValueError(
+            "support_load_growth needs support_load_dependence, the limit of its error"
+        )
+
+
+class SupportUnderLoad(Settings):
+    """Friction that a load adds to the support, measured with a bearing of known friction.
+
+    `rigrunner support-friction` states what to enter. At another load it is taken in proportion.
+    """
+
+    source: Annotated[
+        PlainText, Field(min_length=1, max_length=80, description="the run, and the certificate")
+    ]
+    load: Annotated[Force, Field(gt=0, description="under which it was measured")]
+    torque: Annotated[
+        Torque, Field(description="that the load adds where the starting torque is read")
+    ]
+    u: Annotated[Torque, Field(ge=0, description="its standard uncertainty")]
+    degrees_of_freedom: Annotated[
+        float | None, Field(ge=1, description="of u; left out, there are many")
+    ] = None
 
 
 class RigDescription(Settings):
@@ -85,6 +119,31 @@ class RigDescription(Settings):
             "support_load_dependence is then the limit of its error",
         ),
     ] = None
+    support_under_load: Annotated[
+        SupportUnderLoad | None,
+        Field(description="friction that the load adds to the support, as it was measured"),
+    ] = None
+    support_load: Annotated[
+        Force | None,
+        Field(
+            gt=0,
+            description="for which support_load_growth and support_load_dependence are stated; "
+            "at another load they are in proportion",
+        ),
+    ] = None
+    support_load_source: Annotated[
+        PlainText,
+        Field(max_length=80, description="by what both are known: a measurement or data sheet"),
+    ] = ""
+
+    @model_validator(mode="after")
+    def _states_a_limit(self) -> Self:
+        refuse_growth_without_limit(self.support_load_growth, self.support_load_dependence)
+        if self.support_under_load is not None and self.support_load_dependence is not None:
+            raise ValueError(
+                "support_under_load was measured: support_load_dependence does not go with it"
+            )
+        return self
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:

@@ -13,15 +13,13 @@ from rigrunner.certificate.numerals import printed
 from rigrunner.signal.blocks import limits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from rigrunner.api.analysis import PeakPoint
     from rigrunner.api.certificate import InstrumentEntry
     from rigrunner.api.data import RunData
     from rigrunner.api.instruments import Instrument, OtherInstrument
     from rigrunner.api.results import Result
-
-_ALLOWANCE = "support_load_dependence"
 
 
 def validity_of(result: Result) -> Iterator[ValidityCondition]:
@@ -150,17 +148,6 @@ def _load_cell(run: RunData) -> OtherInstrument | None:
 
 
 def _allowance(result: Result) -> str:
-    """Return by how much the supports' friction may grow with load, in per cent."""
-    own = result.run.rig.support_load_dependence
-    value = _setting(result) if own is None else own
-    return "" if value is None else f"{printed(100 * value, 1)} %"
-
-
-def _setting(result: Result) -> float | None:
-    compensations = result.settings.get("compensations")
-    for each in compensations if isinstance(compensations, list) else []:
-        if each.get("as", each.get("name")) == result.primary:
-            settings: Mapping[str, object] = each.get("settings", {})
-            value = settings.get(_ALLOWANCE)
-            return value if isinstance(value, float) else None
-    return None
+    """Return by how much the supports' friction may grow with load."""
+    allowed = result.support_allowance
+    return "" if allowed is None else f"{printed(allowed[0], 1)} {allowed[1]}"

@@ -48,6 +48,7 @@ COMMANDS = {
         "diff": "List the differences between two procedures or two runs.",
         "import": "Import recordings made by another program.",
         "fit": "Fit a curve to columns of a CSV file.",
+        "support-friction": "State what the load adds to the friction of a rig's support.",
         "pack": "Pack a sealed run into one file, with the digest of every part.",
         "unpack": "Unpack a packed run into the folder of runs.",
     },

@@ -64,7 +64,7 @@ def cases(rigs: int, study_seed: int) -> Iterator[Case]:
 def examine(case: Case) -> Finding:
     """Record and analyse one rig; the same case gives the same finding."""
     rng = case.rng(f"coverage/{case.simulator}")
-    rig = draw(case.simulator, rng, tools().station, limits())
+    rig = draw(case.simulator, rng, tools().measured_station, limits())
     return Finding(
         case,
         rig.law,
@@ -76,9 +76,11 @@ def examine(case: Case) -> Finding:
 
 @lru_cache(maxsize=1)
 def limits() -> Limits:
-    """Return what the primary method's budget allows the rig, and the station its load."""
+    """Return what the primary method's budget allows the rig, and the station it describes."""
     settings = tools().registry.settings_of("compensation", METHODS[0])().model_dump()
-    settings["load_tolerance"] = tools().station.rig.load_tolerance
+    rig = tools().measured_station.rig
+    settings["load_tolerance"] = rig.load_tolerance
+    settings["support_load_dependence"] = rig.support_load_dependence
     return Limits(**{name: settings[name] for name in Limits.__annotations__})
 
 

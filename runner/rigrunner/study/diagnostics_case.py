@@ -49,7 +49,7 @@ def examine(case: Case) -> Finding:
     fault = next((each for each in BREAKS if each.name == case.fault), None)
     shared = tools()
     bench = _bench(case, fault)
-    recorded = record_bench(bench, shared.registry, shared.station)
+    recorded = record_bench(bench, shared.registry, shared.measured_station)
     try:
         result = shared.analysed(recorded, _spec(shared.spec, fault))
     except DataError:

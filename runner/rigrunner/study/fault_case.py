@@ -67,7 +67,7 @@ def _in_turn(simulators: tuple[str, ...], number: int) -> str:
 def examine(case: Case) -> Finding:
     """Record and analyse one case; the same case gives the same finding."""
     rng = case.rng(f"faults/{case.simulator}/{case.fault}")
-    rig = draw(case.simulator, rng, tools().station, limits())
+    rig = draw(case.simulator, rng, tools().measured_station, limits())
     fault = next((each for each in (*FAULTS, *UNSEEN) if each.name == case.fault), None)
     faults, where = (NO_FAULTS, "") if fault is None else _drawn(fault, rig.bench, rng)
     try:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rigrunner.study.recording import RecordedBench
 
 PROCEDURE, STATION = "starting_torque_1000n", "simulated"
+SUPPORT_LIMIT = 0.01
+"""Of what the load changes the support's friction by, on a station that has measured it."""
 NO_LOAD_PREFIX = "no-load run: "
 """Of the checks of that run, which are the same ones."""
 
@@ -35,6 +37,16 @@ class Tools:
     spec: AnalysisSpec
     measurand: Measurand | None
     registry: Registry
+
+    @property
+    def measured_station(self) -> Station:
+        """The same station after its support's friction under load was measured.
+
+        The simulated supports do not change under load by more than that, and a study of a method
+        is not to be one of what is assumed where nothing was measured.
+        """
+        known = {"support_load_dependence": SUPPORT_LIMIT}
+        return self.station.model_copy(update={"rig": self.station.rig.model_copy(update=known)})
 
     def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:
         """Return the result of both runs; raise DataError where `analyse` does."""

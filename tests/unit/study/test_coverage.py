@@ -25,7 +25,7 @@ from rigrunner.study.coverage_plots import FIGURES, draw_figures
 from rigrunner.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
 from rigrunner.study.coverage_table import markdown, study_document
 from rigrunner.study.going import Going
-from rigrunner.study.tools import tools
+from rigrunner.study.tools import SUPPORT_LIMIT, tools
 from rigrunner_plugins.compensations.settings import InverseSettings
 
 pytestmark = pytest.mark.figures
@@ -48,7 +48,7 @@ def finding(number=0, error=0.001, simulator=SIM, *, natural_hz=400.0, quiet=Non
 
 def drawn(simulator, number=0):
     rng = np.random.default_rng([number, 5])
-    return draw(simulator, rng, tools().station, limits())
+    return draw(simulator, rng, tools().measured_station, limits())
 
 
 def test_errors_and_coverage_are_counted():
@@ -101,7 +101,7 @@ def test_what_the_budget_states_is_what_is_drawn(simulator):
     )
     for ratio, limit in (
         (changes(INERTIA[simulator]), allowed.inertia_mismatch),
-        (changes("support.friction"), allowed.support_load_dependence),
+        (changes("support.friction"), SUPPORT_LIMIT),
         (corner, allowed.low_pass_tolerance),
     ):
         assert np.abs(ratio - 1).max() <= limit

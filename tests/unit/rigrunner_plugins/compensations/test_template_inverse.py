@@ -8,10 +8,13 @@ from helpers_sweeps import FEW, compensate, errors_nm, sweep
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import TorqueInstrument
+from rigrunner.api.rig import SUPPORT_LINE
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine
+from rigrunner_plugins.compensations.comparison import SLIP
 from rigrunner_plugins.compensations.drive_line import DriveLine
+from rigrunner_plugins.compensations.settings import TemplateInverseSettings
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
 
 RIG = RigParameters()
@@ -71,8 +74,64 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
     assert len(undone) <= (26 + 4 + 1 + 7) * len(found.points)
 
 
-def test_settings_carry_into_the_budget():
+def unmeasured(made):
+    """Return a sweep of a station that says nothing of its support."""
+    return replace(made, rig=made.rig.model_copy(update={"support_load_dependence": None}))
+
+
+def support_line(point):
+    (line,) = (part for part in point.components if part.name.startswith(SUPPORT_LINE))
+    return line
+
+
+def test_a_support_that_nobody_measured_grows_by_what_the_literature_has():
+    """Between 0 and 2.5 % at 1000 N: a load raises friction, it does not lower it (GUM 4.3.7)."""
     made = sweep(RIG, FEW)
+    for point, measured in zip(
+        compensate(unmeasured(made)).points, compensate(made).points, strict=True
+    ):
+        line, known = support_line(point), support_line(measured)
+        assert "assumed" in line.name
+        assert line.value == pytest.approx(0.0125)
+        assert line.input_u == pytest.approx(0.0125 / np.sqrt(3))
+        lowered = measured.torque.value - point.torque.value
+        (slip,) = (part.u for part in point.components if part.name == SLIP)
+        most = -0.0125 * known.sensitivity  # where the way of the slip does not grow
+        assert most - 1e-3 - 2 * slip * np.sqrt(3) < lowered < most
+
+
+def test_beyond_1000_n_the_assumption_is_in_proportion_to_the_load():
+    made = unmeasured(sweep(RIG, FEW))
+    heavy, light = (
+        replace(made, loaded=tuple(replace(each, load_n=load_n) for each in made.loaded))
+        for load_n in (2000.0, 400.0)
+    )
+    assert support_line(compensate(heavy).points[0]).value == pytest.approx(0.025)
+    assert support_line(compensate(light).points[0]).value == pytest.approx(0.0125)
+
+
+def test_what_was_measured_holds_at_another_load_in_proportion():
+    made = sweep(RIG, FEW)
+    measured = {
+        "support_load_growth": 0.02,
+        "support_load_dependence": 0.004,
+        "support_load": 2000.0,
+        "support_load_source": "run 4711 of 2026-11-20",
+    }
+    known = replace(made, rig=made.rig.model_copy(update=measured))
+    line = support_line(compensate(known).points[0])
+    assert line.name == f"{SUPPORT_LINE} (run 4711 of 2026-11-20)"
+    assert line.value == pytest.approx(0.01)
+    assert line.input_u == pytest.approx(0.002 / np.sqrt(3))
+
+
+def test_a_growth_without_a_limit_of_its_error_is_refused():
+    with pytest.raises(ValueError, match="needs support_load_dependence"):
+        TemplateInverseSettings.model_validate({"support_load_growth": "2 %"})
+
+
+def test_settings_carry_into_the_budget():
+    made = unmeasured(sweep(RIG, FEW))
     free = compensate(made, support_load_dependence="0 %")
     strict = compensate(made, support_load_dependence="5 %")
 
