@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from rigrunner.api import calibration_curve
 from rigrunner.api.accuracy import OVER_U, AccuracyInParts, Acts, AnyAccuracy, ReadingError
 from rigrunner.api.calibration import (
     CalibratedRange,
@@ -149,9 +150,9 @@ class TorqueInstrument(Instrument):
     """Its nominal torque."""
     accuracy_: Annotated[StatedTorqueAccuracy | None, Field(alias="accuracy")] = None
     """Its limits of error; needless where there are calibration points."""
-    interpolation: Literal["linear"] | None = None
-    """Corrects each reading by the calibration `points`, on straight lines between them. Left out:
-    readings are not corrected."""
+    interpolation: Literal["linear", "cubic"] | None = None
+    """Corrects each reading by the calibration `points`: on straight lines between them, or by a
+    cubic through zero that is fitted to them. Left out: readings are not corrected."""
     errors: TransducerErrors | None = None
     """What its certificate or data sheet states besides, each with its source."""
     low_pass: AnyFilter | None = None
@@ -171,6 +172,20 @@ class TorqueInstrument(Instrument):
         for (applied, indicated), (next_applied, next_indicated) in pairwise(pairs):
             if next_applied <= applied or next_indicated <= indicated:
                 yield f"points: indicated must rise with applied, and does not at {applied:g} N·m"
+                return
+        if self.interpolation == "cubic":
+            yield from self._objections_to_cubic()
+
+    def _objections_to_cubic(self) -> Iterator[str]:
+        count = calibration_curve.too_few_for_cubic(self._known)
+        if count is not None:
+            least = calibration_curve.DEGREE + 1
+            yield f"a cubic needs {least} points in each direction that has some; there are {count}"
+            return
+        for (low, low_off), (high, high_off) in pairwise(self.deviations):
+            if high - high_off <= low - low_off:
+                yield f"points: the cubic does not rise with applied near {low:.3g} N·m"
+                return
 
     @property
     def quantity(self) -> str:
@@ -183,7 +198,8 @@ class TorqueInstrument(Instrument):
 
         Where readings are not corrected by the points, the limit is the greatest of |deviation| + U
         among them, the same over the whole range (after GUM F.2.4.5). Where they are, it is the
-        greatest U, and the most that a point is off the straight line between its neighbours.
+        greatest U, and the most that a point is off the straight line between its neighbours, or
+        off the cubic.
         """
         if self.accuracy_ is not None:
             return self.accuracy_
@@ -192,7 +208,7 @@ class TorqueInstrument(Instrument):
             (0 if corrected else abs(p.deviation)) + p.k * p.standard_uncertainty
             for p in self.points
         )
-        between = self._off_the_line if corrected else 0.0
+        between = self._off_the_curve if corrected else 0.0
         return TorqueAccuracy.in_one_figure((max(limits) + between) / self.full_scale)
 
     def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
@@ -219,18 +235,22 @@ class TorqueInstrument(Instrument):
 
         At zero, which a zero step takes off, there is none; points of one direction stand for both.
         """
+        if self.interpolation == "cubic":
+            return calibration_curve.cubic(self._known)
+        return calibration_curve.linear(self._known)
+
+    @property
+    def _known(self) -> dict[float, float]:
         known = {point.indicated.si: point.deviation for point in self.points}
         if min(known) >= 0 or max(known) <= 0:
             known = {-indicated: -deviation for indicated, deviation in known.items()} | known
-        return tuple(sorted(({0.0: 0.0} | known).items()))
+        return known
 
     @property
-    def _off_the_line(self) -> float:
-        table = self.deviations
-        return max(
-            abs(here[1] - low[1] - (high[1] - low[1]) * (here[0] - low[0]) / (high[0] - low[0]))
-            for low, here, high in zip(table, table[1:], table[2:], strict=False)
-        )
+    def _off_the_curve(self) -> float:
+        if self.interpolation == "cubic":
+            return calibration_curve.off_cubic(self._known)
+        return calibration_curve.off_linear(self._known)
 
     @property
     def calibrated_range(self) -> tuple[float, float] | None:

@@ -106,6 +106,72 @@ def test_the_limit_of_error_is_of_what_is_left():
     assert uncorrected.of_full_scale * 10 == pytest.approx(0.066, rel=1e-9)
 
 
+CUBIC = (4e-3, -2e-4, 3e-5)
+"""A deviation of 4e-3 x - 2e-4 x² + 3e-5 x³ of what is indicated, in N·m."""
+
+
+def on_the_cubic(*indicated, off=()):
+    """Return the points of a certificate whose deviations lie on that curve, but for `off`."""
+    points = []
+    for place, x in enumerate(indicated):
+        deviation = np.sign(x) * sum(c * abs(x) ** k for k, c in enumerate(CUBIC, 1))
+        deviation += off[place] if len(off) else 0.0
+        points.append(
+            {
+                "applied": f"{x - deviation:.9f} N·m",
+                "indicated": f"{x:.9f} N·m",
+                "U": "4 mN·m",
+            }
+        )
+    return points
+
+
+def test_a_cubic_is_that_of_the_points():
+    """Between the points as well, where straight lines are off by 0.5 mN·m."""
+    points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
+    torque = np.array([-9.0, -1.0, 0.0, 1.0, 3.3, 9.0, 12.0])
+    given, made = run(torque, points=points, interpolation="cubic")
+    reach = np.clip(torque, -10, 10)  # beyond: what the last one deviates
+    deviation = np.sign(reach) * sum(c * abs(reach) ** k for k, c in enumerate(CUBIC, 1))
+    assert torque_reading(given, CHANNEL, made) == pytest.approx(torque - deviation, abs=1e-6)
+
+
+def test_each_direction_has_a_cubic_of_its_own():
+    """Those of the negative one are 0.1 N·m/10 N·m steeper; zero belongs to both."""
+    points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
+    points += on_the_cubic(-2.0, -5.0, -7.0, -10.0, off=(-0.02, -0.05, -0.07, -0.1))
+    given, made = run(np.array([-6.0, 0.0, 6.0]), points=points, interpolation="cubic")
+    curve = sum(c * 6.0**k for k, c in enumerate(CUBIC, 1))
+    expected = [-6.0 + curve + 0.06, 0.0, 6.0 - curve]
+    assert torque_reading(given, CHANNEL, made) == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
+    """Contrasts of the fourth order over five equal steps from zero: no cubic without constant
+    takes up anything of them. Its greatest residual is one of their own."""
+    indicated = np.array([2.0, 4.0, 6.0, 8.0, 10.0])
+    powers = np.stack([indicated**k for k in (1, 2, 3)], axis=1)
+    left = np.linalg.svd(powers)[0][:, 3] * 0.01  # at right angles to all three
+    points = on_the_cubic(*indicated, off=left)
+    found = instrument(points=points, interpolation="cubic").accuracy.of_full_scale * 10
+    assert found == pytest.approx(0.004 + np.abs(left).max(), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (POINTS, "a cubic needs 4 points in each direction that has some; there are 3"),
+        (
+            [*on_the_cubic(2.0, 4.0, 6.0, 8.0), *on_the_cubic(-3.0)],
+            "a cubic needs 4 points in each direction that has some; there are 1",
+        ),
+    ],
+)
+def test_points_that_give_no_cubic_are_refused(points, message):
+    with pytest.raises(ValidationError, match=message):
+        instrument(points=points, interpolation="cubic")
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [

@@ -1,0 +1,78 @@
+"""The deviation of a transducer over its whole range, from the points of its certificate.
+
+Tables have ascending indicated values, each with indicated less applied, in the SI unit.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+Table = tuple[tuple[float, float], ...]
+
+DEGREE = 3
+"""Of the interpolation equation at most (ISO 376; DIN 51309), which has no constant term."""
+STEPS = 200
+"""Of a cubic as it is written down: straight lines between them are off it by next to nothing."""
+
+
+def linear(known: Mapping[float, float]) -> Table:
+    """Return the points themselves, zero among them."""
+    return tuple(sorted(({0.0: 0.0} | known).items()))
+
+
+def cubic(known: Mapping[float, float]) -> Table:
+    """Return the cubic through zero of each direction, fitted to its points by least squares."""
+    found = {0.0: 0.0}
+    for points in _directions(known):
+        end, coefficients = _fit(points)
+        shares = (step / STEPS for step in range(1, STEPS + 1))
+        found |= {share * end: _at(share, coefficients) for share in shares}
+    return tuple(sorted(found.items()))
+
+
+def off_linear(known: Mapping[float, float]) -> float:
+    """Return the most that a point is off the straight line between its neighbours."""
+    table = linear(known)
+    return max(
+        abs(here[1] - low[1] - (high[1] - low[1]) * (here[0] - low[0]) / (high[0] - low[0]))
+        for low, here, high in zip(table, table[1:], table[2:], strict=False)
+    )
+
+
+def off_cubic(known: Mapping[float, float]) -> float:
+    """Return the most that a point is off the cubic of its direction."""
+    residuals = []
+    for points in _directions(known):
+        end, coefficients = _fit(points)
+        residuals += [abs(y - _at(x / end, coefficients)) for x, y in points]
+    return max(residuals)
+
+
+def too_few_for_cubic(known: Mapping[float, float]) -> int | None:
+    """Return how many points a direction has that are not enough; None where all have enough."""
+    counts = [len(points) for points in _directions(known)]
+    return next((count for count in counts if count <= DEGREE), None)
+
+
+def _directions(known: Mapping[float, float]) -> Sequence[Sequence[tuple[float, float]]]:
+    positive = [(x, y) for x, y in known.items() if x > 0]
+    negative = [(x, y) for x, y in known.items() if x < 0]
+    return [points for points in (negative, positive) if points]
+
+
+def _fit(points: Sequence[tuple[float, float]]) -> tuple[float, Sequence[float]]:
+    """Return the farthest indicated value, and the coefficients over the share of it."""
+    import numpy as np  # noqa: PLC0415  (a register is read without it)
+
+    end = max((x for x, _ in points), key=abs)
+    share = np.array([x / end for x, _ in points])
+    powers = np.stack([share**k for k in range(1, DEGREE + 1)], axis=1)
+    coefficients, *_ = np.linalg.lstsq(powers, np.array([y for _, y in points]))
+    return end, [float(each) for each in coefficients]
+
+
+def _at(share: float, coefficients: Sequence[float]) -> float:
+    return sum(c * share**k for k, c in enumerate(coefficients, 1))
