@@ -321,7 +321,7 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
     ("old", "new", "words"),
     [
         ("settle: {", "set‸tle: {", "Time passes until the motion is steady"),
-        ("max_age: 30 d", "max‸_age: 30 d", "Default: 30 d"),
+        ("max_age: 30 d", "max‸_age: 30 d", "Default: 8 h"),
         ("paper_peak: {", "paper‸_peak: {", "as published"),
         (
             "        - template_inverse",

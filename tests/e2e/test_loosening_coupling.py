@@ -93,7 +93,7 @@ def test_a_loosening_coupling_is_told_before_the_torque_leaves_its_uncertainty(d
 
 
 def test_it_would_have_hurt(days):
-    """A no-load run of the first day, which the procedure allows for 30 days, no longer serves."""
+    """A no-load run of the first day no longer serves after 100 days."""
     made, _ = days
     later = day(LOOSE_HZ, 99, made[0].recorded.no_load)
     assert later.off_by_share_of_u > 2.0

@@ -74,7 +74,8 @@ def test_rows_of_old_are_read_and_verified():
 def test_a_run_is_analysed_to_the_numbers_of_its_certificate(runs):
     done = call("analyse", runs / RUN, "--json")
     found = json.loads(done.out)["headline"]["compensated"]
-    moved_nm = 5e-4 if revisions()[1] == {1} else 0.2 * MEAN_U_NM  # by a method that improved
+    # by methods that improved, and by what is now assumed of the support: 1.25 % of its friction
+    moved_nm = 5e-4 if revisions()[1] == {1} else 0.5 * MEAN_U_NM
     assert found["value"] == pytest.approx(MEAN_NM, abs=moved_nm)
     assert found["expanded_uncertainty_95"] == pytest.approx(MEAN_U_NM, abs=moved_nm)
 

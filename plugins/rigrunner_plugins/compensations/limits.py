@@ -7,7 +7,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.api.data import Estimate
-from rigrunner.api.rig import SUPPORT_LINE
+from rigrunner.api.results import SUPPORT_LINE
 from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.signal.inputs import limited
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.analysis.asked import settings_as_asked
 from rigrunner.analysis.binding import as_judged, bind
+from rigrunner.analysis.bracketing import Bracket, Recorded, bracket
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.diagnosis import Diagnosed, diagnose
 from rigrunner.analysis.fitting import first_fit, fitted
@@ -121,7 +122,9 @@ class _Analysis:
     def result(self) -> Result:
         loaded = self._points(self.run, self._loaded_sources())
         no_load = self._no_load()
-        compensations = self._compensations(loaded, no_load)
+        around = self._bracket(loaded, no_load)
+        no_load = no_load if around is None else around.between
+        compensations = self._compensations(loaded, no_load, around)
         primary = compensations.get(self.spec.primary, Compensation(self._measurand_name, ()))
         primary, checks = bind(
             primary,
@@ -187,6 +190,19 @@ class _Analysis:
             return ()
         return self._points(self.no_load_run, sources(self.no_load_run))
 
+    def _bracket(
+        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
+    ) -> Bracket | None:
+        """Return what the run's own no-load points are around the loaded ones, if they are."""
+        spec = self.spec.no_load
+        if spec is None or not spec.is_this_run or self.spec.starts or not (loaded and no_load):
+            return None
+        under_load, without = (
+            tuple(map(Recorded, of_this_run(self.run, loaded=is_loaded), points))
+            for is_loaded, points in ((True, loaded), (False, no_load))
+        )
+        return bracket(under_load, without, spec.drift)
+
     @property
     def _has_own_no_load(self) -> bool:
         return self.spec.no_load is not None and self.spec.no_load.is_this_run
@@ -212,10 +228,13 @@ class _Analysis:
         return self.lookup.make(kind, reference.name, reference.settings)
 
     def _compensations(
-        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
+        self,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        around: Bracket | None,
     ) -> dict[str, Compensation]:
         return {
-            each.label: self._compensation(each, loaded, no_load)
+            each.label: self._compensation(each, loaded, no_load, around)
             for each in self.spec.compensations
         }
 
@@ -224,10 +243,17 @@ class _Analysis:
         reference: PluginRef,
         loaded: tuple[PeakPoint, ...],
         no_load: tuple[PeakPoint, ...],
+        around: Bracket | None,
     ) -> Compensation:
         method = self._make("compensation", reference)
         try:
             found = compensated(method, self._sweep(loaded, no_load))
+            if around is not None:
+                early, late = (
+                    compensated(method, self._sweep(loaded, side))
+                    for side in (around.before, around.after)
+                )
+                found = around.widened(found, early, late)
         except DataError as error:
             return Compensation(self._measurand_name, (), not_applicable=str(error))
         found = with_study(found, self.run.rig.gauge_study)

@@ -20,7 +20,7 @@ STEPS = 200
 
 def linear(known: Mapping[float, float]) -> Table:
     """Return the points themselves, zero among them."""
-    return tuple(sorted(({0.0: 0.0} | known).items()))
+    return tuple(sorted({0.0: 0.0, **known}.items()))
 
 
 def cubic(known: Mapping[float, float]) -> Table:

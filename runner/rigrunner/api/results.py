@@ -9,7 +9,6 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
-from rigrunner.api.rig import SUPPORT_LINE
 from rigrunner.api.verdict import worst
 
 if TYPE_CHECKING:
@@ -23,6 +22,11 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
 
 
+SUPPORT_LINE = "support friction under load"
+"""The line of a budget for what the load may change the support's friction by.
+
+Its source may follow in parentheses.
+"""
 REPLAYED = "replayed"
 """The name in a run's provenance that says from which tape it is: no instrument was asked."""
 

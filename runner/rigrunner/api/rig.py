@@ -21,12 +21,6 @@ from rigrunner.api.settings import (
     Torque,
 )
 
-SUPPORT_LINE = "support friction under load"
-"""The line of a budget for what the load may change the support's friction by.
-
-Its source may follow in parentheses.
-"""
-
 
 def refuse_growth_without_limit(growth: float | None, limit: float | None) -> None:
     """Raise ValueError for a growth of the support's friction of which no error is known."""

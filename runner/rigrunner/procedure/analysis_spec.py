@@ -22,7 +22,8 @@ THIS_RUN = "this run"
 LABEL = "as"
 """The key that names one use of a plugin, so that it can be used twice."""
 MONTE_CARLO = "monte_carlo"
-_DAY_S = 86400.0
+BY_TIME = "time"
+_HOUR_S = 3600.0
 _DEGREE = 0.017453292519943295
 
 
@@ -113,15 +114,21 @@ class NoLoadSpec(Settings):
     """'latest', or a run by its folder or name, or 'this run': its set-points without load."""
     procedure: Identifier | None = None
     """The id of the procedure that it must be a run of; needless with 'this run'."""
-    max_age: Annotated[Duration, Field(gt=0)] = 30 * _DAY_S
-    """How long ago it may have started."""
+    max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
+    """How long ago it may have started: a support warms up, and its friction changes."""
     same: ListOf[Literal["station", "mandrel"]] = ("station", "mandrel")
     """What both runs must have in common."""
+
+    drift: Annotated[str, Field(min_length=1)] = BY_TIME
+    """With 'this run', and no-load set-points before and after the loaded ones: over what its
+    torque is taken to change in between, 'time' or a channel such as 'tester.temperature'."""
 
     @model_validator(mode="after")
     def _names_a_procedure(self) -> Self:
         if self.procedure is None and not self.is_this_run:
             raise ValueError(f"the key 'procedure' is missing, or 'from: {THIS_RUN}'")
+        if self.drift != BY_TIME and not self.is_this_run:
+            raise ValueError(f"'drift' needs 'from: {THIS_RUN}': no-load points before and after")
         return self
 
     @property

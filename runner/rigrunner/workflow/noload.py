@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 FREQUENCY_TOLERANCE = 0.005
 """How far, relatively, a set frequency of the two runs may differ and still be the same one."""
+DAYS_FROM = 2.0
+"""Ages below are told in hours."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class LoadedRun:
     """Whether it is a replay itself: only then may its no-load run be one."""
     needed: Sequence[Requirer] = ()
     """What the parts of its analysis need of the no-load run."""
+    limit_at: str = ""
+    """File and line of the procedure that say how old it may be."""
 
 
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
@@ -66,8 +70,16 @@ def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path 
         frequencies_hz=sorted({point.frequency_hz for point in points if point.frequency_hz > 0}),
         replays=planned.tape is not None and planned.tape.replays,
         needed=requirers(planned.procedure.model, planned.registry),
+        limit_at=_where(planned),
     )
     return find_no_load(spec, loaded, runs, named)
+
+
+def _where(planned: Planned) -> str:
+    """Return file and line that say how old the no-load run may be."""
+    model = planned.procedure.model
+    at = (*model.torque_analysis_at, "no_load", "max_age")
+    return str(planned.procedure.document.where(at))
 
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
@@ -115,12 +127,12 @@ def _formal_objections(
     )
     age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
     if age > limit:
-        yield f"it is {_days(age)} old, but at most {_days(limit)} is allowed"
+        yield f"it is {_long(age)} old, but at most {_long(limit)} is allowed{_by(loaded)}"
     later = timedelta(0) if not named else -limit
     if age < later and named:
-        yield f"it was made {_days(-age)} after this run, by their clocks: is one of them wrong?"
+        yield f"it was made {_long(-age)} after this run, by their clocks: is one of them wrong?"
     elif age < later:
-        yield f"it was made {_days(-age)} after this run, and 'latest' takes only an earlier one"
+        yield f"it was made {_long(-age)} after this run, and 'latest' takes only an earlier one"
 
 
 def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
@@ -183,7 +195,7 @@ def _is_no_load(path: Path, spec: NoLoadSpec) -> bool:
 def _none_found(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, refused: list[str]) -> DataError:
     same = {"station": loaded.station.id, "mandrel": loaded.station.rig.mandrel}
     needed = ", ".join(f"{what} '{same[what]}'" for what in spec.same)
-    age = _days(_max_age(spec))
+    age = _long(_max_age(spec))
     seen = f"; looked at and refused: {'; '.join(refused)}" if refused else ""
     return DataError(
         f"there is no no-load run in {runs}{seen}",
@@ -196,8 +208,13 @@ def _max_age(spec: NoLoadSpec) -> timedelta:
     return timedelta(seconds=spec.max_age)
 
 
-def _days(age: timedelta) -> str:
-    return f"{age / timedelta(days=1):.3g} d"
+def _long(age: timedelta) -> str:
+    days = age / timedelta(days=1)
+    return f"{days:.3g} d" if days >= DAYS_FROM else f"{24 * days:.3g} h"
+
+
+def _by(loaded: LoadedRun) -> str:
+    return f" (max_age, {loaded.limit_at})" if loaded.limit_at else ""
 
 
 def _cycle_drive(devices: Mapping[str, Device]) -> str:

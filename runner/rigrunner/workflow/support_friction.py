@@ -17,7 +17,7 @@ from rigrunner.api.analysis import Component, Consequence
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.rig import SUPPORT_LINE
+from rigrunner.api.results import SUPPORT_LINE
 from rigrunner.procedure import parse_procedure
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine

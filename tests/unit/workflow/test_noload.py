@@ -54,12 +54,14 @@ def test_a_mismatch_is_refused_before_the_run_with_what_is_needed(
 
 
 def test_an_old_no_load_run_is_refused(loaded_run):
-    with pytest.raises(DataError, match=r"it is 31 d old, but at most 30 d is allowed"):
-        loaded_run(clock=SimulatedClock(START + timedelta(days=31)))
+    """Of the shift before: a support that stood still overnight has another friction."""
+    told = r"it is 9 h old, but at most 8 h is allowed \(max_age, .*yaml:\d+:\d+\)"
+    with pytest.raises(DataError, match=told):
+        loaded_run(clock=SimulatedClock(START + timedelta(hours=9)))
 
 
 def test_only_an_earlier_no_load_run_is_taken_by_itself(loaded_run):
-    later = "it was made 0.0417 d after this run, and 'latest' takes only an earlier one"
+    later = "it was made 1 h after this run, and 'latest' takes only an earlier one"
     with pytest.raises(DataError, match=later):
         loaded_run(clock=SimulatedClock(START - timedelta(hours=1)))
 
@@ -67,8 +69,8 @@ def test_only_an_earlier_no_load_run_is_taken_by_itself(loaded_run):
 def test_of_an_earlier_and_a_later_no_load_run_the_earlier_one_is_taken(tmp_path):
     runs, procedure = tmp_path / "runs", quick_procedure(tmp_path, "no_load_inertia_sweep")
     earlier = run(procedure, runs)
-    run(procedure, runs, clock=SimulatedClock(START + timedelta(days=2)))
-    between = SimulatedClock(START + timedelta(days=1))
+    run(procedure, runs, clock=SimulatedClock(START + timedelta(hours=4)))
+    between = SimulatedClock(START + timedelta(hours=2))
     loaded = run(quick_procedure(tmp_path, "starting_torque_1000n"), runs, clock=between)
     assert loaded.result.no_load_run.run_id == earlier.folder.name
 

@@ -39,7 +39,7 @@ LOADED_FITS = """\
         - polynomial: {degree: 2}
         - inertia_physical
 """
-LATEST = "{from: latest, procedure: SSPB-NLI, max_age: 30 d, same: [station, mandrel]}"
+LATEST = "{from: latest, procedure: SSPB-NLI, max_age: 8 h, same: [station, mandrel]}"
 SWEEP = """\
   - sweep:
       set: tester.frequency

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @lab_option
 @json_option
 def command(run: str, runs: Path, station: str | None, *, as_json: bool) -> None:
-    """State what the load adds to the friction of the support.
+    """State what the load adds to the friction of a rig's support.
 
     RUN is one of the procedure support_friction, made with a bearing of known friction. Prints the
     lines to enter in the station; its results then use them.

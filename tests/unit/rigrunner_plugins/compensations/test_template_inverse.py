@@ -8,7 +8,7 @@ from helpers_sweeps import FEW, compensate, errors_nm, sweep
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import TorqueInstrument
-from rigrunner.api.rig import SUPPORT_LINE
+from rigrunner.api.results import SUPPORT_LINE
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.uncertainty import combine

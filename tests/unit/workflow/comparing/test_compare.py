@@ -44,7 +44,7 @@ teardown:
   - set: {tester.load: 0 N}
 analysis:
   - swing_torque:
-      no_load: {from: latest, procedure: OTHER, max_age: 30 d, same: [station, mandrel]}
+      no_load: {from: latest, procedure: OTHER, max_age: 8 h, same: [station, mandrel]}
       despike: {hampel: {window: 11}}
       fits:
         - polynomial: {degree: 2}
@@ -83,8 +83,8 @@ EDITS = [
      "analysis", "swing_torque > fits: now in the order inertia_physical, polynomial"),
     ("primary: template_inverse", "primary: energy", "analysis",
      "swing_torque > primary was changed from 'template_inverse' to 'energy'"),
-    ("max_age: 30 d", "max_age: 7 d", "analysis",
-     "swing_torque > no_load > max_age was lowered from 30 d to 7 d"),
+    ("max_age: 8 h", "max_age: 4 h", "analysis",
+     "swing_torque > no_load > max_age was lowered from 8 h to 4 h"),
     ("settle: {cycles: 100}", "settle: {cycles: 50}", "setup",
      "step 3 > settle > cycles was changed from 100 to 50"),
     ("cycles: 30}", "cycles: 20}", "main",
@@ -122,7 +122,7 @@ def test_one_edit_is_told_once(edit):
         ("max: 0.95 N·m, source: demonstration only", "source: demonstration only, max: 950 mN·m"),
         ("{hampel: {window: 11}}", "\n        hampel:\n          window: 11"),
         ("name: load-induced starting torque, unit: N·m}", "name: load-induced starting torque}"),
-        ("max_age: 30 d, ", ""),
+        ("max_age: 8 h, ", ""),
     ],
 )
 def test_another_way_to_write_the_same_is_no_change(old, new):

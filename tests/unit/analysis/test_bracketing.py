@@ -1,0 +1,136 @@
+"""No-load points before and after the loaded ones: what drifts in between is taken out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from helpers_analysis import MEASURAND
+from helpers_rigs import run_data, true_starting_torque_nm
+from rigrunner.analysis.analyse import analyse
+from rigrunner.procedure import AnalysisSpec
+from rigrunner.registry import load_registry
+from rigrunner.signal.coverage import expanded
+from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
+
+FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 35.0)
+START = datetime(2026, 1, 1, 12, tzinfo=UTC)
+RIG = RigParameters()
+WARMING = 0.06
+"""By what part the support's friction falls over the run."""
+PLACES = {"before": 0.0, "loaded": 0.5, "after": 1.0}
+NAMED = "drift between the no-load points"
+
+
+def support(place):
+    return replace(RIG, support_friction_nm=RIG.support_friction_nm * (1 - WARMING * place))
+
+
+def part(name, place, celsius):
+    """Return the recordings of one part of the run, an hour for the whole."""
+    load_n = 1000.0 if name == "loaded" else 0.0
+    run = run_data(support(place), load_n, FREQUENCIES, seed=3)
+    begun = START + timedelta(hours=PLACES[name])
+    return tuple(
+        replace(
+            each,
+            name=f"{name} {each.name}",
+            started_utc=begun.isoformat(),
+            conditions={**each.conditions, "tester.temperature": 273.15 + celsius},
+        )
+        for each in run.recordings
+    )
+
+
+def run_of(friction, celsius=(20.0, 20.0, 20.0), parts=tuple(PLACES)):
+    """Return a run whose support's friction is at those places between begin and end."""
+    made = zip(PLACES, friction, celsius, strict=True)
+    recordings = [one for each in made if each[0] in parts for one in part(*each)]
+    return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=tuple(recordings))
+
+
+def found(run, **no_load):
+    spec = AnalysisSpec.model_validate(
+        {
+            "no_load": {"from": "this run", **no_load},
+            "despike": {"hampel": {"window": 11}},
+            "outliers": {"grubbs": {"alpha": 0.05}},
+            "compensations": ["template_inverse"],
+        }
+    )
+    return analyse(
+        run, None, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry()
+    ).compensations["template_inverse"]
+
+
+def errors_nm(compensation):
+    return np.array(
+        [
+            point.torque.value - true_starting_torque_nm(RIG, 1000.0, point.set_frequency_hz)
+            for point in compensation.points
+        ]
+    )
+
+
+def line(point):
+    return next((each for each in point.components if each.name.startswith(NAMED)), None)
+
+
+STEADY = (0.0, 0.5, 1.0)
+
+
+@pytest.fixture(scope="module")
+def drifting():
+    return found(run_of(STEADY))
+
+
+def test_a_drift_over_time_is_taken_out(drifting):
+    """3 % of 0.76 N·m, of which some 0.8 are in the torque, against the points before alone."""
+    alone = found(run_of(STEADY, parts=("before", "loaded")))
+    assert errors_nm(alone).mean() < -0.014
+    assert abs(errors_nm(drifting).mean()) < 0.003
+
+
+def test_half_the_difference_is_a_line_of_the_budget(drifting):
+    for error, point in zip(errors_nm(drifting), drifting.points, strict=True):
+        drift = line(point)
+        assert drift.name == f"{NAMED} (time)"
+        assert drift.common
+        # 6 % of 0.76 N·m and 0.8 of it in the torque, half of that, rectangular
+        assert drift.u == pytest.approx(0.5 * 0.06 * 0.76 * 0.82 / np.sqrt(3), rel=0.25)
+        assert abs(error) < expanded(point.torque)
+
+
+def test_the_interval_holds_a_drift_that_was_not_straight():
+    """Nearly all of it before the loaded points."""
+    sudden = found(run_of((0.0, 0.9, 1.0)))
+    error = errors_nm(sudden)
+    assert error.mean() < -0.010
+    assert all(abs(e) < expanded(p.torque) for e, p in zip(error, sudden.points, strict=True))
+
+
+def test_a_temperature_tells_a_drift_that_was_not_straight():
+    warm = found(run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature")
+    assert line(warm.points[0]).name == f"{NAMED} (tester.temperature)"
+    assert abs(errors_nm(warm).mean()) < 0.003
+
+
+def test_a_temperature_that_does_not_change_tells_nothing():
+    steady = found(run_of(STEADY), drift="tester.temperature")
+    assert "by time, as tester.temperature does not tell" in line(steady.points[0]).name
+    assert abs(errors_nm(steady).mean()) < 0.003
+
+
+def test_points_on_one_side_alone_have_no_such_line():
+    alone = found(run_of(STEADY, parts=("before", "loaded")))
+    assert all(line(point) is None for point in alone.points)
+
+
+def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
+    with pytest.raises(ValueError, match="'drift' needs 'from: this run'"):
+        AnalysisSpec.model_validate(
+            {"no_load": {"procedure": "SSPB-NLI", "drift": "tester.temperature"}}
+        )
