@@ -27,7 +27,7 @@ from rigrunner.signal.reading_errors import (
     reading_errors,
 )
 from rigrunner.signal.uncertainty import combine
-from rigrunner_plugins.analyses.settings import quotient, si_unit, yields
+from rigrunner_plugins.analyses.settings import quotient, si_unit
 from rigrunner_plugins.analyses.sources import groups
 from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settling_time
 
@@ -70,7 +70,7 @@ class Readings:
         return Findings(results=tuple(self._result(run, each) for each in found), notes=tuple(told))
 
     def _result(self, run: RunData, group: Group) -> MeasurementResult:
-        (definition,) = yields(self.settings)
+        (definition,) = self.settings.yields()
         statistic, shown = self._statistic, unit(definition.unit)
         value = statistic.value(group.series(self._combined(group)))
         if unit(self._si_unit(group)).dimension != shown.dimension:

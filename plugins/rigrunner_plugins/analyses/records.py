@@ -1,14 +1,16 @@
-"""The analyses of any quantity that ship, as records. Loads without numpy."""
+"""The analyses of any quantity that ship, as records. Their settings load once they are named."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import AnalysisRecord, hookimpl
-from rigrunner_plugins.analyses import settings
 
 if TYPE_CHECKING:
-    from rigrunner.api.findings import Analysis
+    from collections.abc import Iterable, Mapping
+
+    from rigrunner.api.findings import Analysis, NeededChannel, Objection, ResultDefinition
+    from rigrunner_plugins.analyses.settings import ReadingsSettings
 
 
 @hookimpl
@@ -18,11 +20,11 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
         AnalysisRecord(
             name="readings",
             help="A statistic of recorded or measured values, with its uncertainty",
-            settings=settings.ReadingsSettings,
+            settings="rigrunner_plugins.analyses.settings:ReadingsSettings",
             factory=_readings,
-            requires=settings.requires,
-            yields=settings.yields,
-            objections=settings.objections,
+            yields=_yields,
+            requires=_requires,
+            objections=_objections,
             trial={
                 "of": "meter.voltage",
                 "per": ["load.current"],
@@ -33,7 +35,19 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
     ]
 
 
-def _readings(told: settings.ReadingsSettings) -> Analysis:
+def _readings(settings: ReadingsSettings) -> Analysis:
     from rigrunner_plugins.analyses.readings import Readings  # noqa: PLC0415  (numpy)
 
-    return Readings(told)
+    return Readings(settings)
+
+
+def _yields(settings: ReadingsSettings) -> tuple[ResultDefinition, ...]:
+    return settings.yields()
+
+
+def _requires(settings: ReadingsSettings) -> tuple[NeededChannel, ...]:
+    return settings.requires()
+
+
+def _objections(settings: ReadingsSettings, units: Mapping[str, str]) -> Iterable[Objection]:
+    return settings.objections(units)

@@ -94,71 +94,68 @@ class ReadingsSettings(Settings):
         """The channel that is subtracted or divided by."""
         return self.minus or self.divided_by
 
-
-def yields(settings: ReadingsSettings) -> tuple[ResultDefinition, ...]:
-    """Return the one result."""
-    told = settings.result
-    return (
-        ResultDefinition(
-            name=told.name,
-            symbol=told.symbol,
-            text=told.text,
-            unit=told.unit,
-            per=settings.per,
-        ),
-    )
-
-
-def requires(settings: ReadingsSettings) -> tuple[NeededChannel, ...]:
-    """Return the channels that it reads."""
-    named = (("of", settings.of), ("minus", settings.minus), ("divided_by", settings.divided_by))
-    return tuple(
-        NeededChannel(name=name, key=(key,), enters=settings.result.name)
-        for key, name in named
-        if name is not None
-    )
-
-
-def objections(settings: ReadingsSettings, units: Mapping[str, str]) -> Iterator[Objection]:
-    """Yield what does not fit the units in which the channels are measured."""
-    of = unit(units[settings.of])
-    if settings.minus is not None and unit(units[settings.minus]).dimension != of.dimension:
-        other = unit(units[settings.minus])
-        yield (
-            ("minus",),
-            f"{settings.minus} is a {other.dimension}, and {settings.of} a {of.dimension}",
-            "subtract what is of one kind",
+    def yields(self) -> tuple[ResultDefinition, ...]:
+        """Return the one result."""
+        told = self.result
+        return (
+            ResultDefinition(
+                name=told.name,
+                symbol=told.symbol,
+                text=told.text,
+                unit=told.unit,
+                per=self.per,
+            ),
         )
-        return
-    value = units[settings.of]
-    if settings.divided_by is not None:
-        try:
-            value = quotient(value, units[settings.divided_by])
-        except QuantityError as error:
-            yield ("divided_by",), error.message, error.hint
+
+    def requires(self) -> tuple[NeededChannel, ...]:
+        """Return the channels that it reads."""
+        named = (("of", self.of), ("minus", self.minus), ("divided_by", self.divided_by))
+        return tuple(
+            NeededChannel(name=name, key=(key,), enters=self.result.name)
+            for key, name in named
+            if name is not None
+        )
+
+    def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
+        """Yield what does not fit the units in which the channels are measured."""
+        of = unit(units[self.of])
+        if self.minus is not None and unit(units[self.minus]).dimension != of.dimension:
+            other = unit(units[self.minus])
+            yield (
+                ("minus",),
+                f"{self.minus} is a {other.dimension}, and {self.of} a {of.dimension}",
+                "subtract what is of one kind",
+            )
             return
-    if settings.within is not None and settings.within.dimension != unit(value).dimension:
-        wanted = unit(value).dimension
-        message = f"got '{settings.within}', a {settings.within.dimension}; needed is a {wanted}"
-        yield ("within",), message, ""
-    try:
-        si = si_unit(settings.statistic, value)
-    except QuantityError as error:
-        yield ("statistic",), error.message, error.hint
-        return
-    result = unit(settings.result.unit)
-    if result.dimension != unit(si).dimension:
-        is_a = f"the {settings.statistic} is a {unit(si).dimension}"
-        message = f"got '{settings.result.unit}', a {result.dimension}; {is_a}"
-        yield ("result", "unit"), message, f"write a unit such as {unit(si).symbol}"
-    elif result.offset and settings.statistic in DIFFERENCES | (
-        {settings.statistic} if settings.minus else set()
-    ):
-        yield (
-            ("result", "unit"),
-            f"got '{settings.result.unit}', and the result is a difference of temperatures",
-            "write K",
-        )
+        value = units[self.of]
+        if self.divided_by is not None:
+            try:
+                value = quotient(value, units[self.divided_by])
+            except QuantityError as error:
+                yield ("divided_by",), error.message, error.hint
+                return
+        if self.within is not None and self.within.dimension != unit(value).dimension:
+            wanted = unit(value).dimension
+            message = f"got '{self.within}', a {self.within.dimension}; needed is a {wanted}"
+            yield ("within",), message, ""
+        try:
+            si = si_unit(self.statistic, value)
+        except QuantityError as error:
+            yield ("statistic",), error.message, error.hint
+            return
+        result = unit(self.result.unit)
+        if result.dimension != unit(si).dimension:
+            is_a = f"the {self.statistic} is a {unit(si).dimension}"
+            message = f"got '{self.result.unit}', a {result.dimension}; {is_a}"
+            yield ("result", "unit"), message, f"write a unit such as {unit(si).symbol}"
+        elif result.offset and self.statistic in DIFFERENCES | (
+            {self.statistic} if self.minus else set()
+        ):
+            yield (
+                ("result", "unit"),
+                f"got '{self.result.unit}', and the result is a difference of temperatures",
+                "write K",
+            )
 
 
 DIFFERENCES = {"range", "standard_deviation"}
