@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
 from rigrunner.plan.needs import channels_of
-from rigrunner.signal.kinematics import max_acceleration, max_speed
 
 if TYPE_CHECKING:
     from rigrunner.api.rig import RigDescription
@@ -75,6 +74,8 @@ def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float:
     J max|alpha| + T0 + b max|omega| (torque balance of the spindle; Wang et al. 2025, section 2).
     """
     ratio = rig.eccentric_ratio
+    from rigrunner.signal.kinematics import max_acceleration, max_speed  # noqa: PLC0415  (numpy)
+
     inertia_nm = rig.inertia * max_acceleration(frequency_hz, ratio)
     damping_nm = rig.support_damping * max_speed(frequency_hz, ratio)
     return inertia_nm + rig.support_friction + damping_nm
