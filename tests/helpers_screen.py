@@ -210,7 +210,7 @@ class Screen:
 
     def hurry(self) -> None:
         """Let the simulated rig run faster than a real one."""
-        self.page.get_by_label("At the pace of the signal").uncheck()
+        self.page.get_by_label("Real time").uncheck()
 
     def check_rig(self, *, ready: bool = True) -> None:
         """Do the preflight, for the first time in this window."""

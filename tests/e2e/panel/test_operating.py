@@ -12,8 +12,8 @@ from helpers_screen import LOADED, NAME, STATION
 CERTIFICATE = {  # in the order in which Tab comes to them
     "Customer": "A customer",
     "Customer's address": "1 Street, Town",
-    "What was tested": "Spherical plain bearing",
-    "Its condition when it was received": "as new",
+    "Item tested": "Spherical plain bearing",
+    "Condition when received": "as new",
     "Received on": "2026-01-01",
     "Authorised by": "Q. Lead",
 }
@@ -59,7 +59,7 @@ def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel)
     screen.open(f"#/runs/{run['run']}")
     page.get_by_text(f"Could not be made: {', '.join(skipped)}.").wait_for()
     assert page.locator("ul.lights .light.warn:visible strong").all_inner_texts() == failed
-    made = page.get_by_text(f"All {len(every) - len(skipped)} checks are in order.")
+    made = page.get_by_text(f"All {len(every) - len(skipped)} checks passed.")
     assert made.is_visible() == (not failed)
     page.get_by_role("heading", name="Points").click()
     rows = page.locator("details[open] tbody tr").all_inner_texts()
@@ -108,7 +108,7 @@ def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
     for text in ("GE20", "L-7", NAME):
         press("Enter")  # as a barcode scanner ends; the next field has the focus
         write(text)
-    focus_on("At the pace of the signal")
+    focus_on("Real time")
     press("Space")
     focus_on("Check the rig")
     press("Enter")
@@ -138,7 +138,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     page.locator(".step.running", has_text="at 20 Hz").wait_for()
     page.keyboard.press("F8")
     panel.wait_for("paused")
-    page.locator(".banner", has_text="the rig stands still").wait_for()
+    page.locator(".banner", has_text="the rig is at a standstill").wait_for()
     frequency = page.locator(".readout", has_text="Frequency").locator(".readout-value")
     expect(frequency).to_have_text("\N{EN DASH}")  # what was measured before says nothing of now
     expect(page.locator(".step.failed")).to_have_count(0)  # it was broken off, and comes anew
@@ -171,7 +171,7 @@ def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
     screen.fill_in()
     screen.check_rig()
     page.get_by_role("button", name="Start", exact=True).click()
-    picture = page.get_by_role("img", name="Picture of what is to be done")
+    picture = page.get_by_role("img", name="Picture for this step")
     expect(picture).to_have_js_property("complete", True)  # noqa: FBT003  (of Playwright)
     assert picture.evaluate("image => image.naturalWidth") > 0
     page.get_by_role("button", name="STOP").click()
@@ -185,10 +185,10 @@ def test_by_hand(screen, panel):
     page = screen.page
     screen.open()
     screen.choose()
-    page.get_by_role("link", name="By hand").click()
+    page.get_by_role("link", name="Manual mode").click()
     page.locator(".preflight > .button").click()
     screen.say_name()
-    page.get_by_role("button", name="Take the rig").click()
+    page.get_by_role("button", name="Connect").click()
     load, frequency = (
         page.get_by_label("Radial load (N)"),
         page.get_by_label("Swing frequency (Hz)"),

@@ -61,11 +61,11 @@ def test_a_number_and_an_interlock_by_mouse(asking, panel):
     expect(page.locator(".alarms.active")).to_contain_text("above 500 N")
     page.get_by_role("button", name="Resume").click()  # it is tripped still
     expect(banner).to_contain_text("not cleared yet")
-    page.get_by_role("button", name="Go on anyway").click()
-    page.get_by_role("button", name="Go on anyway").last.click()  # without a reason
+    page.get_by_role("button", name="Continue anyway").click()
+    page.get_by_role("button", name="Continue anyway").last.click()  # without a reason
     expect(page.locator(".dialog")).to_be_visible()
     page.get_by_label("Reason").fill("the load is meant")
-    page.get_by_role("button", name="Go on anyway").last.click()
+    page.get_by_role("button", name="Continue anyway").last.click()
     asking.wait_for_result()
 
     expect(page.locator(".result-head .verdict-word")).to_contain_text("Pass")
@@ -92,7 +92,7 @@ def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     press("Enter")
 
     page.locator(".banner", has_text="Paused").wait_for()
-    asking.focus_on("Go on anyway")
+    asking.focus_on("Continue anyway")
     press("Enter")
     write("the load is meant")
     press("Enter")

@@ -126,7 +126,7 @@ def test_nothing_starts_without_the_answers(screen):
     screen.check_rig(ready=False)
     for empty in ("   ", ""):
         page.get_by_label("Bearing serial number").fill(empty)
-        page.get_by_text("Answers are missing.").wait_for()
+        page.get_by_text("Inputs are missing.").wait_for()
         assert page.get_by_role("button", name="Start", exact=True).is_disabled()
 
 
