@@ -39,6 +39,8 @@ def _is_of_a_problem(node: ast.AST) -> bool:
             return name in _FOR_FILES
         case ast.Assign(targets=[ast.Name(id=name)]):
             return name in ("message", "hint") or name.isupper()
+        case ast.Call(func=ast.Name(id="refused")):  # of a file
+            return True
         case ast.Call(func=ast.Name(id="Field")):  # told by the schema
             return True
         case ast.FunctionDef(name="do" | "where"):  # of a step: what it raises, as the engine does
