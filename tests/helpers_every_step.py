@@ -153,19 +153,19 @@ class Faults:
         self.tester.fault, self.asked = fail, error
 
 
-def pending_of(hanging: threading.Event) -> type[calling._Pending]:
-    """Return a call whose time is up as soon as the device hangs, and not for a busy machine."""
+def over_of(hanging: threading.Event) -> Callable[..., bool]:
+    """Return what waits for a call until the device hangs, and not for a busy machine."""
+    is_over = calling._is_over
 
-    class HangingCall(calling._Pending):
-        def is_over(self, within_s: float = 0.0) -> bool:
-            ends = time.monotonic() + within_s
-            while not super().is_over(min(within_s, 0.01)):
-                if hanging.is_set() or time.monotonic() > ends:
-                    hanging.clear()
-                    return super().is_over()  # just now
-            return True
+    def over(call: object, within_s: float = 0.0) -> bool:
+        ends = time.monotonic() + within_s
+        while not is_over(call, min(within_s, 0.01)):
+            if hanging.is_set() or time.monotonic() > ends:
+                hanging.clear()
+                return is_over(call)  # just now
+        return True
 
-    return HangingCall
+    return over
 
 
 @dataclass
@@ -236,7 +236,7 @@ def run_with_fault(
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
     with (
         stop_on_signals() as stop,
-        patch.object(calling, "_Pending", pending_of(faults.hanging)),
+        patch.object(calling, "_is_over", over_of(faults.hanging)),
         patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never comes back
     ):
         listeners = [stop, arm]

@@ -9,7 +9,7 @@ import math
 import sys
 import threading
 import time
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from functools import partial
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -111,8 +111,8 @@ class ThreadCaller:
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._jobs: SimpleQueue[_Pending | None] | None = None
-        self._last: _Pending | None = None
+        self._jobs: SimpleQueue[Callable[[], None] | None] | None = None
+        self._last: Future[Any] | None = None
         self._hangs = ""
 
     def call(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
@@ -123,7 +123,7 @@ class ThreadCaller:
     def call_urgently(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
         """Call, from a fresh thread if the one before does not come back within `grace_s`."""
         grace_s = 0.0 if self._hangs else self.grace_s
-        if self._last is not None and not self._last.is_over(grace_s):
+        if self._last is not None and not _is_over(self._last, grace_s):
             self._hangs = self._hangs or "a call that was interrupted"
             self.stop()
         return self._run(what, function, timeout_s)
@@ -146,38 +146,38 @@ class ThreadCaller:
             raise DeviceLostError(f"cannot {what}: an earlier call, '{self._hangs}', still hangs")
 
     def _run(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        pending = self._send(function)
+        call = self._send(function)
         try:
-            is_over = self._is_over(pending, timeout_s)
+            is_over = self._is_over(call, timeout_s)
         except BaseException:  # Ctrl-C, or a signal
-            pending.is_abandoned = True
+            call.cancel()
             raise
         if not is_over:
-            pending.is_abandoned = True
+            call.cancel()  # if it has not begun by now, it never does
             self._hangs = self._hangs or what
             raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s")
-        return pending.result()  # type: ignore[no-any-return]  # one queue, many types
+        return call.result()
 
-    def _send(self, function: Callable[[], Any]) -> _Pending:
+    def _send(self, function: Callable[[], _T]) -> Future[_T]:
         """Give the thread something to do, after what it has to do already."""
         if self._jobs is None:
             self._jobs = SimpleQueue()
             threading.Thread(
                 target=_work, args=(self._jobs,), name=f"device {self._name}", daemon=True
             ).start()
-        self._last = pending = _Pending(function)
-        self._jobs.put(pending)
-        return pending
+        self._last = call = Future[_T]()
+        self._jobs.put(partial(_settle, call, function))
+        return call
 
-    def _is_over(self, pending: _Pending, timeout_s: float) -> bool:
+    def _is_over(self, call: Future[Any], timeout_s: float) -> bool:
         """Wait for a call at most that long; say whether it is over."""
         if self._slice_s is None:
-            return pending.is_over(timeout_s)
+            return _is_over(call, timeout_s)
         end_s = time.monotonic() + timeout_s
         while (left_s := end_s - time.monotonic()) > 0:
-            if pending.is_over(min(self._slice_s, left_s)):
+            if _is_over(call, min(self._slice_s, left_s)):
                 return True
-        return pending.is_over()
+        return _is_over(call)
 
 
 class MovingCall:
@@ -232,51 +232,15 @@ class MovingCalls:
         return moving
 
 
-class _Pending:
-    """What the thread is to do, and what came of it.
-
-    A Future can do more, such as calling back, and takes half as long again for all of a call.
-    """
-
-    __slots__ = ("_error", "_function", "_is_over", "_lock", "_value", "is_abandoned")
-
-    def __init__(self, function: Callable[[], Any]) -> None:
-        self._function = function
-        self._value: Any = None
-        self._error: BaseException | None = None
-        self._is_over = False
-        self._lock = threading.Lock()
-        self._lock.acquire()  # held until it is over
-        self.is_abandoned = False
-        """Whether nobody waits any more: what did not begin by then never does."""
-
-    def perform(self) -> None:
-        """Do it, in the thread."""
-        try:
-            if not self.is_abandoned:
-                self._value = self._function()
-        except BaseException as error:  # noqa: BLE001  (raised to who asked, whatever it is)
-            self._error = error
-        self._is_over = True
-        self._lock.release()
-
-    def is_over(self, within_s: float = 0.0) -> bool:
-        """Wait at most that long; say whether it is over."""
-        longest_s = -1.0 if within_s == math.inf else max(within_s, 0.0)  # -1: without an end
-        if not self._is_over and self._lock.acquire(timeout=longest_s):
-            self._lock.release()
-        return self._is_over
-
-    def result(self) -> Any:
-        """Return what the function did, or raise what it raised, once it is over."""
-        if self._error is not None:
-            raise self._error
-        return self._value
+def _is_over(call: Future[Any], within_s: float = 0.0) -> bool:
+    """Wait at most that long; say whether the thread is done with a call, or has passed it over."""
+    longest_s = None if within_s == math.inf else max(within_s, 0.0)
+    return bool(wait([call], longest_s).done)
 
 
-def _work(jobs: SimpleQueue[_Pending | None]) -> None:
+def _work(jobs: SimpleQueue[Callable[[], None] | None]) -> None:
     while (job := jobs.get()) is not None:
-        job.perform()
+        job()
 
 
 def _settle(future: Future[_T], function: Callable[[], _T]) -> None:

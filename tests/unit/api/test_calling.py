@@ -6,7 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from rigrunner.api.calling import InlineCaller, ThreadCaller, _Pending
+from rigrunner.api import calling
+from rigrunner.api.calling import InlineCaller, ThreadCaller
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 
 
@@ -78,7 +79,7 @@ def test_call_that_was_interrupted_before_it_began_never_begins(caller, monkeypa
     release, made = threading.Event(), []
     caller.start("read", release.wait)
     with monkeypatch.context() as patched:
-        patched.setattr(_Pending, "is_over", interrupt)
+        patched.setattr(calling, "_is_over", interrupt)
         with pytest.raises(KeyboardInterrupt):
             caller.call("set", lambda: made.append("set"), 5)
     release.set()
@@ -102,12 +103,12 @@ def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
     """Between two of them a signal is heard, also where it breaks no wait off."""
     waits = []
 
-    def waiting(pending, within_s=0.0):
+    def waiting(call, within_s=0.0):
         waits.append(within_s)
-        return is_over(pending, within_s)
+        return is_over(call, within_s)
 
-    is_over = _Pending.is_over
-    monkeypatch.setattr(_Pending, "is_over", waiting)
+    is_over = calling._is_over
+    monkeypatch.setattr(calling, "_is_over", waiting)
     assert caller.call("ask", lambda: time.sleep(0.1) or 42, 5) == 42
     if caller._slice_s is None:
         assert waits == [5]
@@ -136,11 +137,22 @@ def test_a_call_that_is_begun_and_taken_back_is_not_made(caller):
     assert made == ["next"]
 
 
+def test_an_urgent_call_does_not_wait_behind_one_that_hangs_and_one_that_was_taken_back(caller):
+    release = threading.Event()
+    caller.start("read", release.wait)
+    with pytest.raises(DeviceTimeoutError):
+        caller.call("set", lambda: None, 0.02)
+    before = time.monotonic()
+    assert caller.call_urgently("make safe", lambda: "safe", 60) == "safe"
+    assert time.monotonic() - before < 10.0
+    release.set()
+
+
 def test_two_may_wait_for_one_call(caller):
     release = threading.Event()
     pending = caller._send(release.wait)
     with ThreadPoolExecutor(2) as pool:
-        waiting = [pool.submit(pending.is_over, 5.0) for _ in range(2)]
+        waiting = [pool.submit(calling._is_over, pending, 5.0) for _ in range(2)]
         time.sleep(0.02)
         release.set()
         assert [each.result(1.0) for each in waiting] == [True, True]
