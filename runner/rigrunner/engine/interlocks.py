@@ -109,17 +109,23 @@ class Guard:
         except Exception as error:  # noqa: BLE001  (what cannot be read is not known to be good)
             watch.miss(self._rig.clock.monotonic_s(), str(error))
             return
-        watch.take_one(value, self._rig.clock.monotonic_s())
+        now_s = self._rig.clock.monotonic_s()
+        watch.take(np.array([now_s]), np.array([value]), now_s)
 
     def _tell(self, watch: Watch) -> None:
         for change in _changes(watch):
-            interlock = watch.interlock
-            known = {"interlock": interlock.name, "text": watch.text}
+            name, source = watch.interlock.name, f"interlock {watch.interlock.name}"
             if change == "tripped":
-                more = {"latency_s": watch.latency_s, "does": interlock.does}
-                self._emit(InterlockTripped, source=f"interlock {interlock.name}", **known, **more)
+                self._emit(
+                    InterlockTripped,
+                    source=source,
+                    interlock=name,
+                    text=watch.text,
+                    does=watch.interlock.does,
+                    latency_s=watch.latency_s,
+                )
             else:
-                self._emit(InterlockCleared, step=f"interlock {interlock.name}", **known)
+                self._emit(InterlockCleared, step=source, interlock=name, text=watch.text)
 
 
 def _error(interlock: Interlock, text: str) -> InterlockError:

@@ -48,24 +48,6 @@ class Watch:
             self._clear(f"{self._shown(float(values[-1]))} again")
         self._remember(float(times_s[-1]), float(np.mean(values)))
 
-    def take_one(self, value: float, now_s: float) -> None:
-        """Look at a value that was read now, as `take` does at an array of one.
-
-        Channels are read before every step: arrays of one would take longer than the reading.
-        """
-        self.looked_s = now_s
-        if self._is_bad(value, now_s):
-            if self._bad_since_s is None:
-                self._bad_since_s = now_s
-            if now_s - self._bad_since_s >= self.interlock.debounce_s - _ROUNDING_S:
-                self._trip(f"{self._shown(value)}, {self.interlock.condition}", now_s)
-        else:
-            self._bad_since_s = None
-            self.good_s = now_s
-            if self.tripped and self._is_clear(np.array([value])):
-                self._clear(f"{self._shown(value)} again")
-        self._remember(now_s, value)
-
     def miss(self, now_s: float, why: str) -> None:
         """Take note that there was nothing to look at."""
         self.looked_s = now_s
@@ -86,16 +68,6 @@ class Watch:
             far = abs(float(np.mean(values)) - before) > lock.rate_per_s * passed_s
             bad |= far and passed_s >= self._shortest_s
         return bad
-
-    def _is_bad(self, value: float, now_s: float) -> bool:
-        lock = self.interlock
-        if not lock.minimum <= value <= lock.maximum:
-            return True
-        if lock.rate_per_s is None or self._last is None:
-            return False
-        before_s, before = self._last
-        passed_s = now_s - before_s
-        return abs(value - before) > lock.rate_per_s * passed_s and passed_s >= self._shortest_s
 
     @property
     def _shortest_s(self) -> float:
