@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from contextlib import suppress
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -98,14 +97,13 @@ class Emitter:
     """
 
     def __init__(self, bus: Bus, clock: Clock, first_seq: int = 0) -> None:
+        self._bus = bus
         self._stamp = EventStamp(clock, first_seq, self._tell_set_back)
-        self._hand_out = bus.emit
 
     def __call__(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit one event; an Alarm follows for each guarded sink that failed on it."""
-        if dropped := self._hand_out(self._stamp.made(kind, fields)):
-            for text in dropped:
-                self(Alarm, source="event sink", text=text)
+        for text in self._bus.emit(self._stamp(kind, **fields)):
+            self(Alarm, source="event sink", text=text)
 
     def _tell_set_back(self, latest: datetime, now: datetime) -> None:
         if latest - now > SET_BACK:
@@ -114,11 +112,7 @@ class Emitter:
 
 
 class EventStamp:
-    """Makes events with consecutive sequence numbers and the clock's time.
-
-    The date and time is looked at when its text, which has milliseconds, may be another one: of a
-    hundred events within a millisecond by the monotonic clock, once.
-    """
+    """Makes events with consecutive sequence numbers and the clock's time."""
 
     def __init__(
         self,
@@ -128,32 +122,20 @@ class EventStamp:
     ) -> None:
         """Begin; `set_back` is told the latest time and the present one, if that is before it."""
         self._clock = clock
-        self._monotonic_s = clock.monotonic_s
         self._seq = itertools.count(first_seq)
         self._set_back = set_back
         self._latest = clock.utc()
-        self._utc = ""
-        self._from_s = self._until_s = math.inf
-        """Between which times of the monotonic clock that text holds."""
+        self._utc = utc_text(self._latest)
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
-        return self.made(kind, fields)
-
-    def made(self, kind: type[_E], fields: dict[str, Any]) -> _E:
-        """Return the same of its fields in a mapping."""
-        now_s = self._monotonic_s()
-        if not self._from_s <= now_s < self._until_s:
-            self._look(now_s)
-        return kind(seq=next(self._seq), monotonic_s=now_s, utc=self._utc, **fields)
-
-    def _look(self, now_s: float) -> None:
-        latest, now = self._latest, self._clock.utc()
-        self._latest, self._utc = now, utc_text(now)
-        self._from_s = now_s
-        self._until_s = now_s + (999 - now.microsecond % 1000) / 1e6
-        if now < latest:
-            self._set_back(latest, now)
+        monotonic_s, latest, now = self._clock.monotonic_s(), self._latest, self._clock.utc()
+        now = now.replace(microsecond=now.microsecond // 1000 * 1000)
+        if now != latest:  # many events come within a millisecond
+            self._latest, self._utc = now, utc_text(now)
+            if now < latest:
+                self._set_back(latest, now)
+        return kind(seq=next(self._seq), monotonic_s=monotonic_s, utc=self._utc, **fields)
 
 
 def _name(sink: EventSink) -> str:

@@ -36,7 +36,7 @@ from rigrunner.proof.keys import new_key, read_private_key, read_public_keys
 from rigrunner.proof.seal import check_seal
 from rigrunner.proof.signature import check_signature, parse_signature, sign_files, signature_json
 from rigrunner.runfile import RunWriter, read, read_info, read_truth
-from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes
+from rigrunner.runfile.codec import block_bytes, event_record, header_bytes
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind, read_records
 from rigrunner.station import load_station
@@ -167,7 +167,7 @@ def _record(path: Path) -> object:
     journal = JournalWriter(files.events)
     journal.append(Kind.HEADER, header_bytes(header_of()))
     for event in _scan(points=1):
-        journal.append(Kind.EVENT, event_bytes(event))
+        journal.append(*event_record(event))
     journal.append(RECORDS[kind[0] % len(RECORDS)] if kind else Kind.EVENT, payload)
     journal.close()
     return read(files.path), read_truth(files.path)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping  # noqa: TC003  (read at run time, where records are checked)
-from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
 
 from rigrunner.api.coordinates import Coordinate  # noqa: TC001  (read at run time, as above)
 from rigrunner.api.limits import ValueLimit  # noqa: TC001  (read at run time, as above)
@@ -32,8 +33,7 @@ CONCLUDED = frozenset({Outcome.COMPLETED, Outcome.STOPPED_AT_LIMIT})
 """How a run ends that has a verdict: any other neither passes nor fails."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Event:
+class Event(Struct, frozen=True, kw_only=True, tag_field="event", tag=True):
     """The base: sequence number, monotonic and wall time."""
 
     seq: int
@@ -41,8 +41,7 @@ class Event:
     utc: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunStarted(Event):
+class RunStarted(Event, frozen=True, kw_only=True):
     """The rig is connected and the plan begins."""
 
     run_id: str
@@ -50,8 +49,7 @@ class RunStarted(Event):
     estimated_s: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class StepStarted(Event):
+class StepStarted(Event, frozen=True, kw_only=True):
     """A step of the plan begins; `recording` names the recording that it makes, if it does."""
 
     step: str
@@ -59,24 +57,22 @@ class StepStarted(Event):
     action: str
     text: str
     recording: str = ""
-    setpoints: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
+    setpoints: Mapping[str, float] = {}
+    units: Mapping[str, str] = {}
     limits: tuple[ValueLimit, ...] = ()
     """What the values may be that the step finds."""
-    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    coordinates: Mapping[str, Coordinate] = {}
     """Counters and labels of the step and those around it, by name; `units` has their units."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Samples(Event):
+class Samples(Event, frozen=True, kw_only=True):
     """A block of a recording; channel names are 'role.name'."""
 
     recording: str
     block: Block
 
 
-@dataclass(frozen=True, kw_only=True)
-class Prompt(Event):
+class Prompt(Event, frozen=True, kw_only=True):
     """A person is asked something."""
 
     step: str
@@ -88,8 +84,7 @@ class Prompt(Event):
     """The path of a picture to show; empty for none."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Answer(Event):
+class Answer(Event, frozen=True, kw_only=True):
     """What was answered, and by whom: the operator, or the procedure's unattended answer."""
 
     step: str
@@ -99,29 +94,25 @@ class Answer(Event):
     """The name of the run's input that the answer becomes, if it does."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Note(Event):
+class Note(Event, frozen=True, kw_only=True):
     """A remark for those who read the record: of the procedure, or on a marginal value."""
 
     step: str
     text: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class LimitMissed(Note):
+class LimitMissed(Note, frozen=True, kw_only=True):
     """A value that was just put on record is out of its limits; the verdict on the run is fail."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Alarm(Event):
+class Alarm(Event, frozen=True, kw_only=True):
     """Something is wrong: an error, an interlock, a device that could not be made safe."""
 
     source: str
     text: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class InterlockTripped(Alarm):
+class InterlockTripped(Alarm, frozen=True, kw_only=True):
     """The channel of an interlock is not what it should be."""
 
     interlock: str
@@ -131,27 +122,24 @@ class InterlockTripped(Alarm):
     """How long it may have been so before it was detected: since it was last known to be good."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class InterlockCleared(Note):
+class InterlockCleared(Note, frozen=True, kw_only=True):
     """The channel of an interlock is again what it should be."""
 
     interlock: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class MadeSafe(Event):
+class MadeSafe(Event, frozen=True, kw_only=True):
     """A drive, or a whole device, was brought to its safe state, or could not be."""
 
     what: str
     """The drive, 'role.drive', or the device's role."""
-    read_back: Mapping[str, float] = field(default_factory=dict)
+    read_back: Mapping[str, float] = {}
     """What was read back afterwards: 'role.drive' in SI units."""
     problems: tuple[str, ...] = ()
     """Why it does not count as safe; empty where the read-back confirms it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Intervention(Event):
+class Intervention(Event, frozen=True, kw_only=True):
     """A person or a signal interfered: pause, abort, skip, override."""
 
     action: str
@@ -161,8 +149,7 @@ class Intervention(Event):
     """What it is about, in a sentence: of an override what stood against the run."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class StepEnded(Event):
+class StepEnded(Event, frozen=True, kw_only=True):
     """A step is over; `values` holds what it measured, in SI units ('tester.torque': 0.01).
 
     It is `ok` if it was carried out, also where a value is out of its limits: see `LimitMissed`.
@@ -175,19 +162,18 @@ class StepEnded(Event):
     recording: str = ""
     measurement: str = ""
     """The table that `values` is a row of, at `setpoints`, where the step is a `measure`."""
-    setpoints: Mapping[str, float] = field(default_factory=dict)
-    values: Mapping[str, float] = field(default_factory=dict)
-    statistics: Mapping[str, float] = field(default_factory=dict)
+    setpoints: Mapping[str, float] = {}
+    values: Mapping[str, float] = {}
+    statistics: Mapping[str, float] = {}
     """Of a recording: the statistics of its samples that have limits, 'role.name.statistic'."""
-    units: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = {}
     leaves: int = 0
     """Of a condition: how many of the steps that follow in the plan it leaves out."""
-    truth: Mapping[str, float] = field(default_factory=dict)
+    truth: Mapping[str, float] = {}
     """Of a simulator; goes into the run file's verification group, which no analysis reads."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Scanned(Event):
+class Scanned(Event, frozen=True, kw_only=True):
     """A point of a scan: its drive stood at the set-point, and these values were read, in SI units.
 
     It comes between the start and the end of the scan's step, whose start has the limits.
@@ -202,13 +188,12 @@ class Scanned(Event):
     values: Mapping[str, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunEnded(Event):
+class RunEnded(Event, frozen=True, kw_only=True):
     """The rig is safe (or its alarms say why not) and nothing more will be recorded."""
 
     outcome: Outcome
     reason: str = ""
-    read_back: Mapping[str, float] = field(default_factory=dict)
+    read_back: Mapping[str, float] = {}
     """What was read back of each drive after making safe: 'role.drive' in SI units."""
     resumable: bool = False
     """Whether it may be resumed once its cause is mended.

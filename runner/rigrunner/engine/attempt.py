@@ -1,14 +1,16 @@
-"""One try of a step: what its events say of it, and what its failure means."""
+"""One try of a step: its events, and what its failure means."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError, DeviceError
+from rigrunner.api.events import StepEnded, StepStarted
 from rigrunner.api.steps import NONE, NOTHING
 
 if TYPE_CHECKING:
     from rigrunner.api.steps import Found
+    from rigrunner.bus import Emit
     from rigrunner.plan.actions import PlannedStep
 
 
@@ -27,36 +29,38 @@ class Attempt:
         self._table = self.action.table
         self._setpoints, self._units = self.action.known
 
-    def started(self) -> dict[str, Any]:
-        """Return the fields of its StepStarted, but for the stamp."""
-        return {
-            "step": self.step.path,
-            "index": self._index,
-            "action": self.action.kind,
-            "text": self.step.text,
-            "recording": self.recording,
-            "setpoints": self._setpoints,
-            "units": {**self._units, **self.step.coordinate_units},
-            "limits": self.step.limits,
-            "coordinates": self.step.coordinates,
-        }
+    def begin(self, emit: Emit) -> None:
+        """Put on record that it begins."""
+        emit(
+            StepStarted,
+            step=self.step.path,
+            index=self._index,
+            action=self.action.kind,
+            text=self.step.text,
+            recording=self.recording,
+            setpoints=self._setpoints,
+            units={**self._units, **self.step.coordinate_units},
+            limits=self.step.limits,
+            coordinates=self.step.coordinates,
+        )
 
-    def ended(self, found: Found = NOTHING, *, ok: bool) -> dict[str, Any]:
-        """Return the fields of its StepEnded, but for the stamp."""
-        return {
-            "step": self.step.path,
-            "index": self._index,
-            "action": self.action.kind,
-            "ok": ok,
-            "recording": self.recording,
-            "measurement": self._table,
-            "setpoints": self._setpoints if self._table else NONE,
-            "values": found.values,
-            "statistics": found.statistics,
-            "units": found.units,
-            "leaves": self.step.leaves if found.leaves else 0,
-            "truth": found.truth if ok else NONE,
-        }
+    def end(self, emit: Emit, found: Found = NOTHING, *, ok: bool) -> None:
+        """Put on record that it is over, and what it found."""
+        emit(
+            StepEnded,
+            step=self.step.path,
+            index=self._index,
+            action=self.action.kind,
+            ok=ok,
+            recording=self.recording,
+            measurement=self._table,
+            setpoints=self._setpoints if self._table else NONE,
+            values=found.values,
+            statistics=found.statistics,
+            units=found.units,
+            leaves=self.step.leaves if found.leaves else 0,
+            truth=found.truth if ok else NONE,
+        )
 
     def is_tried_again(self, error: BaseException) -> bool:
         """Say whether another try follows upon an error."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DeviceError
-from rigrunner.api.events import Alarm, Intervention, Note
+from rigrunner.api.events import Alarm, Note
 from rigrunner.engine.pausing import Choice, Decision, Paused
 from rigrunner.engine.points import may_be_skipped, point_at, point_name, unrepeatable
 from rigrunner.plan.actions import Phase
@@ -26,7 +26,7 @@ def take_break(
 
     Interlocks are watched meanwhile. Where nobody is there to decide, the run is aborted.
     """
-    session.emit(Intervention, action="pause", by=wanted.by, reason=wanted.message)
+    session.intervene("pause", wanted.by, wanted.message)
     if session.pauses is None:
         raise AbortedError(f"{wanted.message}; nobody is there to go on", by=wanted.by)
     moving = tuple(session.rig.pause())
@@ -37,8 +37,7 @@ def take_break(
     if decision.choice is Choice.ABORT:
         reason = f": {decision.reason}" if decision.reason else ""
         raise AbortedError(f"{here.path}: aborted while paused{reason}", by=decision.by)
-    known = {"by": decision.by, "reason": here.reason(decision)}
-    session.emit(Intervention, action=str(decision.choice), **known)
+    session.intervene(str(decision.choice), decision.by, here.reason(decision))
     session.rig.resume()
     return decision
 

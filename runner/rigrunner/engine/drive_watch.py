@@ -45,8 +45,14 @@ class DriveWatch:
         before_s = self._looked_s
         for member, found in self._rig.drives_astray(self._streaming):
             name, latency_s = f"drive {member}", self._now_s() - before_s
-            known = {"interlock": name, "text": found, "does": "make_safe", "latency_s": latency_s}
-            self._emit(InterlockTripped, source=name, **known)
+            self._emit(
+                InterlockTripped,
+                source=name,
+                interlock=name,
+                text=found,
+                does="make_safe",
+                latency_s=latency_s,
+            )
             raise InterlockError(found, by=name, makes_safe=True)
         self._looked_s = self._now_s()
 

@@ -31,8 +31,3 @@ def remarks_on(
         found = limit.decision(value)
         place = "" if where is None else f"at {where()}: "
         yield (Note if found.passes else LimitMissed), f"{place}{found.reason}"
-
-
-def missed_text(remarks: Sequence[Remark]) -> str:
-    """Return which values are out of limits, as one text; '' for none."""
-    return "; ".join(text for kind, text in remarks if kind is LimitMissed)

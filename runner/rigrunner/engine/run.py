@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,6 @@ from rigrunner.api.errors import AbortedError, DeviceError
 from rigrunner.api.events import (
     RESUME_RUN,
     Alarm,
-    Intervention,
     MadeSafe,
     RunEnded,
     RunStarted,
@@ -210,8 +209,9 @@ class Run:
         read_back = {name: value for each in reports for name, value in _read_back(each).items()}
         outcome, reason = self.notes.outcome()
         resumable = bool(self._plan.steps) and self.notes.may_be_resumed()
-        known = {"reason": reason, "read_back": read_back, "resumable": resumable}
-        self.notes.tell(RunEnded, outcome=outcome, **known)
+        self.notes.tell(
+            RunEnded, outcome=outcome, reason=reason, read_back=read_back, resumable=resumable
+        )
         passed_over = self.notes.passed_over
         outcome, reason = self.notes.outcome()
         return RunSummary(outcome, reason, self.notes.first, unsafe, passed_over, resumable)
@@ -220,8 +220,7 @@ class Run:
         """Put the start on record, and return the first step."""
         self._tell_start(run_id, self._plan.steps)
         for each in self._overrides:
-            told = {"by": each.by, "reason": each.reason, "subject": each.subject}
-            self._session.emit(Intervention, action="override", **told)
+            self._session.intervene("override", each.by, each.reason, each.subject)
         return 0
 
     def _take_up(self, run_id: str, seam: Seam) -> int:
@@ -231,8 +230,7 @@ class Run:
         """
         before = [brought_back(self._plan.steps[index]) for index in seam.before]
         self._tell_start(run_id, (*before, *self._plan.steps[seam.start :]))
-        known = {"by": seam.by, "subject": seam.subject}
-        self._session.emit(Intervention, action=RESUME_RUN, **known)
+        self._session.intervene(RESUME_RUN, seam.by, subject=seam.subject)
         unpaused = replace(self._session, pauses=None)
         for index, step in zip(seam.before, before, strict=True):
             unpaused.check(anew=True)
@@ -252,7 +250,7 @@ class Run:
         count, seconds = len(self._plan.steps), sum(step.estimated_s for step in to_do)
         self._session.emit(RunStarted, run_id=run_id, steps=count, estimated_s=seconds)
         for each in self._before:
-            self._session.emit(Intervention, **asdict(each))
+            self._session.intervene(each.action, each.by, each.reason, each.subject)
 
     def _go_on(self, index: int, at: int) -> Done:
         """Do a step on the way forward; `at` is how far the run has come. Return as `do_step`."""
@@ -289,8 +287,8 @@ class Run:
         for each in reports:
             for text in each.problems:
                 self.notes.tell(Alarm, source="make safe", text=f"{each.role}: {text}")
-            known = {"read_back": _read_back(each), "problems": each.problems}
-            self.notes.tell(MadeSafe, what=each.what, **known)
+            read_back = _read_back(each)
+            self.notes.tell(MadeSafe, what=each.what, read_back=read_back, problems=each.problems)
 
 
 def _read_back(report: SafetyReport) -> dict[str, float]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from math import ceil
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, DeviceTimeoutError
-from rigrunner.api.events import Alarm, Intervention, Note
-from rigrunner.engine.limits import missed_text, remarks_on
+from rigrunner.api.events import Alarm, Intervention, LimitMissed, Note
+from rigrunner.engine.limits import remarks_on
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 from rigrunner.engine.streams import checked_stream
 
@@ -108,26 +108,6 @@ class Session:
         if self.reads and self.drives is not None and not self.is_ending:
             self.drives.check()
 
-    def checker(self) -> Callable[[], None]:
-        """Return what checks anew, again and again within this step.
-
-        Where nothing but the stop token and the drives can keep the step from going on, it looks at
-        these alone.
-        """
-        if self.guard.watching or self.pauses is not None or self.timeout_s is not None:
-            return partial(self.check, anew=True)
-        stop = self.stop
-        is_set = stop.is_set
-        look_at_drives = self.drives.look if self.reads and self.drives is not None else None
-
-        def look() -> None:
-            if is_set():
-                raise stopped(stop)
-            if look_at_drives is not None:
-                look_at_drives()
-
-        return look
-
     def watch(self, *, anew: bool = False) -> None:
         """Raise AbortedError if the run is not to go on; what only pauses it does not matter."""
         if self._telling is not None:
@@ -145,7 +125,7 @@ class Session:
     def _tell(self, telling: Telling) -> None:
         """Put on record what else a person did."""
         for each in telling.told():
-            self.emit(Intervention, **asdict(each))
+            self.intervene(each.action, each.by, each.reason, each.subject)
 
     @property
     def clock(self) -> Clock:
@@ -160,6 +140,10 @@ class Session:
         """Put a remark on record."""
         self.emit(Note, step=step, text=text)
 
+    def intervene(self, action: str, by: str, reason: str = "", subject: str = "") -> None:
+        """Put on record what a person did."""
+        self.emit(Intervention, action=action, by=by, reason=reason, subject=subject)
+
     def judge(
         self,
         step: str,
@@ -168,10 +152,12 @@ class Session:
         where: Callable[[], str] | None = None,
     ) -> str:
         """Put on record which values are out of limits or marginal; return the former in words."""
-        remarks = list(remarks_on(limits, values, where))
-        for kind, text in remarks:
+        missed = []
+        for kind, text in remarks_on(limits, values, where):
             self.emit(kind, step=step, text=text)
-        return missed_text(remarks)
+            if kind is LimitMissed:
+                missed.append(text)
+        return "; ".join(missed)
 
     def naps(self, duration_s: float) -> Iterator[None]:
         """Yield while a time passes, often enough for the stop token to be looked at."""

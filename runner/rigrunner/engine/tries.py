@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.api.errors import AbortedError
-from rigrunner.api.events import Alarm, StepEnded, StepStarted
+from rigrunner.api.events import Alarm
 from rigrunner.api.steps import NOTHING
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.notes import GOES_ON, words
@@ -54,7 +54,7 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
     step, found = attempt.step, NOTHING
     terms = step.terms
     trial = session if terms.timeout_s is None else session.within(terms.timeout_s)
-    session.emit(StepStarted, **attempt.started())
+    attempt.begin(session.emit)
     if attempt.action.drives_stay:
         trial = trial.reading
     try:
@@ -64,16 +64,16 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
         if trial.timeout_s is not None:
             trial.check_time()
     except PauseWantedError as wanted:
-        notes.tell(StepEnded, **attempt.ended(found, ok=False))
+        attempt.end(notes.tell, found, ok=False)
         raise _unless_repeatable(step, wanted) from wanted
     except BaseException as error:
         session.put_messages()
         again, passed_over = _failed(attempt, error, notes)
-        notes.tell(StepEnded, **attempt.ended(found, ok=False))
+        attempt.end(notes.tell, found, ok=False)
         if again or passed_over:
             return None if again else Done()
         raise
-    session.emit(StepEnded, **attempt.ended(found, ok=True))
+    attempt.end(session.emit, found, ok=True)
     if not terms.limits:
         return Done(found.missed, step.leaves if found.leaves else 0)
     missed = session.judge(step.path, terms.limits, {**found.values, **found.statistics})

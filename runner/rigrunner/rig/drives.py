@@ -28,6 +28,8 @@ class Call(Protocol):
 
 def as_number(value: object) -> float:
     """Return what a driver gave, such as a NumPy scalar, as a float; raise DeviceRejectedError."""
+    if type(value) is float:
+        return value
     if isinstance(value, SupportsFloat) and not _is_complex(value):
         with suppress(TypeError, ValueError, OverflowError):  # as of an array of several
             return float(value)

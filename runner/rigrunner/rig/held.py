@@ -57,7 +57,6 @@ class HeldDrive:
         self._role = role
         self._device = role.need(Settable)  # type: ignore[type-abstract]  # a Protocol
         self._approaching = role.able(Approaching)  # type: ignore[type-abstract]  # a Protocol
-        self._is_quick = role.device.non_blocking and self._approaching is None
         self._deviation = self.info.allowed_deviation
         self._answer_s = patience.answer_s
         self._limit_s = patience.answer_s + self.info.longest_s
@@ -73,20 +72,8 @@ class HeldDrive:
         self._set_points.pop(self.member, None)  # not known until it is read back
         if self._mark is not None:
             self._mark(value)
-        if self._is_quick:  # as two calls of the role, without what those take
-            what = self._set
-            try:
-                self._device.set(self.name, value)
-                what = self._read_back
-                actual = self._device.read_back(self.name)
-            except BaseException as error:
-                self._role.name_error(error, what)
-                raise
-            if type(actual) is not float:
-                actual = self._as_number(actual)
-        else:
-            self._move_and_wait(value, timeout_s, meanwhile)
-            actual = self.read_back()
+        self._move_and_wait(value, timeout_s, meanwhile)
+        actual = self.read_back()
         if not abs(actual - value) <= self._deviation:
             unit = self.info.unit
             raise DeviceRejectedError(
@@ -128,10 +115,7 @@ class HeldDrive:
 
     def read_back(self) -> float:
         """Return where the drive is read back to stand."""
-        actual = self._role.call(self._read_back, self._device.read_back, self._answer_s, self.name)
-        return actual if type(actual) is float else self._as_number(actual)
+        return self._role.call(self._read_back, self._actual, self._answer_s)
 
-    def _as_number(self, given: object) -> float:
-        """Return what the driver gave, which is no float as of most drivers, as one."""
-        with self._role.named():
-            return as_number(given)
+    def _actual(self) -> float:
+        return as_number(self._device.read_back(self.name))

@@ -47,25 +47,15 @@ class HeldChannels:
         self._members = tuple((name, Member(role.name, name)) for name in channels)
         self._count = len(set(channels))
         self._read = role.need(Readable).read  # type: ignore[type-abstract]  # a Protocol
-        self._is_inline = role.device.non_blocking
         self._answer_s = answer_s
 
     def read(self) -> dict[str, float]:
         """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
-        if self._is_inline:  # as a call of the role, without what that takes
-            try:
-                values = self._read(self._channels)
-            except BaseException as error:
-                self._role.name_error(error, "read")
-                raise
-        else:
-            values = self._role.call("read", self._read, self._answer_s, self._channels)
+        values = self._role.call("read", self._read, self._answer_s, self._channels)
         found: dict[str, float] = {}
         try:
             for name, member in self._members:
-                value = values.get(name, math.nan)
-                if type(value) is not float:  # as of most drivers
-                    value = as_number(value)
+                value = as_number(values.get(name, math.nan))
                 if math.isfinite(value):
                     found[member] = value
         except (DeviceRejectedError, AttributeError) as error:

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import asdict, dataclass, is_dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
+import msgspec
 import numpy as np
-from pydantic import Field, TypeAdapter, ValidationError
-from pydantic_core import PydanticSerializationError, SchemaSerializer, from_json, to_json
 
 from rigrunner.api import events
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.model import FORMAT, RunHeader
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from pydantic.plugin._schema_validator import PluggableSchemaValidator
-    from pydantic_core import SchemaValidator
+    from collections.abc import Mapping
 
 _T = TypeVar("_T")
 _LENGTH = struct.Struct("<I")
@@ -51,10 +47,10 @@ class _BlockHead:
     """What stands before the samples of a block."""
 
     recording: str
-    rate_hz: Annotated[float, Field(gt=0)]
+    rate_hz: Annotated[float, msgspec.Meta(gt=0)]
     first_sample: int
     monotonic_s: float
-    samples: Annotated[int, Field(ge=0)]
+    samples: Annotated[int, msgspec.Meta(ge=0)]
     channels: tuple[str, ...]
 
 
@@ -83,42 +79,49 @@ def check_format(version: int, source: str) -> None:
         )
 
 
-def event_bytes(event: events.Event) -> bytes:
-    """Return an event as JSON. The truth of a simulator is left out: it is kept apart."""
-    opening, encode = _encoder(type(event))  # type: ignore[arg-type]  # mypy: no type is hashable
-    try:  # in half the time of an encoder that does not know the kinds of its fields
-        return opening + encode(event, warnings=False)[1:]
-    except PydanticSerializationError:  # a mapping that is no dict, half of a surrogate pair
-        return plain_event_bytes(event)
+def _plain(value: Any) -> str | dict[str, Any]:
+    """Return what msgspec does not know: a Member as a text, a mapping that is no dict as one."""
+    return str(value) if isinstance(value, str) else dict(value)
 
 
-def plain_event_bytes(event: events.Event) -> bytes:
-    """Return the same, whatever its fields hold."""
-    return json.dumps(_document(event), default=_plain).encode()
+_pack = msgspec.msgpack.Encoder(enc_hook=_plain).encode
+
+
+def event_record(event: events.Event) -> tuple[Kind, bytes]:
+    """Return an event as a record of the journal: as MessagePack, or JSON where that cannot be.
+
+    The truth of a simulator is left out: it is kept apart.
+    """
+    if getattr(event, "truth", None):
+        event = msgspec.structs.replace(event, truth={})
+    try:
+        return Kind.PACKED, _pack(event)
+    except (UnicodeEncodeError, OverflowError):  # half of a surrogate pair; more than 64 bits
+        return Kind.EVENT, event_text(event).encode()
 
 
 def event_text(event: events.Event) -> str:
-    """Return the same as text that is ASCII alone."""
-    try:
-        return to_json(_document(event), ensure_ascii=True, fallback=dict).decode()
-    except PydanticSerializationError:
-        return plain_event_bytes(event).decode()
-
-
-def _plain(value: Any) -> dict[str, Any]:
-    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else dict(value)
-
-
-def _document(event: events.Event) -> dict[str, Any]:
-    document = {"event": type(event).__name__, **vars(event)}
+    """Return an event as JSON in ASCII, without the truth of a simulator."""
+    document = msgspec.to_builtins(event, enc_hook=_plain)
     document.pop("truth", None)
-    return document
+    return json.dumps(document)
 
 
 def event_from(text: str | bytes) -> events.Event | None:
-    """Return the event; None for a kind that this version does not know."""
-    document = _object(text)
-    kind = _KINDS.get(str(document.pop("event", "")))
+    """Return the event that is JSON; None for a kind that this version does not know."""
+    return _event(_object(text))
+
+
+def event_unpacked(data: bytes) -> events.Event | None:
+    """Return the event that is MessagePack; None for a kind that this version does not know."""
+    try:
+        return _event(_checked(dict[str, Any], msgspec.msgpack.decode(data)))
+    except msgspec.DecodeError as error:
+        raise DataError(f"a record of the run is not MessagePack: {error}") from error
+
+
+def _event(document: dict[str, Any]) -> events.Event | None:
+    kind = _KINDS.get(str(document.get("event", "")))
     return None if kind is None else _checked(kind, document)
 
 
@@ -171,19 +174,11 @@ def _json(document: Mapping[str, Any]) -> bytes:
 
 def _object(data: str | bytes) -> dict[str, Any]:
     """Return a JSON object; raise DataError: a checksum says that it was written, not by whom."""
-    document = _parsed(data)
-    return document if isinstance(document, dict) else _checked(dict[str, Any], document)
-
-
-def _parsed(data: str | bytes) -> object:
-    try:  # the same as json.loads in half of its time, but for half of a surrogate pair
-        return from_json(data)
-    except ValueError:
-        pass
     try:
-        return json.loads(data)
+        document = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise DataError(f"a record of the run is not JSON: {error}") from error
+    return document if isinstance(document, dict) else _checked(dict[str, Any], document)
 
 
 def _checked(kind: type[_T], value: object) -> _T:
@@ -192,46 +187,8 @@ def _checked(kind: type[_T], value: object) -> _T:
     Raise DataError.
     """
     try:
-        checked: _T = _validator(cast("Any", kind)).validate_python(value)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(map(str, first["loc"]))
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
         raise DataError(
-            f"a record of the run is not what it should be: {kind.__name__} {where}".rstrip(),
-            hint=str(first["msg"]),
+            f"a record of the run is not what it should be: {kind.__name__}: {error}"
         ) from error
-    return checked
-
-
-@cache
-def _encoder(kind: Any) -> tuple[bytes, Callable[..., bytes]]:
-    """Return how an event of that kind begins, and what encodes it with its opening brace.
-
-    A name in a mapping may be anything: of one that is said to be a text it would replace what is
-    half of a surrogate pair.
-    """
-    schema = cast("Any", TypeAdapter(kind).core_schema)
-    _keep_constants(schema)
-    for each in schema["schema"]["fields"]:
-        each["serialization_exclude"] = each["name"] == "truth"
-        values = each["schema"].get("schema", each["schema"])
-        if values["type"] == "dict":
-            values["keys_schema"] = {"type": "any"}
-    return f'{{"event":"{kind.__name__}",'.encode(), SchemaSerializer(schema).to_json
-
-
-def _keep_constants(schema: object) -> None:
-    """Let a schema, and those of the dataclasses in it, write infinity and NaN as they are."""
-    if isinstance(schema, dict):
-        if schema.get("type") == "dataclass":
-            schema["config"] = {"ser_json_inf_nan": "constants"}
-        for each in schema.values():
-            _keep_constants(each)
-    elif isinstance(schema, list):
-        for each in schema:
-            _keep_constants(each)
-
-
-@cache
-def _validator(kind: Any) -> SchemaValidator | PluggableSchemaValidator:
-    return TypeAdapter(kind).validator

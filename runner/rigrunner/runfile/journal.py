@@ -24,7 +24,6 @@ MAGIC = b"RIGJ\x01\r\n\x00"
 """Byte 4 is the version of the framing."""
 _HEAD = struct.Struct("<IBI")
 """Length of the payload, kind, CRC-32 over both and the payload."""
-_HEAD_BYTES, _pack = _HEAD.size, _HEAD.pack
 _SYNC_EVERY_S = 1.0
 _SMALL = 4096
 """Bytes of parts that are copied rather than written after their head."""
@@ -35,9 +34,13 @@ class Kind(IntEnum):
 
     HEADER = 1
     EVENT = 2
+    """An event as JSON."""
     TRUTH = 3
     BLOCK = 4
     ROW = 5
+    """A point of a scan, of which numbers alone were kept; read, and no longer written."""
+    PACKED = 6
+    """An event as MessagePack."""
 
 
 @dataclass(frozen=True)
@@ -68,28 +71,17 @@ class JournalWriter:
             self._file.truncate(records_end)
             self._file.seek(records_end)
 
-    def append(self, kind: Kind, payload: bytes) -> None:
-        """Append one record, in one write; the system has it on return."""
-        length = len(payload)
-        record = _pack(length, kind, crc32(payload, crc32(_pack(length, kind, 0)))) + payload
-        length += _HEAD_BYTES
-        try:
-            written = self._file.write(record)
-            if written != length:
-                self._write(memoryview(record)[written or 0 :])
-        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
-            self._take_back()
-            raise
-        self._end += length
+    def append(self, kind: Kind, *parts: bytes | memoryview) -> None:
+        """Append one record whose payload is the parts in order; the system has it on return.
 
-    def append_parts(self, kind: Kind, parts: Sequence[bytes | memoryview]) -> None:
-        """Append one record whose payload is the parts in order; long ones are not copied."""
+        A short one is one write; the parts of a long one are not copied.
+        """
         length = sum(map(len, parts))
         record = (_HEAD.pack(length, kind, _checksum(length, kind, parts)), *parts)
         try:
             for each in record if length > _SMALL else (b"".join(record),):
                 self._write(each)
-        except BaseException:
+        except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             self._take_back()
             raise
         self._end += _HEAD.size + length

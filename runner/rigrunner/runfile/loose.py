@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.attempts import measured, superseded
-from rigrunner.runfile.codec import block_from, event_from, header_from, truth_from
+from rigrunner.runfile.codec import block_from, event_from, event_unpacked, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.hdf5 import objects, open_file
@@ -42,6 +42,10 @@ if TYPE_CHECKING:
     from rigrunner.runfile.recordings import RecordingFacts
 
 _T = TypeVar("_T")
+_EVENT_FROM: Mapping[int, Callable[[bytes], Event | None]] = {
+    Kind.EVENT: event_from,
+    Kind.PACKED: event_unpacked,
+}
 PART_GROUP = "recording"
 NEVER_ENDED = "the run has not ended, or its program was killed"
 
@@ -114,7 +118,7 @@ def read_journal(files: RunFolder) -> Journal:
         end = record.end
         if record.kind == Kind.HEADER:
             headers.append(header_from(record.payload, str(files.events)))
-        elif record.kind == Kind.EVENT and (event := event_from(record.payload)):
+        elif record.kind in _EVENT_FROM and (event := _EVENT_FROM[record.kind](record.payload)):
             events.append(event)
             rows = Rows(event) if isinstance(event, Scanned) else rows
         elif record.kind == Kind.ROW and rows is not None:

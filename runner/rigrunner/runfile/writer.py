@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 from rigrunner.api.cleanup import do_all, noted_on
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Event, Samples, Scanned, StepEnded, StepStarted
-from rigrunner.runfile.codec import block_bytes, event_bytes, header_bytes, truth_bytes
+from rigrunner.runfile.codec import block_bytes, event_record, header_bytes, truth_bytes
 from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.folding import Folding
@@ -18,7 +18,6 @@ from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.journal import JournalWriter, Kind
 from rigrunner.runfile.loose import SampleJournal, read_journal
 from rigrunner.runfile.recordings import Shape
-from rigrunner.runfile.rows import Rows
 from rigrunner.runfile.sealing import fold, seal
 
 if TYPE_CHECKING:
@@ -27,9 +26,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.events import EventSink
     from rigrunner.runfile.model import RunHeader, SweepPlot
-
-_EVENT, _ROW = Kind.EVENT, Kind.ROW
-"""Looked up once: in Python 3.11 a member of an enumeration takes as long as a call."""
 
 
 class RunWriter:
@@ -59,8 +55,6 @@ class RunWriter:
         self._started: StepStarted | None = None
         self._is_torn = False
         """Whether a block of the recording is missing: none that follows it is kept."""
-        self._rows: Rows | None = None
-        """Of the scan that goes on, or of the last one."""
         self._failure: DataError | None = None
         self._folding = Folding()
 
@@ -102,7 +96,7 @@ class RunWriter:
         try:
             match event:
                 case Scanned():
-                    self._keep_row(event)
+                    self._append_soon(event, at_once=self._sync_measurements)
                 case StepStarted() | StepEnded() if not event.recording:
                     at_once = self._sync_measurements and _measures(event)
                     self._append_soon(event, at_once=at_once)
@@ -142,7 +136,7 @@ class RunWriter:
         do_all(self._close_samples, self._events.close, self._folding.wait)
 
     def _append(self, event: Event) -> None:
-        self._events.append(_EVENT, event_bytes(event))
+        self._events.append(*event_record(event))
         self._events.sync()
 
     def _append_soon(self, event: Event, *, at_once: bool) -> None:
@@ -150,19 +144,8 @@ class RunWriter:
 
         Or `at_once`.
         """
-        self._events.append(_EVENT, event_bytes(event))
+        self._events.append(*event_record(event))
         if at_once or monotonic() > self._events.sync_due_s:
-            self._events.sync()
-
-    def _keep_row(self, event: Scanned) -> None:
-        """Append a point of a scan, the first one whole, of those that follow the numbers alone."""
-        row = None if self._rows is None else self._rows.bytes_of(event)
-        if row is None:
-            self._append_soon(event, at_once=self._sync_measurements)
-            self._rows = Rows(event)
-            return
-        self._events.append(_ROW, row)
-        if self._sync_measurements or monotonic() > self._events.sync_due_s:
             self._events.sync()
 
     def _begin_recording(self, event: StepStarted) -> None:
@@ -182,7 +165,7 @@ class RunWriter:
             self._samples = JournalWriter(self._files.samples(self._recordings))
             self._shape = Shape(block.rate_hz, tuple(block.channels), 0)
         assert self._shape is not None  # noqa: S101  (made with the journal)
-        self._samples.append_parts(Kind.BLOCK, block_bytes(event.recording, block))
+        self._samples.append(Kind.BLOCK, *block_bytes(event.recording, block))
         self._shape = replace(self._shape, samples=self._shape.samples + block.samples)
         self._samples.sync_sometimes()
         self._is_torn = False

@@ -54,8 +54,14 @@ class Ask(Action):
     def do(self, step: str, doing: Session) -> Found:
         """Ask until there is an answer that is accepted."""
         expected = self.expected
-        known = {"step": step, "text": self.text, "picture": self.picture}
-        doing.emit(Prompt, **known, choices=expected.choices, expected=expected.words)
+        doing.emit(
+            Prompt,
+            step=step,
+            text=self.text,
+            picture=self.picture,
+            choices=expected.choices,
+            expected=expected.words,
+        )
         with doing.rig.person():
             answer = expected.accept(doing.answers.ask(step, self))
         doing.emit(Answer, step=step, text=answer, by=doing.answers.by, into=self.into)

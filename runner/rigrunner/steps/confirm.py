@@ -67,8 +67,8 @@ class Confirm(Action):
 
     def do(self, step: str, doing: Session) -> Found:
         """Ask; raise AbortedError for a 'no' that is not an input."""
-        known = {"step": step, "text": self.text, "picture": self.picture}
-        doing.emit(Prompt, **known, choices=(YES, NO))
+        choices = (YES, NO)
+        doing.emit(Prompt, step=step, text=self.text, picture=self.picture, choices=choices)
         with doing.rig.person():
             agreed = doing.answers.confirm(step, self)
         answer = YES if agreed else NO

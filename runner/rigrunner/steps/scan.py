@@ -131,13 +131,12 @@ class Scan(Action):
         set-point.
         """
         emit, member = doing.emit, self.led
-        check, move = doing.checker(), doing.leader(self.role, self.drive)
-        read = doing.reader(self.channels)
+        move, read = doing.leader(self.role, self.drive), doing.reader(self.channels)
         values: Mapping[str, float] = NONE
         for point, value in enumerate(self.values):
             try:
                 if point:
-                    check()
+                    doing.check(anew=True)
                 move(value)
                 if self.settle_s:
                     doing.wait(self.settle_s)

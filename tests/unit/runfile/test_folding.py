@@ -80,7 +80,7 @@ def test_a_recording_is_on_the_disk_before_its_step_counts_as_done(tmp_path, mon
         synced.append((path, os.fstat(descriptor).st_size))
 
     def append(self, kind, *parts):
-        if kind is Kind.EVENT and StepEnded.__name__.encode() in b"".join(map(bytes, parts)):
+        if kind is Kind.PACKED and StepEnded.__name__.encode() in b"".join(map(bytes, parts)):
             when_ended.append(tuple(synced))
         plain_append(self, kind, *parts)
 

@@ -33,7 +33,7 @@ def journal(tmp_path):
     path = tmp_path / "a.journal"
     writer = JournalWriter(path)
     for kind, payload in RECORDS:
-        writer.append_parts(kind, [payload[:1], memoryview(payload[1:])])
+        writer.append(kind, payload[:1], memoryview(payload[1:]))
     writer.close()
     return path
 
@@ -116,7 +116,7 @@ def test_record_that_did_not_fit_is_taken_back(tmp_path):
     writer = JournalWriter(tmp_path / "a.journal")
     writer.append(Kind.EVENT, b"first")
     with disk_full_beyond(1000), pytest.raises(OSError, match="File too large"):
-        writer.append_parts(Kind.BLOCK, [b"x" * 600, b"y" * 600])
+        writer.append(Kind.BLOCK, b"x" * 600, b"y" * 600)
     writer.append(Kind.EVENT, b"last")
     writer.close()
     assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
@@ -128,7 +128,7 @@ def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
     write = writer._write
     monkeypatch.setattr(writer, "_write", NthCall(1, KeyboardInterrupt(), then=write))
     with pytest.raises(KeyboardInterrupt):
-        writer.append_parts(Kind.BLOCK, [bytes(100_000)])  # too long to be copied to its head
+        writer.append(Kind.BLOCK, bytes(100_000))  # too long to be copied to its head
     writer.append(Kind.EVENT, b"last")
     writer.close()
     assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
@@ -139,7 +139,7 @@ def test_what_the_system_takes_in_pieces_is_written_whole(tmp_path):
     file = writer._file
     writer._file = ByLittle(file)
     writer.append(Kind.EVENT, b"an event of many bytes")
-    writer.append_parts(Kind.BLOCK, [b"a head", bytes(5000)])
+    writer.append(Kind.BLOCK, b"a head", bytes(5000))
     file.close()
     payloads = [payload for _, payload in found_in(tmp_path / "a.journal")]
     assert payloads == [b"an event of many bytes", b"a head" + bytes(5000)]

@@ -25,7 +25,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, Scanned, StepEnded
 from rigrunner.runfile import RunWriter, read, read_truth, seal
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.journal import JournalWriter
+from rigrunner.runfile.journal import JournalWriter, Kind
 
 
 def test_what_the_engine_records_is_stored_whole(tmp_path):
@@ -99,18 +99,18 @@ def test_full_disk_ends_an_engine_run_in_order(tmp_path):
 
 def failing_once(number):
     """Return how blocks are kept on a disk that is full for one of them."""
-    plain, calls = JournalWriter.append_parts, count()
+    plain, calls = JournalWriter.append, count()
 
-    def append_parts(self, kind, parts):
-        if next(calls) == number:
+    def append(self, kind, *parts):
+        if kind is Kind.BLOCK and next(calls) == number:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        plain(self, kind, parts)
+        plain(self, kind, *parts)
 
-    return append_parts
+    return append
 
 
 def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monkeypatch):
-    monkeypatch.setattr(JournalWriter, "append_parts", failing_once(1))
+    monkeypatch.setattr(JournalWriter, "append", failing_once(1))
     with RunWriter(tmp_path / "run", header_of()) as writer:
         summary = run(FakeTester(), critical=writer.sinks)
     stored = read(tmp_path / "run")
@@ -125,7 +125,7 @@ def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monk
 
 
 def test_nothing_is_kept_behind_a_block_that_could_not_be(tmp_path, monkeypatch):
-    monkeypatch.setattr(JournalWriter, "append_parts", failing_once(3))
+    monkeypatch.setattr(JournalWriter, "append", failing_once(3))
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(*writer.sinks)
         start_recording(emit, TWO[1])

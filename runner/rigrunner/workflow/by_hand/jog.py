@@ -137,8 +137,8 @@ class Jog:
         reports = self._make_safe()
         for each in reports:
             read_back = {Member(each.role, name): value for name, value in each.read_back.items()}
-            known = {"read_back": read_back, "problems": each.problems}
-            self._session.emit(MadeSafe, what=each.what, **known)
+            problems = each.problems
+            self._session.emit(MadeSafe, what=each.what, read_back=read_back, problems=problems)
         return reports
 
     def _values(self, names: Sequence[str], *, mean: bool = False) -> dict[str, float]:

@@ -17,8 +17,6 @@ from rigrunner.api.events import (
     RunStarted,
     Samples,
     Scanned,
-    StepEnded,
-    StepStarted,
 )
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
@@ -41,6 +39,7 @@ if TYPE_CHECKING:
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.data import Array
     from rigrunner.api.events import Event, EventSink
+    from rigrunner.bus import Emit
     from rigrunner.engine import Override
     from rigrunner.plan.actions import PlannedStep
     from rigrunner.workflow.importing.columns import Read
@@ -96,13 +95,18 @@ class _Import:
     def write(self, run_id: str, overrides: Sequence[Override]) -> None:
         plan = self._checked.planned.plan
         matched = self._checked.matched.recordings
-        begun = {"run_id": run_id, "steps": len(plan.steps), "estimated_s": plan.estimated_s}
-        self._emit(RunStarted, self._started, **begun)
+        emit = self._emit_at(self._started)
+        emit(RunStarted, run_id=run_id, steps=len(plan.steps), estimated_s=plan.estimated_s)
         for each in overrides:
-            told = {"by": each.by, "reason": each.reason, "subject": each.subject}
-            self._emit(Intervention, self._started, action="override", **told)
+            emit(
+                Intervention,
+                action="override",
+                by=each.by,
+                reason=each.reason,
+                subject=each.subject,
+            )
         for text in self._remarks():
-            self._emit(Note, self._started, step="import", text=text)
+            emit(Note, step="import", text=text)
         for index, step in enumerate(plan.steps):
             if isinstance(step.action, Zero):
                 self._zero(index, step, step.action)
@@ -112,7 +116,7 @@ class _Import:
                 self._scan(index, step, step.action)
             elif isinstance(step.action, Record):
                 self._record(index, step, step.action, matched[index])
-        self._emit(RunEnded, self._ended(), outcome=Outcome.COMPLETED)
+        self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
 
     def _remarks(self) -> tuple[str, ...]:
         known, files = self._mapping, len({each.file for each in self._mapping.recordings})
@@ -145,16 +149,21 @@ class _Import:
         return {member: each.si for member, each in next(self._measurements).values.items()}
 
     def _scan(self, index: int, step: PlannedStep, action: Scan) -> None:
-        attempt, at = Attempt(index, step, 1, 1), self._latest
-        self._emit(StepStarted, at, **attempt.started())
+        attempt, emit = Attempt(index, step, 1, 1), self._emit_at(self._latest)
+        attempt.begin(emit)
         for point, value in enumerate(action.values):
             values = self._stated()
-            where = {"step": step.path, "point": point, "measurement": action.name}
-            setpoints = {**action.setpoints, action.led: value}
-            self._emit(Scanned, at, **where, setpoints=setpoints, values=values)
+            emit(
+                Scanned,
+                step=step.path,
+                point=point,
+                measurement=action.name,
+                setpoints={**action.setpoints, action.led: value},
+                values=values,
+            )
             for kind, text in remarks_on(action.limits, values, partial(action.where, point)):
-                self._emit(kind, at, step=step.path, text=text)
-        self._emit(StepEnded, at, **attempt.ended(ok=True))
+                emit(kind, step=step.path, text=text)
+        attempt.end(emit, ok=True)
 
     def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
         found = Found(self._stated(), action.units, {})
@@ -244,13 +253,14 @@ class _Import:
         sampled: _Sampled | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
-        self._emit(StepStarted, started, **attempt.started())
+        attempt.begin(self._emit_at(started))
         if sampled is not None:
             self._samples(started, attempt.recording, sampled)
-        self._emit(StepEnded, ended, **attempt.ended(found, ok=True))
+        emit = self._emit_at(ended)
+        attempt.end(emit, found, ok=True)
         values = {**found.values, **found.statistics}
         for kind, text in remarks_on(step.terms.limits, values):
-            self._emit(kind, ended, step=step.path, text=text)
+            emit(kind, step=step.path, text=text)
 
     def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
         rate_hz, columns = sampled.rate_hz, sampled.columns
@@ -259,14 +269,19 @@ class _Import:
         for first in range(0, count, BLOCK_SAMPLES):
             part = {key: values[first : first + BLOCK_SAMPLES] for key, values in columns.items()}
             block = Block(rate_hz, first, since_s + first / rate_hz, part)
-            self._emit(Samples, started, recording=name, block=block)
+            self._emit_at(started)(Samples, recording=name, block=block)
 
-    def _emit(self, kind: type[Event], at: datetime, **fields: Any) -> None:
-        stamp = {"seq": self._seq, "monotonic_s": self._monotonic_s(at), "utc": utc_text(at)}
-        event = kind(**{**fields, **stamp})
-        self._seq += 1
-        for sink in self._sinks:
-            sink(event)
+    def _emit_at(self, at: datetime) -> Emit:
+        """Return what hands out events of that time."""
+        monotonic_s, utc = self._monotonic_s(at), utc_text(at)
+
+        def emit(kind: type[Event], /, **fields: Any) -> None:
+            event = kind(seq=self._seq, monotonic_s=monotonic_s, utc=utc, **fields)
+            self._seq += 1
+            for sink in self._sinks:
+                sink(event)
+
+        return emit
 
     def _monotonic_s(self, at: datetime) -> float:
         return (at - self._started).total_seconds()
