@@ -11,7 +11,6 @@ from rigrunner.api.hooks import StepRecord
 from rigrunner.api.labels import CoordinateName
 from rigrunner.api.settings import ListOf
 from rigrunner.api.steps import StepSettings
-from rigrunner.plan.conditions import end_until, plan_until
 from rigrunner.procedure.refusals import refused
 from rigrunner.procedure.steps import Step
 
@@ -57,6 +56,8 @@ class RepeatStep(StepSettings):
 
 def plan(repeat: RepeatStep, planning: Planning) -> None:
     """Write down what is done, for each time."""
+    from rigrunner.plan.conditions import end_until, plan_until  # noqa: PLC0415  (numpy: to check a procedure needs none)
+
     name, place, times = repeat.as_, planning.place, repeat.times()
     if name and not planning.scene.coordinate(place, name, "counter", planning.path("as")):
         name = None

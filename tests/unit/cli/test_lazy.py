@@ -10,7 +10,8 @@ import pytest
 from rigrunner.cli.main import rigrunner
 
 PROCEDURE = "starting_torque_1000n"
-MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_extensions", "typing_inspection"}
+EVENTS = {"msgspec", "typing_extensions"}
+MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_inspection"} | EVENTS
 PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"}
 FLOORS = {"api", "blas", "cli", "printable", "workflow"}
 
@@ -74,7 +75,7 @@ def test_a_command_imports_no_more_than_is_listed(arguments):
     assert floors == of_ours
 
 
-def test_the_help_of_no_command_imports_a_package_beside_click():
+def test_the_help_of_no_command_imports_a_package_beside_click_and_that_of_events():
     modules = modules_after(
         f"for name in {list(rigrunner.summaries)!r}: rigrunner.get_command(None, name)\n"
         "studies = rigrunner.get_command(None, 'study')\n"
@@ -82,7 +83,7 @@ def test_the_help_of_no_command_imports_a_package_beside_click():
     )
     assert "rigrunner.cli.commands.study.coverage" in modules
     packages, floors = packages_and_floors(modules)
-    assert packages == {"click"}
+    assert packages == {"click"} | EVENTS
     assert floors <= FLOORS | {"signal"}
 
 

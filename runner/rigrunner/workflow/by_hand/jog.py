@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -231,7 +230,13 @@ def jogging(
                 roles = held.marks.roles & needed
                 before = (*before, *unguarded(held.station, held.registry, roles))
             for each in (*before, *without_time_limits(held.station)):
-                emit(Intervention, **asdict(each))
+                emit(
+                    Intervention,
+                    action=each.action,
+                    by=each.by,
+                    reason=each.reason,
+                    subject=each.subject,
+                )
             if held.marks is not None:
                 held.marks.describe(run=str(log.absolute()))
                 held.marks.put_on_record()
