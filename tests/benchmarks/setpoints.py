@@ -70,8 +70,8 @@ MICRO = 1e6
 AS_LONG = 20
 """Times the lines of csv, so that a turn of the floor takes as long as one of ours: what else the
 machine does then meets both alike."""
-LIMIT = "34 calls: a row is made, packed, summed and written; set, read back, read, compared"
-SWEEP_LIMIT = "150 calls: four events are made, encoded, summed and written (decision 16)"
+LIMIT = "59 calls: an event is made, encoded, summed and written; set, read back, read, compared"
+SWEEP_LIMIT = "250 calls: four events are made, encoded, summed and written (decision 16)"
 PEER_LIMIT = "a read-back, limits of the drive, a date and time, a checksum, and who listens"
 PEERS = {
     "pymeasure": "PyMeasure: worker, csv",
@@ -99,7 +99,7 @@ def measure(scale: Scale) -> list[Figure]:
         Figure("JSON, a line synced", disk, "us", "floor", disk.per(bare.median)),
         on_disk("a scan, kept from a power cut", durable, bare, at_most(35), disk_note),
         ours("a scan through a thread, kept from kill -9", worked, None, thread_note),
-        ours("a sweep of steps, kept from kill -9", sweep, None, SWEEP_LIMIT),
+        ours("a sweep of steps, kept from kill -9", sweep, at_most(25), SWEEP_LIMIT),
         on_disk("a sweep of steps, kept from a power cut", slow, bare, None, "as above"),
         *around(points, times),
         *(peer_figure(scale, way, what, points, bare) for way, what in PEERS.items()),
@@ -135,7 +135,7 @@ def against(way: str, what: str, scale: Scale, points: int) -> Figure:
             values += (some := [MICRO * bench.run() / points for _ in range(scale.of(9, 2))])
             ratios.append(Spread.of(some).median / other.value.median)
     ratio = Spread.of(ratios)
-    return Figure(what, Spread.of(values), "us", ratio=ratio, target=at_most(1), note=PEER_LIMIT)
+    return Figure(what, Spread.of(values), "us", ratio=ratio, target=at_most(1.5), note=PEER_LIMIT)
 
 
 def ours(what: str, pair: Pair, target: Target | None, note: str) -> Figure:
@@ -272,14 +272,14 @@ def work() -> list[Work]:
     sweep, sweep_synced = each_point(sweep=True), each_point(sweep=True, sync="each_measurement")
     synced = each_point(sync="each_measurement")
     return [
-        Work("calls of functions for a point of a scan", scan["calls"], 50),
-        Work("calls for a point of a scan, through a thread", threaded["calls"], 140),
+        Work("calls of functions for a point of a scan", scan["calls"], 80),
+        Work("calls for a point of a scan, through a thread", threaded["calls"], 340),
         Work("writes for a point of a scan", scan["write"], 1.1),
-        Work("bytes of journal for a point of a scan, its plan among them", scan["bytes"], 200),
+        Work("bytes of journal for a point of a scan, its plan among them", scan["bytes"], 280),
         Work("syncs for a point of a scan, each value at once", synced["fsync"], 1.1),
-        Work("calls of functions for a point of a sweep", sweep["calls"], 240),
+        Work("calls of functions for a point of a sweep", sweep["calls"], 340),
         Work("writes for a point of a sweep", sweep["write"], 6.5),
-        Work("bytes of journal for a point of a sweep, its plan among them", sweep["bytes"], 5400),
+        Work("bytes of journal for a point of a sweep, its plan among them", sweep["bytes"], 3600),
         Work("syncs of the disk for a point of a sweep", sweep["fsync"], 0.1),
         Work("syncs for a point of a sweep, each value at once", sweep_synced["fsync"], 1.1),
         Work("bytes of memory to plan a point of a sweep", memory_to_plan(1000) / 1000, 5200),
