@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Section:
-    """A section that a module of `rigrunner_reports.view` declares as `SECTION`.
+    """A section, one of the `SECTIONS` that a module of `rigrunner_reports.view` declares.
 
     Its template is `templates/NAME.html.j2`, which is given what `view` returned as `view`.
     """
@@ -23,7 +23,7 @@ class Section:
     title: str
     """In the contents."""
     place: int
-    """Sections stand in this order: see `rigrunner_reports.contents`."""
+    """Sections stand in this order, from 0, the result, to 120, what made the report."""
     view: Callable[[ReportInput, Any], object]
     """Returns what the section shows, of the report's input and its page; nothing leaves it out."""
     unbroken: bool = False

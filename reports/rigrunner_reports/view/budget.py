@@ -15,6 +15,7 @@ from rigrunner_reports.numbers import (
     significant,
     to_place_of,
 )
+from rigrunner_reports.section import Section
 from rigrunner_reports.view.points import low_middle_high
 
 if TYPE_CHECKING:
@@ -213,3 +214,6 @@ def degrees_of_freedom(dof: float) -> str:
 def _range(dofs: Sequence[float]) -> str:
     low, high = (degrees_of_freedom(each) for each in (min(dofs), max(dofs)))
     return low if low == high else f"{low} to {high}"
+
+
+SECTIONS = (Section("uncertainty", "Uncertainty", 70, lambda _, page: page.budget),)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.checks import effect_words, is_skipped
+from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from rigrunner.api.results import Result
@@ -46,3 +47,6 @@ def check_rows(result: Result) -> tuple[CheckRow, ...]:
         for source, each in found
     )
     return tuple(sorted(rows, key=lambda row: (row.ok, not row.is_note, row.was_made)))
+
+
+SECTIONS = (Section("checks", "Checks", 80, lambda _, page: page.table.rows or page.checks),)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import SwingPoint
 from rigrunner_reports.numbers import fixed, plain, significant
+from rigrunner_reports.section import Section
 from rigrunner_reports.view.frequency_table import are_starts
 
 if TYPE_CHECKING:
@@ -97,3 +98,6 @@ def _row(run: str, point: PeakPoint, judged_by: str, each: Rejection) -> Rejecti
         statistic=significant(each.statistic),
         critical=significant(each.critical),
     )
+
+
+SECTIONS = (Section("cycles", "Cycles", 90, lambda _, page: page.table.rows),)

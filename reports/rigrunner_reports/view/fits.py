@@ -9,6 +9,7 @@ import numpy as np
 
 from rigrunner.api.analysis import Chosen
 from rigrunner_reports.numbers import fixed, plain, significant, with_standard_uncertainty
+from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,3 +89,11 @@ def _candidates(candidates: Sequence[Candidate]) -> tuple[CandidateView, ...]:
         )
         for each in candidates
     )
+
+
+RIG = "The rig\N{RIGHT SINGLE QUOTATION MARK}s part"
+SECTIONS = (
+    Section("rig", RIG, 20, lambda _, page: page.fits and not page.methods),
+    Section("rig", RIG, 60, lambda _, page: page.fits and page.methods),
+)
+"""Before the set-points where there is no method; of the two places one is ever taken."""

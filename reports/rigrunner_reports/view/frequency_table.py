@@ -11,6 +11,7 @@ from rigrunner.signal.coverage import expanded
 from rigrunner.signal.rounding import places
 from rigrunner.signal.swings import kept_cycles
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
+from rigrunner_reports.section import Section
 from rigrunner_reports.view.points import error
 
 if TYPE_CHECKING:
@@ -134,3 +135,6 @@ def _digits(estimate: Estimate) -> int:
 
 def _kept(kept: int, cycles: int) -> str:
     return f"{kept} / {cycles - kept}"
+
+
+SECTIONS = (Section("frequency", "Every set-point", 30, lambda _, page: page.table.rows),)

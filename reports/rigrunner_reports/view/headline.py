@@ -9,6 +9,7 @@ import numpy as np
 
 from rigrunner.signal.coverage import expanded
 from rigrunner_reports.numbers import fixed, plain, stated, with_sign
+from rigrunner_reports.section import Section
 from rigrunner_reports.view.points import by_frequency
 
 if TYPE_CHECKING:
@@ -187,3 +188,6 @@ def _peaks(result: Result, points: Sequence[SetPoint]) -> Headline:
         detail=f"Mean raw peak of a swing at {plain(low.point.set_frequency_hz)} Hz and at "
         f"{plain(high.point.set_frequency_hz)} Hz; nothing was compensated or decided.",
     )
+
+
+SECTIONS = (Section("result", "Result", 0, lambda _, page: page, unbroken=True),)

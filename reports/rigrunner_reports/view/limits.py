@@ -137,10 +137,12 @@ def _row_verdict(row: Measurement) -> VerdictView | None:
     return None if found is None else shown_verdict(found)
 
 
-SECTION = Section(
-    "measured",
-    "Measured values",
-    10,
-    lambda report, _: limits_view(report.result.limits, report.result.run.measurements),
-    unbroken=True,
+SECTIONS = (
+    Section(
+        "measured",
+        "Measured values",
+        10,
+        lambda report, _: limits_view(report.result.limits, report.result.run.measurements),
+        unbroken=True,
+    ),
 )

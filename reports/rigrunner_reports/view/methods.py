@@ -15,6 +15,7 @@ from rigrunner_reports.numbers import (
     with_sign,
     with_standard_uncertainty,
 )
+from rigrunner_reports.section import Section
 from rigrunner_reports.view.points import by_frequency, error, true_parameter
 
 if TYPE_CHECKING:
@@ -179,3 +180,6 @@ def _parameter(name: str, estimate: Estimate, points: Sequence[SetPoint]) -> Par
         value=with_standard_uncertainty(estimate.value, estimate.u, unit),
         truth="" if truth is None else f"{significant(truth)} {unit}",
     )
+
+
+SECTIONS = (Section("methods", "Methods", 50, lambda _, page: page.methods),)

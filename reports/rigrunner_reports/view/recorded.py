@@ -48,4 +48,4 @@ def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
     return {name: rows for name, rows in tables.items() if not any(row.limits for row in rows)}
 
 
-SECTION = Section("recorded", "Recorded", 15, lambda report, _: recorded_view(report))
+SECTIONS = (Section("recorded", "Recorded", 15, lambda report, _: recorded_view(report)),)

@@ -146,6 +146,6 @@ def _budget(found: MeasurementResult) -> BudgetView | None:
     )
 
 
-SECTION = Section(
-    "results", "Results", 5, lambda report, _: result_views(report.result), unbroken=True
+SECTIONS = (
+    Section("results", "Results", 5, lambda report, _: result_views(report.result), unbroken=True),
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import REPLAYED
+from rigrunner_reports.section import Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -155,3 +156,9 @@ def _text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "none" if value is None else f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+SECTIONS = (
+    Section("run", "The run", 110, lambda _, page: page),
+    Section("provenance", "Provenance", 120, lambda _, page: page),
+)
