@@ -258,6 +258,11 @@ def knows_no_sensor(sweep):
     return peaks(replace(sweep, instrument=known))
 
 
+def knows_no_errors_of_the_transducer(sweep):
+    known = sweep.instrument.model_copy(update={"errors": None})
+    return peaks(replace(sweep, instrument=known))
+
+
 def needs_no_reference(sweep):
     return peaks(sweep) if sweep.no_load else peaks(replace(sweep, no_load=sweep.loaded))
 
@@ -282,6 +287,7 @@ COMPENSATIONS = {
     "points_are_whole": {"method": parts_do_not_add_up},
     "uncertainty_is_made_of_its_parts": {"method": u_of_its_own},
     "sensor_is_in_the_budget": {"method": knows_no_sensor},
+    "transducer_errors_are_in_the_budget": {"method": knows_no_errors_of_the_transducer},
     "same_recordings_same_numbers": {"method": Moody()},
     "truth_is_within_its_interval": {"method": moved(lambda *_: 1.0)},
     "truth_is_within_it_on_another_rig": {"method": moved(lambda *_: 1.0)},

@@ -9,6 +9,7 @@ import numpy as np
 
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.measurand import Condition, Nature
+from rigrunner.api.transducer import TransducerErrors
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine
 from rigrunner.testing.check import applies, check, demand
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from rigrunner.testing.compensation.subject import CompensationSubject
 
 CLOSED_FORM_RIGS, TIME_DOMAIN_RIGS = 5, 3
+ERRORS = tuple(TransducerErrors.model_fields)
 MOST_MISSES = 1
 """Of true intervals of 95 %, two of five miss in 2.3 % of all cases, two of three in 0.7 %."""
 
@@ -107,6 +109,25 @@ def sensor_is_in_the_budget(subject: CompensationSubject) -> None:
 
 
 @check(
+    mend="add `rigrunner.signal.transducer.transducer_effects` to the effects of each point",
+    needs=("points_are_whole",),
+)
+def transducer_errors_are_in_the_budget(subject: CompensationSubject) -> None:
+    """Each error that the register states of a transducer is a line that names its source."""
+    stated = subject.number(subject.runs.changed(_with_errors))
+    for plain, point in zip(subject.plain.points, stated.points, strict=True):
+        at = f"at {point.set_frequency_hz:g} Hz"
+        lines = [part.name for part in point.components]
+        missing = [each for each in ERRORS if not any(_source(each) in line for line in lines)]
+        demand(not missing, f"{at} the budget has no line for {', '.join(missing)}")
+        demand(
+            point.torque.u > plain.torque.u,
+            f"{at} u is {plain.torque.u:g} N·m without these errors, and {point.torque.u:g} N·m"
+            " with them",
+        )
+
+
+@check(
     mend="let nothing depend on chance, or on what was analysed before", needs=("points_are_whole",)
 )
 def same_recordings_same_numbers(subject: CompensationSubject) -> None:
@@ -167,6 +188,24 @@ def _holds(subject: CompensationSubject, rigs: Sequence[Runs]) -> None:
     )
 
 
+def _source(error: str) -> str:
+    return f"sheet {ERRORS.index(error) + 1}"
+
+
+def _with_errors(run: RunData) -> RunData:
+    away = {"per": "10 K", "within": "10 K"}
+    stated = {
+        name: {"limit": "0.2 % FS", "source": _source(name)}
+        | (away if name.startswith("temperature") else {})
+        for name in ERRORS
+    }
+    errors = TransducerErrors.model_validate(stated)
+    known = {
+        name: each.model_copy(update={"errors": errors}) for name, each in run.instruments.items()
+    }
+    return replace(run, instruments=known)
+
+
 def _ten_times_worse(run: RunData) -> RunData:
     worse = {
         name: each.model_copy(
@@ -186,6 +225,7 @@ CHECKS = (
     measurand_stated,
     uncertainty_is_made_of_its_parts,
     sensor_is_in_the_budget,
+    transducer_errors_are_in_the_budget,
     same_recordings_same_numbers,
     truth_is_within_its_interval,
     truth_is_within_it_on_another_rig,

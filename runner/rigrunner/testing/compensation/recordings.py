@@ -59,7 +59,8 @@ def each_recording(change: Callable[[Recording], Recording]) -> Callable[[RunDat
 def swings(simulator: str, number: int, rate_hz: float | None = None) -> Runs:
     """Return both runs of a random rig, as the study of coverage draws them."""
     shared = tools()
-    rig = draw(simulator, np.random.default_rng([1, number]), shared.station, limits())
+    station = shared.measured_station
+    rig = draw(simulator, np.random.default_rng([1, number]), station, limits())
     bench = replace(rig.bench, cycles=CYCLES, frequencies_hz=FREQUENCIES_HZ)
     if rate_hz is not None:
         rate = {"sensors.rate": Value(rate_hz, "Hz")}
