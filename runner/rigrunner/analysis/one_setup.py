@@ -53,9 +53,13 @@ def setup_differences(
         if each.channel in needed:
             yield from _of_transducer(each, needed[each.channel])
     for what in ("eccentric", "centre_distance"):
-        theirs, ours = (f"{1000 * getattr(one, what):.6g} mm" for one in (rig, needed_rig))
+        theirs, ours = (_millimetres(getattr(one, what)) for one in (rig, needed_rig))
         if theirs != ours:
             yield f"its {what.replace('_', ' ')} is {theirs}, but {ours} is needed"
+
+
+def _millimetres(length_m: float | None) -> str:
+    return "not stated" if length_m is None else f"{1000 * length_m:.6g} mm"
 
 
 def setup_check(run: RunData, no_load: RunData) -> Check:

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.gauge import NamedStudy
 from rigrunner.api.settings import (
     Angle,
@@ -50,26 +51,27 @@ class SupportUnderLoad(Settings):
 
 
 class RigDescription(Settings):
-    """The rig's geometry and the design values from which a plan predicts the torque.
+    """What is known of the rig, as far as an analysis asks for it: any key may be left out.
 
     `eccentric` and `centre_distance` set the swing: theta_max = asin(eccentric / centre_distance).
     """
 
-    mandrel: PlainText
+    mandrel: PlainText = ""
     """Which mandrel is mounted; a no-load run must have had the same."""
-    eccentric: Annotated[Length, Field(gt=0)]
+    eccentric: Annotated[Length | None, Field(gt=0)] = None
     """The crank's radius e."""
-    centre_distance: Annotated[Length, Field(gt=0)]
+    centre_distance: Annotated[Length | None, Field(gt=0)] = None
     """The distance L between the crank's axis and the bearing's."""
     inertia: Annotated[
-        MomentOfInertia, Field(gt=0, description="design value, for the plan's prediction")
-    ]
+        MomentOfInertia | None, Field(gt=0, description="design value, for the plan's prediction")
+    ] = None
     support_friction: Annotated[
-        Torque, Field(ge=0, description="design value, for the plan's prediction")
-    ]
+        Torque | None, Field(ge=0, description="design value, for the plan's prediction")
+    ] = None
     support_damping: Annotated[
-        RotationalDamping, Field(ge=0, description="design value, for the plan's prediction")
-    ]
+        RotationalDamping | None,
+        Field(ge=0, description="design value, for the plan's prediction"),
+    ] = None
     swing_radius: Annotated[
         Length | None,
         Field(gt=0, description="radius of the bearing's sliding surface, for mu = T/(F r)"),
@@ -141,11 +143,21 @@ class RigDescription(Settings):
 
     @model_validator(mode="after")
     def _the_bar_swings(self) -> Self:
-        if self.eccentric >= self.centre_distance:
+        if self.swings and self.eccentric_ratio >= 1:
             raise ValueError("eccentric must be less than centre_distance, or the bar goes round")
         return self
 
     @property
+    def swings(self) -> bool:
+        """Whether the swing is known."""
+        return self.eccentric is not None and self.centre_distance is not None
+
+    @property
     def eccentric_ratio(self) -> float:
-        """Lambda = e / L of the oscillating guide bar."""
+        """Lambda = e / L of the oscillating guide bar; raise DataError where it is not known."""
+        if self.eccentric is None or self.centre_distance is None:
+            raise DataError(
+                "the station does not say how the rig swings",
+                hint="enter eccentric and centre_distance under its 'rig'",
+            )
         return self.eccentric / self.centre_distance

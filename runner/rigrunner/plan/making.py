@@ -10,7 +10,7 @@ from rigrunner.plan.actions import Plan
 from rigrunner.plan.bench import Bench, check_roles
 from rigrunner.plan.builder import build
 from rigrunner.plan.interlocks import plan_interlocks
-from rigrunner.plan.needs import check_analysis, check_motion, check_register
+from rigrunner.plan.needs import check_analysis, check_motion, check_register, check_rig
 from rigrunner.plan.safety import check_order, drive_rules
 from rigrunner.plan.selection import check_selection
 from rigrunner.yamlfile.problems import Problems
@@ -40,7 +40,8 @@ def make_plan(
     interlocks = plan_interlocks(procedure, station, devices, problems)
     check_analysis(procedure, draft, problems)
     check_selection(procedure, draft, problems)
-    check_register(station, draft, problems)
+    check_rig(station, procedure, draft, problems)
+    check_register(station, procedure, draft, problems)
     problems.stop_if_any()
     # Only now: a mistake above that leaves a frequency unset would be told twice.
     check_motion(procedure, draft, problems)

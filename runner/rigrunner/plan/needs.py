@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.plan.draft import Draft
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
+    from rigrunner.yamlfile.document import Path
     from rigrunner.yamlfile.problems import Problems
 
 
@@ -60,9 +61,36 @@ def check_motion(procedure: LoadedProcedure, draft: Draft, problems: Problems) -
             problems.add(recorded.document, recorded.path, message, hint, key=True)
 
 
-def check_register(station: LoadedStation, draft: Draft, problems: Problems) -> None:
-    """Add a problem for every recorded torque that the instrument register does not know."""
-    for recorded in draft.recordings:
+def check_rig(
+    station: LoadedStation, procedure: LoadedProcedure, draft: Draft, problems: Problems
+) -> None:
+    """Add a problem for all that the analysis needs to know of the rig, and the station leaves out.
+
+    Swings are read by the law of the crank; a no-load run must have had the same mandrel.
+    """
+    if not analyses(procedure):
+        return
+    spec, rig = procedure.model.torque_analysis, station.model.rig
+    needed: dict[str, Path] = {}
+    at = procedure.model.torque_analysis_at
+    if spec.starts is None and chosen(draft.recordings, procedure):
+        needed |= dict.fromkeys(("eccentric", "centre_distance"), at)
+    if spec.no_load is not None and not spec.no_load.is_this_run and "mandrel" in spec.no_load.same:
+        needed["mandrel"] = (*at, "no_load")
+    for key, path in needed.items():
+        if getattr(rig, key) in (None, ""):
+            message = f"the analysis needs the key '{key}' of the rig, which is missing"
+            hint = f"it is needed at {procedure.document.where(path, key=True)}"
+            problems.add(station.document, ("rig", key), message, hint, key=True)
+
+
+def check_register(
+    station: LoadedStation, procedure: LoadedProcedure, draft: Draft, problems: Problems
+) -> None:
+    """Add a problem for every torque that is analysed and that the register does not know."""
+    if not analyses(procedure):
+        return
+    for recorded in chosen(draft.recordings, procedure):
         for name in channels_of(recorded.record, "torque"):
             _check_instrument(station, Member(recorded.record.role, name), recorded, problems)
 

@@ -37,7 +37,7 @@ class Prediction:
     """What a plan will probably show."""
 
     torques: tuple[PredictedTorque, ...]
-    """One for each recording of a torque in cyclic motion."""
+    """One for each recording of a torque in cyclic motion, of a rig whose design is known."""
     disk_bytes: int
     """The samples of all recordings as the journal keeps them, before compression."""
 
@@ -54,25 +54,26 @@ def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> P
     bearing_nm = max((each.max or 0.0 for each in limits), default=0.0)
     records = [each.record for each in plan.recordings]
     torques = tuple(
-        PredictedTorque(
-            record.name,
-            record.cycle_frequency_hz,
-            rig_torque_nm(station.model.rig, record.cycle_frequency_hz) + bearing_nm,
-            station.instruments[Member(record.role, channel)].full_scale,
-        )
+        PredictedTorque(record.name, frequency_hz, rig_nm + bearing_nm, known.full_scale)
         for record in records
+        if (frequency_hz := record.cycle_frequency_hz)
+        and (rig_nm := rig_torque_nm(station.model.rig, frequency_hz)) is not None
         for channel in channels_of(record, "torque")
-        if record.cycle_frequency_hz
+        if (known := station.instruments.get(Member(record.role, channel)))
     )
     return Prediction(torques, sum(map(_bytes, records)))
 
 
-def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float:
-    """Return an upper estimate of what the rig itself puts on the sensor.
+def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
+    """Return an upper estimate of what the rig itself puts on the sensor; None: it is not known.
 
     Inertia, friction and damping of the supports at their greatest, which do not fall together:
     J max|alpha| + T0 + b max|omega| (torque balance of the spindle; Wang et al. 2025, section 2).
     """
+    if rig.inertia is None or rig.support_friction is None or rig.support_damping is None:
+        return None
+    if not rig.swings:
+        return None
     ratio = rig.eccentric_ratio
     from rigrunner.signal.kinematics import max_acceleration, max_speed  # noqa: PLC0415  (numpy)
 

@@ -58,7 +58,8 @@ class Station(Settings):
     """One line for lists and for the report."""
     description: PlainText = ""
     """In as many words as it takes."""
-    rig: RigDescription
+    rig: RigDescription = Field(default_factory=RigDescription)
+    """What is known of the rig itself; left out, nothing."""
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
     """Role to the device that fills it."""
     instruments: ListOf[AnyInstrument] = ()

@@ -130,10 +130,11 @@ class _Register:
 
     def _uses(self, each: Instrument) -> Iterator[_Use]:
         """Yield what the plan will put on an instrument, as far as it is known beforehand."""
+        rig = self.planned.station.model.rig
         if each.quantity == "torque":
             yield from self._torques(each.channel)
-        elif each.quantity == "angle" and self._swings(each.channel):
-            half_swing = asin(self.planned.station.model.rig.eccentric_ratio)
+        elif each.quantity == "angle" and rig.swings and self._swings(each.channel):
+            half_swing = asin(rig.eccentric_ratio)
             for value in (-half_swing, half_swing):
                 yield _Use("the swing goes to", value)
         else:

@@ -232,3 +232,41 @@ def test_cycles_need_a_frequency_that_was_set_and_not_only_one_that_could_be():
     assert problem.message == (
         "cycles need a frequency, but tester.frequency is not set above 0 Hz here"
     )
+
+
+def bench_without(*lines):
+    return edited(STATION, *((line, "") for line in lines))
+
+
+@pytest.mark.parametrize(
+    ("line", "key", "part"),
+    [
+        ("  mandrel: M-01\n", "mandrel", "no_load:"),
+        ("  eccentric: 2 mm\n", "eccentric", "swing_torque:"),
+        ("  centre_distance: 45 mm\n", "centre_distance", "swing_torque:"),
+    ],
+)
+def test_what_the_analysis_needs_of_the_rig_is_asked_for_with_both_places(line, key, part):
+    station = bench_without(line)
+    problem = only_problem(lambda: planned(PROCEDURE, station=station))
+
+    assert problem.field == f"rig.{key}"
+    assert problem.message == f"the analysis needs the key '{key}' of the rig, which is missing"
+    assert str(problem.location) == f"s.yaml:{place_of(station, 'rig:')}"
+    assert problem.hint == f"it is needed at p.yaml:{place_of(PROCEDURE, part)}"
+
+
+NO_RIG = STATION[: STATION.index("rig:")] + STATION[STATION.index("devices:") :]
+
+
+def test_a_procedure_that_analyses_no_torque_needs_neither_rig_nor_register():
+    text = PROCEDURE[: PROCEDURE.index("analysis:")]
+    plan = planned(text, station=NO_RIG[: NO_RIG.index("instruments:")])
+    assert plan.recordings
+
+
+def test_starts_from_rest_need_no_crank():
+    start, end = PROCEDURE.index("  - swing_torque:"), PROCEDURE.index("acceptance:")
+    text = PROCEDURE[:start] + "  - breakaway: {outliers: mad}\n" + PROCEDURE[end:]
+    text = text[: text.index("acceptance:")]
+    assert planned(text, station=NO_RIG).recordings
