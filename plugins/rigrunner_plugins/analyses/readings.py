@@ -9,7 +9,7 @@ a difference of two readings then has it twice.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isnan
+from math import isnan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,12 +20,6 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings, MeasurementResult
 from rigrunner.api.units import unit
 from rigrunner.signal.coverage import excess_kurtosis
-from rigrunner.signal.reading_errors import (
-    ANY,
-    GAIN,
-    TO_STANDARD,
-    reading_errors,
-)
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.settings import quotient, si_unit
 from rigrunner_plugins.analyses.sources import groups
@@ -35,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigrunner.api.data import Array, RunData
-    from rigrunner.signal.reading_errors import ReadingError
+    from rigrunner.api.reading_errors import ReadingError
     from rigrunner_plugins.analyses.settings import ReadingsSettings
     from rigrunner_plugins.analyses.sources import Group
     from rigrunner_plugins.analyses.statistics import Statistic
@@ -146,23 +140,22 @@ class Readings:
                 sensitivity=1.0,
             )
         for channel, values in group.values.items():
-            for error in reading_errors(run, channel, values):
+            for error in run.reading_errors(channel, float(np.abs(values).max())):
                 yield self._component(error, channel, group, scale)
 
     def _component(
         self, error: ReadingError, channel: str, group: Group, scale: float
     ) -> Component:
         effect = abs(self._effect(error, channel, group)) * scale
-        input_u = error.half_width * TO_STANDARD
         return Component(
-            name=error.name,
-            u=effect * input_u,
-            dof=inf,
-            distribution="rectangular",
+            name=f"{error.name} ({error.source})" if error.source else error.name,
+            u=effect * error.u,
+            dof=error.dof,
+            distribution=error.distribution,
             common=True,
             value=0.0,
-            unit="1" if error.kind == GAIN else group.units[channel],
-            input_u=input_u,
+            unit="1" if error.acts == "gain" else group.units[channel],
+            input_u=error.u,
             sensitivity=effect,
         )
 
@@ -170,13 +163,13 @@ class Readings:
         """Return by how much the statistic changes with an error, per its size."""
         at_rest = self._combined(group)
         value = self._statistic.value
-        if error.kind == ANY:
+        if error.acts == "each":
             step = SMALL * (float(np.abs(group.values[channel]).max()) or 1.0)
             slope = np.abs(self._combined(group, channel, step) - at_rest).max() / step
             return float(slope) * self._statistic.bound(group.series(at_rest))
         if self.settings.statistic == "settling_time":
             return 0.0
-        size = group.values[channel] if error.kind == GAIN else np.ones(len(at_rest))
-        step = SMALL if error.kind == GAIN else SMALL * (float(np.abs(at_rest).max()) or 1.0)
+        size = group.values[channel] if error.acts == "gain" else np.ones(len(at_rest))
+        step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(at_rest).max()) or 1.0)
         moved = self._combined(group, channel, step * size)
         return (value(group.series(moved)) - value(group.series(at_rest))) / step

@@ -5,14 +5,14 @@ An error is known by its limits and its distribution (GUM 4.3.7, JCGM 101:2008, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf, nan, sqrt
-from typing import TYPE_CHECKING, Annotated, Literal
+from math import nan, sqrt
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from rigrunner.api.calibration import Accuracy, limit_of_error
 from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.reading_errors import ReadingError, Shape
 from rigrunner.api.settings import Difference, PlainText, Settings
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-Shape = Literal["rectangular", "triangular", "arcsine", "normal"]
 OVER_U: Mapping[str, float] = {
     "rectangular": sqrt(3),
     "triangular": sqrt(6),
@@ -30,28 +29,6 @@ OVER_U: Mapping[str, float] = {
     "normal": 2.0,
 }
 """Half-width over standard uncertainty; of the normal one the limit is U with k = 2."""
-Acts = Literal["gain", "offset", "each"]
-
-
-@dataclass(frozen=True)
-class ReadingError:
-    """One line of what a reading may be off by, as the register has it."""
-
-    name: str
-    """Such as 'gain of meter.resistance'."""
-    acts: Acts
-    """`gain`: one and the same share of all readings. `offset`: one and the same for all readings.
-    `each`: within its limits at each reading; what two readings share of it nobody states."""
-    u: float
-    """The standard uncertainty, in the SI unit of the channel; of a gain a share of the reading."""
-    dof: float = inf
-    distribution: Shape = "rectangular"
-    source: str = ""
-    """Who states it; '' where the register does not say."""
-
-    def at(self, value: float) -> float:
-        """Return the standard uncertainty of a reading of that value, in the SI unit."""
-        return self.u * abs(value) if self.acts == "gain" else self.u
 
 
 class _TextOrMapping:

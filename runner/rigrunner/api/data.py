@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import nan
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part of the data, without numpy)
+from rigrunner.api.reading_errors import ReadingError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -177,6 +179,15 @@ class RunData:
         """Return the register's entry for a channel, 'role.name'; None where there is none."""
         entries = (*self.instruments.values(), *self.other_instruments)
         return next((each for each in entries if each.channel == channel), None)
+
+    def reading_errors(self, channel: str, value: float) -> tuple[ReadingError, ...]:
+        """Return what readings of a channel up to a value, in the SI unit, may be off by.
+
+        One of which the register says nothing has one line, with an uncertainty of nan.
+        """
+        known = self.instrument(channel)
+        found = known.reading_errors(value, zeroed=channel in self.zeros) if known else ()
+        return found or (ReadingError(f"reading of {channel}", "each", nan),)
 
     def zero(self, recording: str, channel: str) -> float:
         """Return the zero reading that belongs to a channel of a recording; 0 without one."""

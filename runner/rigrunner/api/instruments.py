@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from rigrunner.api import calibration_curve
-from rigrunner.api.accuracy import OVER_U, AccuracyInParts, Acts, AnyAccuracy, ReadingError
+from rigrunner.api.accuracy import OVER_U, AccuracyInParts, AnyAccuracy
 from rigrunner.api.calibration import (
     CalibratedRange,
     CalibrationConditions,
@@ -21,6 +21,7 @@ from rigrunner.api.calibration import (
 )
 from rigrunner.api.filters import AnyFilter
 from rigrunner.api.member import Member
+from rigrunner.api.reading_errors import Acts, ReadingError
 from rigrunner.api.settings import (
     IsoDate,
     ListOf,
@@ -214,17 +215,16 @@ class TorqueInstrument(Instrument):
     def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
         """Return what a reading may be off by: the accuracy, and what `errors` states besides."""
         accuracy, whole = self.accuracy, self.full_scale
-        widths: tuple[tuple[str, Acts, float], ...] = (
-            ("reading", "each", accuracy.of_full_scale * whole),
+        split: tuple[tuple[str, Acts, float], ...] = (
             ("gain", "gain", accuracy.gain),
             ("offset", "offset", 0.0 if zeroed else accuracy.offset),
             ("drift", "each", accuracy.drift),
             ("nonlinearity", "each", accuracy.nonlinearity * whole),
         )
+        in_one = accuracy.of_full_scale * whole
         found = [
             ReadingError(f"{name} of {self.channel}", acts, width / OVER_U["rectangular"])
-            for name, acts, width in widths
-            if width
+            for name, acts, width in ((("reading", "each", in_one),) if in_one else split)
         ]
         stated = self.errors.reading_errors(self.channel, value, whole) if self.errors else ()
         return (*found, *stated)

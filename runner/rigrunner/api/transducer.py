@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field
 
-from rigrunner.api.accuracy import OVER_U, ReadingError, Shape
+from rigrunner.api.accuracy import OVER_U
 from rigrunner.api.calibration import Accuracy, limit_of_error
 from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.reading_errors import ReadingError, Shape
 from rigrunner.api.settings import Difference, PlainText, Settings
 from rigrunner.api.units import QuantityError
 

@@ -89,7 +89,7 @@ def is_pure(subject: Subject) -> None:
     demand(_numbers(analysis(run)) == first, "it gives other numbers when it is asked again")
 
 
-@check(mend="use the register: see `rigrunner.signal.reading_errors`", needs=("is_pure",))
+@check(mend="use the register: see `RunData.reading_errors`", needs=("is_pure",))
 def a_worse_instrument_is_no_surer(subject: Subject) -> None:
     """With limits of error that are ten times as wide, no result has a smaller uncertainty."""
     good, bad = (_found(subject, _run(subject, widen=w)).results for w in (1.0, 10.0))

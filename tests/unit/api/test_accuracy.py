@@ -44,7 +44,8 @@ def test_each_error_is_a_line_with_its_distribution_and_source():
     gain, offset, resolution, drift, temperature = found.values()
     assert (gain.acts, offset.acts, drift.acts) == ("gain", "offset", "each")
     assert gain.u == pytest.approx(1e-4 / sqrt(3))
-    assert gain.at(120.0) == pytest.approx(120 * 1e-4 / sqrt(3))
+    assert gain.at(-120.0) == pytest.approx(120 * 1e-4 / sqrt(3))
+    assert drift.at(7.0) == drift.u
     assert offset.u == pytest.approx(0.005e-2 * 200 / 2)
     assert (offset.distribution, offset.source) == ("normal", "data sheet")
     assert resolution.u == pytest.approx(1e-3 / 2 / sqrt(3))
@@ -142,8 +143,8 @@ def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
 
     assert found["nonlinearity of tester.torque"].u == pytest.approx(0.005 / sqrt(3))
     assert found["offset of tester.torque"].acts == "offset"
-    assert "offset of tester.torque" not in lines(torque, -5.0, zeroed=True)
-    assert "drift of tester.torque" not in found
+    assert lines(torque, -5.0, zeroed=True)["offset of tester.torque"].u == 0
+    assert found["drift of tester.torque"].u == 0
     assert found["hysteresis of tester.torque"].u == pytest.approx(0.003 / sqrt(2))
     assert found["resolution of tester.torque"].u == pytest.approx(0.5e-3 / sqrt(3))
     assert found["creep of tester.torque"].u == pytest.approx(0.02e-2 * 5 / sqrt(3))
