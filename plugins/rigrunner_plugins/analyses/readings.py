@@ -141,14 +141,21 @@ class Readings:
             )
         for channel, values in group.values.items():
             for error in run.reading_errors(channel, float(np.abs(values).max())):
-                yield self._component(error, channel, group, scale)
+                name = f"{error.name} ({error.source})" if error.source else error.name
+                if error.acts == "each" and self.settings.statistic == "range":
+                    # two errors, not a larger one: their sum has another shape, and another k
+                    for which in ("highest", "lowest"):
+                        of_one = f"{name}, {which} value"
+                        yield self._component(error, of_one, channel, group, scale)
+                else:
+                    yield self._component(error, name, channel, group, scale)
 
     def _component(
-        self, error: ReadingError, channel: str, group: Group, scale: float
+        self, error: ReadingError, name: str, channel: str, group: Group, scale: float
     ) -> Component:
         effect = abs(self._effect(error, channel, group)) * scale
         return Component(
-            name=f"{error.name} ({error.source})" if error.source else error.name,
+            name=name,
             u=effect * error.u,
             dof=error.dof,
             distribution=error.distribution,

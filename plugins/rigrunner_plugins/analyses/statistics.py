@@ -44,7 +44,7 @@ class Statistic:
     scatter: Callable[[Series], Scatter | None]
     """Of type A; None where the values do not show any."""
     bound: Callable[[Series], float]
-    """By how much it changes at most with an error within +/- 1 of each value."""
+    """By how much it changes at most with an error within +/- 1 of each value; a range, of one."""
 
 
 def mean_scatter(series: Series) -> Scatter | None:
@@ -155,11 +155,6 @@ def _one(_: Series) -> float:
     return 1.0
 
 
-def _two_readings(_: Series) -> float:
-    """Return the bound of a difference of two readings whose errors are not one: sqrt(2)."""
-    return sqrt(2)
-
-
 def _none(_: Series) -> None:
     return None
 
@@ -168,7 +163,7 @@ STATISTICS = {
     "mean": Statistic(lambda series: float(series.values.mean()), mean_scatter, _one),
     "minimum": Statistic(lambda series: float(series.values.min()), _none, _one),
     "maximum": Statistic(lambda series: float(series.values.max()), _none, _one),
-    "range": Statistic(lambda series: float(np.ptp(series.values)), _none, _two_readings),
+    "range": Statistic(lambda series: float(np.ptp(series.values)), _none, _one),
     "rms": Statistic(_rms, _rms_scatter, _one),
     "standard_deviation": Statistic(_deviation, _deviation_scatter, _one),
     "slope": Statistic(

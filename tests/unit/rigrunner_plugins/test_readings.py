@@ -14,6 +14,7 @@ from rigrunner.api.data import Measurement, Recording, RunData
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
 from rigrunner.registry import load_registry
+from rigrunner.signal.coverage import expanded
 
 UNITS = {"meter.voltage": "V", "load.current": "A", "shunt.voltage": "V", "room.temperature": "K"}
 START = "2026-01-05T10:00:00+00:00"
@@ -130,6 +131,8 @@ def test_range_has_the_error_of_two_readings() -> None:
     found = only(run_of(*ROWS, instruments=[meter()]), "mV", statistic="range")
     assert found.estimate.value == pytest.approx(60.0)
     assert found.estimate.u == pytest.approx(30 / sqrt(3) * sqrt(2))
+    triangle = 60 * (1 - sqrt(0.05))  # the difference of two rectangles: half of its 95 % interval
+    assert expanded(found.estimate) == pytest.approx(triangle, rel=0.01)
 
 
 def test_a_gain_and_an_offset_go_through_the_statistic_as_they_are() -> None:
