@@ -6,8 +6,6 @@ STATION = """\
 rigrunner: station/1
 id: bench
 title: Power supply on a bench
-rig: {mandrel: none, eccentric: 2 mm, centre_distance: 45 mm, inertia: 0.002 kg·m²,
-      support_friction: 1 N·m, support_damping: 1 N·m·s/rad}
 devices:
   bench:
     type: supply_bench

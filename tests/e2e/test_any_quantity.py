@@ -219,3 +219,28 @@ def test_an_archive_finds_them_by_name(passed, tmp_path):
     table = out.read_text(encoding="utf-8")
     assert "result regulation" in table
     assert "bench.current = 5 A" in table
+
+
+def test_it_can_be_decided_again_by_another_limit(tmp_path):
+    _, found = run(tmp_path)
+    limits = tmp_path / "limits.yaml"
+    text = "rigrunner: acceptance/1\nacceptance:\n  limits:\n    - {of: %s, max: %s, source: me}\n"
+    limits.write_text(text % ("regulation", "40 mV"), encoding="utf-8")
+    who = ("--by", "A. Nother", "--reason", "a tighter data sheet")
+    again = call("decide", found, "--acceptance", limits, *who)
+    assert again.code == 1, again.err
+    assert "44 mV is 4 mV outside the limit" in again.out
+    for name, most, words in (
+        ("ripple", "40 mV", "has no result 'ripple'"),
+        ("regulation", "40 mA", "the limit is a current, and regulation a voltage"),
+    ):
+        limits.write_text(text % (name, most), encoding="utf-8")
+        refused = call("decide", found, "--acceptance", limits, *who)
+        assert refused.code != 0
+        assert words in refused.err
+    other_rule = call("decide", found, "--rule", "simple", *who)
+    assert other_rule.code == 1
+
+
+def test_the_limit_with_least_to_spare_decides_among_those_that_are_sure(passed):
+    assert document(passed[1])["decision"]["of"] == "regulation"

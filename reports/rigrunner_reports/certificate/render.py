@@ -21,6 +21,7 @@ from markupsafe import Markup
 from rigrunner.api.certificate import certificate_json
 from rigrunner.api.errors import InvalidFileError, Location, Problem
 from rigrunner_reports.certificate.figure import over_frequency
+from rigrunner_reports.certificate.named_figure import named_figures
 from rigrunner_reports.certificate.texts import texts
 from rigrunner_reports.certificate.wording import Wording
 from rigrunner_reports.render import css_string
@@ -52,6 +53,7 @@ def html(given: CertificateInput) -> bytes:
                 t=wording.texts,
                 w=wording,
                 plot=over_frequency(certificate, wording),
+                named_plots=named_figures(certificate, wording),
                 logo=_logo(letterhead.logo),
                 style=Markup(style + letterhead.style.translate(_OF_STYLE)),  # noqa: S704  (escaped)
                 css_string=css_string,

@@ -215,11 +215,17 @@ class LimitDecision:
         return self.verdict is Verdict.PASS
 
     @property
-    def badness(self) -> tuple[int, float]:
-        """What sorts the limits of a run, the one that decides first: verdict, probability."""
-        return WORST_FIRST.index(self.verdict), (
-            self.probability if isfinite(self.probability) else -inf
-        )
+    def badness(self) -> tuple[int, float, float]:
+        """What sorts the limits of a run, the one that decides first.
+
+        Verdict, probability, and, where that is as good as certain of several, how many standard
+        uncertainties the value is within its limit.
+        """
+        found, within = self.result, -inf
+        if found is not None and found.u > 0:
+            within = self.limits.margin(found.value) / found.u
+        probability = self.probability if isfinite(self.probability) else -inf
+        return WORST_FIRST.index(self.verdict), probability, within
 
 
 @dataclass(frozen=True, kw_only=True)

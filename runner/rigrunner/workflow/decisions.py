@@ -16,6 +16,7 @@ from rigrunner import __version__
 from rigrunner.analysis.verdict.document import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
+from rigrunner.api.units import unit
 from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
 from rigrunner.procedure import Acceptance, parse_procedure
@@ -138,14 +139,17 @@ def decide_again(
     after = change(before)
     if after == before:
         raise UsageError("these limits and this rule hold already", hint="nothing was written")
-    spec = _procedure(stored).torque_analysis
-    if spec.primary_plugin is None:
+    procedure = _procedure(stored)
+    spec = procedure.torque_analysis
+    if spec.primary_plugin is None and (after.torque_limits or not procedure.named_analyses):
         raise DataError(
             f"{stored.header.run_id} has no result to decide on",
             hint=f"its procedure {stored.header.procedure_id} compensates nothing",
         )
     result = analyse_run(folder, registry, acceptance=after)
-    _refuse(result, spec, spec.primary_plugin.name, after, registry)
+    if spec.primary_plugin is not None and after.torque_limits:
+        _refuse(result, spec, spec.primary_plugin.name, after, registry)
+    _refuse_other_results(result, after)
     held = _before(folder, stored, before)
     content = _content(stored, decider, held, after, result)
     return _read(_write(folder, content), stored.digest), result
@@ -171,6 +175,23 @@ def _refuse(
         if objection:
             hint = "limits and results of two measurands have nothing to say to each other"
             raise DataError(f"{limit.source}: {objection}", hint=hint)
+
+
+def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
+    """Raise DataError for a limit of a result that the run does not have, or of another kind."""
+    units = {each.name: each.of.unit for each in result.results}
+    for limit in acceptance.result_limits:
+        if limit.of not in units:
+            known = ", ".join(units) or "none"
+            raise DataError(
+                f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {known}"
+            )
+        kind = unit(units[limit.of]).dimension
+        if limit.dimension != kind:
+            raise DataError(
+                f"{limit.source}: the limit is a {limit.dimension}, and {limit.of} a {kind}",
+                hint=f"write it in {units[limit.of]}",
+            )
 
 
 def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[str, Any]:

@@ -137,7 +137,9 @@ def _by(zones: Sequence[Zone], reached: int, margin: float, unit: str) -> str:
 
 
 def _width(zone: Zone, unit: str) -> str:
-    return f"{zone.width} = {_shown(abs(zone.margin), unit)}"
+    width = abs(zone.margin)
+    shown = _shown(width, unit) if unit == TORQUE else f"{width:.3g} {unit}"
+    return f"{zone.width} = {shown}"
 
 
 def _conforming(limits: Limits, estimate: Estimate, value: float) -> float:

@@ -1,0 +1,80 @@
+"""Named results over a coordinate, with their uncertainty and limits, on a certificate."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.ticker import FuncFormatter
+
+from rigrunner_reports.plots.canvas import INK, PRIMARY, VERMILION, Plot, draw
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from rigrunner.api.certificate import Certificate, NamedResult
+    from rigrunner_reports.certificate.wording import Wording
+
+FEWEST_POINTS = 2
+HEIGHT_IN = 2.6
+
+
+def named_figures(certificate: Certificate, wording: Wording) -> dict[str, Plot]:
+    """Return the figure of each result that has several values over one number, by its name."""
+    return {
+        name: _figure(certificate, results, wording)
+        for name, results in wording.by_name(certificate)
+        if len(results[0].coordinates) == 1
+        and len(results) >= FEWEST_POINTS
+        and not any(isinstance(x.value, str) for each in results for x in each.coordinates.values())
+    }
+
+
+def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: Wording) -> Plot:
+    first = results[0]
+    ((axis, at),) = first.coordinates.items()
+    symbol = first.symbol or first.name
+    x = [float(value.value) for each in results for value in each.coordinates.values()]
+    limits = _limits(certificate, first.name)
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        axes.errorbar(
+            x,
+            [each.found.value for each in results],
+            yerr=[each.found.expanded_uncertainty for each in results],
+            color=PRIMARY.color,
+            marker=PRIMARY.marker,
+            linestyle="none",
+            label=f"{symbol} ± U",
+        )
+        label = wording.texts("figure.limit")
+        for limit in limits:
+            axes.axhline(limit, color=VERMILION, linestyle="--", linewidth=1.4, label=label)
+            label = "_nolegend_"
+        shown = FuncFormatter(lambda value, _: wording.number(f"{value:.6g}"))
+        axes.xaxis.set_major_formatter(shown)
+        axes.yaxis.set_major_formatter(shown)
+        axes.set_xlabel(f"{axis}, {at.unit}" if at.unit else axis)
+        axes.set_ylabel(f"{symbol}, {first.found.unit}")
+        axes.margins(y=0.12)
+        axes.tick_params(labelcolor=INK)
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+
+    told = "; ".join(
+        f"{value.printed}: {each.found.printed} ± {each.found.printed_uncertainty}"
+        for each in results
+        for value in each.coordinates.values()
+    )
+    caption = wording.texts("named.figure", symbol=symbol, axis=axis)
+    alt = wording.number(f"{symbol}, {first.found.unit}. {told}.")
+    return Plot(caption=caption, alt=alt, svg=draw(paint, HEIGHT_IN))
+
+
+def _limits(certificate: Certificate, name: str) -> list[float]:
+    if certificate.conformity is None:
+        return []
+    own = [each for each in certificate.conformity.statements if each.named == name]
+    ends = {end for each in own for end in (each.lower_nm, each.upper_nm) if end is not None}
+    return sorted(ends)
