@@ -11,6 +11,11 @@ import pytest
 from helpers_any_quantity import PROCEDURE, written
 from helpers_certificate import make_letterhead
 from helpers_cli import call
+from rigrunner.api.events import Outcome
+from rigrunner.panel.view.of_result import finished_view
+from rigrunner.registry import load_registry
+from rigrunner.workflow.finish import FinishedRun
+from rigrunner.workflow.stored import analyse_run
 
 U_READING = 0.002 / sqrt(3)
 K_RECTANGLE = 0.95 * sqrt(3)
@@ -244,3 +249,11 @@ def test_it_can_be_decided_again_by_another_limit(tmp_path):
 
 def test_the_limit_with_least_to_spare_decides_among_those_that_are_sure(passed):
     assert document(passed[1])["decision"]["of"] == "regulation"
+
+
+def test_the_panel_shows_the_result_on_which_the_verdict_rests(passed):
+    result = analyse_run(passed[1], load_registry())
+    ended = FinishedRun(
+        folder=passed[1], outcome=Outcome.COMPLETED, reason="", error=None, result=result
+    )
+    assert finished_view(ended).result == "load regulation: 44.0 ± 2.7 mV"

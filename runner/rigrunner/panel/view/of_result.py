@@ -11,6 +11,7 @@ from rigrunner.api.checks import effect_words
 from rigrunner.api.verdict import Verdict, worst
 from rigrunner.panel.view.sections import CheckView, Finished, LiveView, PointView, Value
 from rigrunner.signal.coverage import expanded
+from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -103,11 +104,25 @@ def finished_view(finished: FinishedRun) -> Finished:
         verdict=str((result and result.verdict) or ""),
         headline=None if result is None else _value(result.headline),
         measurand="" if result is None else result.measurand,
+        result="" if result is None else _named(result),
         error="" if error is None else finished.reason if finished.unsafe else str(error),
         hint=getattr(error, "hint", ""),
         sealed=finished.sealed,
         passed_over=finished.passed_over,
     )
+
+
+def _named(result: Result) -> str:
+    deciding = None if result.decision is None else result.decision.deciding.result
+    found = [each for each in result.results if each.estimate is deciding]
+    if not found and len(result.results) == 1:
+        found = list(result.results)
+    if not found:
+        return ""
+    estimate, width = found[0].estimate, expanded(found[0].estimate)
+    decimals = max(places(width), 0) if isfinite(width) else 6
+    u = f"{width:.{decimals}f}" if isfinite(width) else "?"
+    return f"{found[0].of.words}: {estimate.value:.{decimals}f} ± {u} {estimate.unit}"
 
 
 def _point(point: PeakPoint, found: tuple[CompensatedPoint, ...], index: int) -> PointView:

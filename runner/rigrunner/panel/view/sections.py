@@ -245,6 +245,8 @@ class Finished(Section):
     verdict: str
     headline: Value | None = None
     measurand: str = ""
+    result: str = ""
+    """The named result on which the verdict rests, or the only one, with its U; '' for none."""
     error: str = ""
     hint: str = ""
     problems: tuple[str, ...] = ()

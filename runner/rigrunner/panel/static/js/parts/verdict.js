@@ -27,7 +27,8 @@ export function verdictLine() {
       element.className = `verdict ${kind} ${final ? "" : "so-far"}`;
       const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(final ? "verdict.none" : "verdict.not_yet");
       setText(word, verdict && !final ? t("verdict.so_far", { verdict: said }) : said);
-      setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : "");
+      const named = (final && finished.result) || "";
+      setText(value, headline ? withUncertainty(headline.value_nm, headline.U_nm, "N·m") : named);
     },
   };
 }
