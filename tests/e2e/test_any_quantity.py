@@ -8,7 +8,7 @@ from math import sqrt
 
 import pytest
 
-from helpers_any_quantity import PROCEDURE, written
+from helpers_any_quantity import PROCEDURE, STATION, written
 from helpers_certificate import make_letterhead
 from helpers_cli import call
 from rigrunner.api.events import Outcome
@@ -257,3 +257,14 @@ def test_the_panel_shows_the_result_on_which_the_verdict_rests(passed):
         folder=passed[1], outcome=Outcome.COMPLETED, reason="", error=None, result=result
     )
     assert finished_view(ended).result == "load regulation: 44.0 ± 2.7 mV"
+
+
+def test_two_runs_are_compared_result_by_result(passed, tmp_path):
+    station = STATION.replace("11.987 V", "11.986 V").replace("12.022 V", "12.042 V")
+    procedure, bench = written(tmp_path, station=station)
+    call("run", procedure, "--station", bench, "--unattended", "--runs", tmp_path / "runs")
+    (other,) = (tmp_path / "runs").iterdir()
+    told = call("diff", passed[1], other).out
+    # 1 mV and 20 mV apart, each known to 1.9 mV: E_n = 0.37 and 7.4
+    assert "within their combined U of 0.0027 V (E_n = 0.37)" in told
+    assert "voltage at bench.current = 1 A: 12.0220 and 12.0420 V: +0.0200 V, beyond" in told

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
 _T = TypeVar("_T")
 
@@ -22,3 +22,12 @@ def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
 def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tuple[str, _T]]:
     """Yield each with the name of its set-point, such as 'at 5 Hz'; '' for one without."""
     return told_apart(("" if hz is None else f"at {hz:g} Hz", each) for hz, each in points)
+
+
+def named_place(result: Mapping[str, Any]) -> str:
+    """Return the name of a named result of a document and where it holds."""
+    places = [
+        f"{name} = {at}" if isinstance(at, str) else f"{name} = {at['value']:.6g} {at['unit']}"
+        for name, at in result["coordinates"].items()
+    ]
+    return f"{result['name']} at {', '.join(places).strip()}" if places else str(result["name"])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.analysis.document import document
 from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.errors import DataError
-from rigrunner.workflow.set_points import named_by_frequency
+from rigrunner.workflow.set_points import named_by_frequency, named_place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -52,13 +52,7 @@ def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, A
     method = (content.get("compensations") or {}).get(headline.get("method")) or {}
     points = method.get("points") or ()
     yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
-    for one in content.get("results", ()):
-        where = ", ".join(f"{name} {_place(value)}" for name, value in one["coordinates"].items())
-        yield f"{one['name']} {where}".strip(), one["estimate"]
-
-
-def _place(value: str | Mapping[str, Any]) -> str:
-    return value if isinstance(value, str) else f"{value['value']:.6g} {value['unit']}".strip()
+    yield from ((named_place(one), one["estimate"]) for one in content.get("results", ()))
 
 
 def _compare(

@@ -6,9 +6,10 @@ from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
+from rigrunner.signal.rounding import places
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.comparing.tree import Change, changes
-from rigrunner.workflow.set_points import named_by_frequency
+from rigrunner.workflow.set_points import named_by_frequency, named_place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     Json = Mapping[str, Any]
 
 SECTION = "results"
+TORQUE = "N·m"
 
 
 def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
@@ -36,7 +38,7 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
     yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
-    first, second = _torques(before), _torques(after)
+    first, second = _torques(before) | _named(before), _torques(after) | _named(after)
     for place in first:
         if place in second:
             yield from _apart(place, first[place], second[place])
@@ -72,6 +74,11 @@ def _torques(document: Json) -> dict[str, Json | None]:
     return dict(named_by_frequency(zip(frequencies, values, strict=False)))
 
 
+def _named(document: Json) -> dict[str, Json | None]:
+    """Return the results that analyses name, by name and place."""
+    return {named_place(each): each["estimate"] for each in document.get("results", ())}
+
+
 def _raw_peak(peak: Json) -> Json:
     """Return a mean peak with the expanded uncertainty of its scatter (GUM 4.2.3, G.3.4).
 
@@ -88,8 +95,10 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
         return
     difference = after["value"] - before["value"]
     unit = after["unit"]
-    shown = round(difference, 4) + 0.0  # no negative zero
-    values = f"{before['value']:.4f} and {after['value']:.4f} {unit}: {shown:+.4f} {unit}"
+    digits = 4 if unit == TORQUE else _decimals(before, after)
+    shown = round(difference, digits) + 0.0  # no negative zero
+    pair = f"{before['value']:.{digits}f} and {after['value']:.{digits}f} {unit}"
+    values = f"{pair}: {shown:+.{digits}f} {unit}"
     if difference == 0:
         return
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
@@ -101,5 +110,12 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     ratio = round(abs(difference) / combined, 2) if combined else inf
     agrees = ratio <= 1
     words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
-    text = f"{what}: {values}, {words} of {combined:.4f} {unit}"
+    text = f"{what}: {values}, {words} of {combined:.{digits}f} {unit}"
     yield Change(SECTION, f"{text} (E_n = {ratio:.2f})", matters=not agrees)
+
+
+def _decimals(before: Json, after: Json) -> int:
+    """Return how many decimals the smaller uncertainty bears; 6 where none is known."""
+    known = [each["expanded_uncertainty_95"] for each in (before, after)]
+    widths = [each for each in known if each]
+    return max(0, places(min(widths))) if widths else 6
