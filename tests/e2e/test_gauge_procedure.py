@@ -72,6 +72,33 @@ def test_sessions_become_a_study(study, tmp_path):
     assert "B. Meyer" in page
 
 
+def test_the_study_enters_u_of_the_next_result(study, tmp_path):
+    """The lines go into the station as printed; two operators leave one degree of freedom."""
+    said = call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study)
+    found = json.loads(call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study, "--json").out)
+    lines = re.search(r"^  gauge_study:\n(?:    .*\n)+", said.out, re.MULTILINE)[0]
+    station = station_file(tmp_path, ("  inertia: 0.00233", f"{lines}  inertia: 0.00233"))
+    sweep = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    run(sweep, tmp_path / "runs")
+    loaded = quick_procedure(tmp_path, "starting_torque_1000n")
+    results = {
+        name: run(loaded, tmp_path / "runs", station=each).result
+        for name, each in (("plain", None), ("named", station))
+    }
+    components = found["analysis"]["components"]
+    reproducibility = np.hypot(components["operator"], components["interaction"])
+    budget = {each.name: each for each in results["named"].headline_components}
+    source = "(SSPB-GRR, 3 parts, 2 operators, 3 trials)"
+    by_persons = budget[f"reproducibility {source}"]
+    assert by_persons.u == pytest.approx(reproducibility, rel=0.01)
+    assert 1.0 <= by_persons.dof < 1.5
+    mounted = budget[f"scatter between mountings {source}"]
+    assert mounted.u == pytest.approx(components["repeatability"], rel=0.01)
+    alone = results["plain"].headline.u
+    expected = np.sqrt(alone**2 + by_persons.u**2 + mounted.u**2)
+    assert results["named"].headline.u == pytest.approx(expected, rel=1e-3)
+
+
 def test_the_procedure_asks_to_mount_before_each_trial(study):
     (session, *_) = (
         study / name for name in sorted(p.name for p in study.iterdir()) if "GRR" in name

@@ -66,9 +66,29 @@ def gauge_text(study: GaugeStudy) -> str:
     header = ["source", "dof", "sum of squares", "mean square", "F", "p"]
     size = f"{len(study.parts)} parts x {len(study.operators)} operators x {study.trials} trials"
     lines = [f"{study.quantity} / {study.unit}, {size}", "", table(header, rows, "lrrrrr"), ""]
-    lines += [_components(study), "", *_verdicts(study)]
+    lines += [_components(study), "", *_verdicts(study), *_for_the_station(study)]
     lines += _left_out(study, "", {})
     return "\n".join(lines)
+
+
+def _for_the_station(study: GaugeStudy) -> Iterator[str]:
+    """Yield the lines that name a study of the torque in a station, so that it enters U."""
+    if study.quantity != "torque":
+        return
+    found, known = study.analysis.components, study.analysis.known
+    of = f"{study.asked['procedure']}, " if "procedure" in study.asked else ""
+    size = f"{len(study.parts)} parts, {len(study.operators)} operators, {study.trials} trials"
+    yield from ("In the station, so that it enters U of every result:", "", "rig:")
+    yield "  gauge_study:"
+    yield f'    source: "{of}{size}"'
+    for name, key, u in (
+        ("between_mountings", "repeatability", found.repeatability),
+        ("reproducibility", "reproducibility", found.reproducibility),
+    ):
+        if u > 0:
+            dof = max(1.0, known[key].degrees_of_freedom)
+            yield f"    {name}: {{u: {1000 * u:.3g} mN·m, degrees_of_freedom: {dof:.3g}}}"
+    yield ""
 
 
 def number(value: float, width: float) -> str:
