@@ -53,8 +53,8 @@ class LoadedRun:
     """Whether it is a replay itself: only then may its no-load run be one."""
     needed: Sequence[Requirer] = ()
     """What the parts of its analysis need of the no-load run."""
-    limit_at: str = ""
-    """File and line of the procedure that say how old it may be."""
+    limit_at: str = "max_age"
+    """The key that says how old it may be, with file and line."""
 
 
 def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
@@ -76,10 +76,10 @@ def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path 
 
 
 def _where(planned: Planned) -> str:
-    """Return file and line that say how old the no-load run may be."""
+    """Return the key that says how old the no-load run may be, with file and line."""
     model = planned.procedure.model
     at = (*model.torque_analysis_at, "no_load", "max_age")
-    return str(planned.procedure.document.where(at))
+    return ", ".join((at[-1], str(planned.procedure.document.where(at))))
 
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
@@ -127,7 +127,7 @@ def _formal_objections(
     )
     age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
     if age > limit:
-        yield f"it is {_long(age)} old, but at most {_long(limit)} is allowed{_by(loaded)}"
+        yield f"it is {_long(age)} old, but at most {_long(limit)} is allowed ({loaded.limit_at})"
     later = timedelta(0) if not named else -limit
     if age < later and named:
         yield f"it was made {_long(-age)} after this run, by their clocks: is one of them wrong?"
@@ -211,10 +211,6 @@ def _max_age(spec: NoLoadSpec) -> timedelta:
 def _long(age: timedelta) -> str:
     days = age / timedelta(days=1)
     return f"{days:.3g} d" if days >= DAYS_FROM else f"{24 * days:.3g} h"
-
-
-def _by(loaded: LoadedRun) -> str:
-    return f" (max_age, {loaded.limit_at})" if loaded.limit_at else ""
 
 
 def _cycle_drive(devices: Mapping[str, Device]) -> str:
