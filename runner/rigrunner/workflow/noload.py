@@ -79,7 +79,7 @@ def _where(planned: Planned) -> str:
     """Return the key that says how old the no-load run may be, with file and line."""
     model = planned.procedure.model
     at = (*model.torque_analysis_at, "no_load", "max_age")
-    return ", ".join((at[-1], str(planned.procedure.document.where(at))))
+    return ", ".join(("max_age", str(planned.procedure.document.where(at))))
 
 
 def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None) -> Path:
