@@ -207,10 +207,14 @@ def entering_channels(planned: Planned) -> tuple[Member, ...]:
     """Return the channels whose values enter the result, each once.
 
     Of a procedure without an analysis these are all that it records and measures. Of one with an
-    analysis: what is recorded but for index pulses, of which only the time counts; of what is
-    measured the torque; and the load that is read beside.
+    analysis of torque: what is recorded but for index pulses, of which only the time counts; of
+    what is measured the torque; and the load that is read beside. Of one with other analyses alone:
+    the channels that these need, and those whose values have limits.
     """
-    analysed = not planned.procedure.model.torque_analysis.asks_nothing
+    model = planned.procedure.model
+    analysed = not model.torque_analysis.asks_nothing
+    if model.named_analyses and not analysed:
+        return tuple(dict.fromkeys(_of_named_analyses(planned)))
     found: dict[Member, None] = {}
     recordings = {each.record.name: each.record for each in planned.plan.recordings}
     for step in planned.plan.steps:
@@ -225,6 +229,16 @@ def entering_channels(planned: Planned) -> tuple[Member, ...]:
             ]
             found.update(dict.fromkeys(torque if analysed else rows.channels))
     return tuple(found)
+
+
+def _of_named_analyses(planned: Planned) -> Iterator[Member]:
+    for plugin in planned.procedure.model.named_analyses:
+        for each in planned.registry.channels_of(plugin.name, plugin.settings):
+            yield Member.parse(each.name)
+    for step in planned.plan.steps:
+        for limit in step.limits:
+            role, name, *_ = limit.of.split(".")  # and a statistic of a recording
+            yield Member(role, name)
 
 
 def _read_loads(planned: Planned, role: str) -> list[Member]:

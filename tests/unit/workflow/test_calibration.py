@@ -6,16 +6,20 @@ import threading
 
 import pytest
 
+from helpers_any_quantity import written
 from helpers_language import problems_of
 from helpers_register import bench, planned
 from rigrunner.api.errors import InvalidFileError, UsageError
 from rigrunner.api.events import Intervention
+from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers
+from rigrunner.registry import load_registry
 from rigrunner.runfile import read
 from rigrunner.workflow.calibration import calibration_findings, entering_channels
 from rigrunner.workflow.inputs import answer_inputs
 from rigrunner.workflow.locate import find_procedure
 from rigrunner.workflow.overrides import overrides_for
+from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import execute
 
 # what is changed in the register, what is lacking, what is said, the field
@@ -76,6 +80,20 @@ CASES = {
 def test_the_channels_whose_values_enter_the_result(tmp_path):
     found = planned(tmp_path, bench(tmp_path))
     assert set(entering_channels(found)) == {"tester.angle", "tester.torque", "tester.load"}
+
+
+@pytest.mark.parametrize(
+    ("limits", "entering"),
+    [
+        ("", {"bench.voltage"}),
+        (", limits: {bench.ripple: {max: 20 mV}}", {"bench.voltage", "bench.ripple"}),
+    ],
+)
+def test_of_other_analyses_what_they_take_and_what_has_limits_enters(tmp_path, limits, entering):
+    channels = "{channels: [bench.voltage, bench.ripple]"
+    files = written(tmp_path, (channels, channels + limits))
+    found = plan_run(*files, load_registry(), SimulatedClock())
+    assert set(entering_channels(found)) == entering
 
 
 def test_a_calibrated_register_lets_the_run_start(tmp_path):
