@@ -77,6 +77,7 @@ def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, 
     return tuple(one for one in sinks if one is not sink)
 
 
+_MILLISECOND = timedelta(milliseconds=1)
 SET_BACK = timedelta(seconds=1)
 """A time server moves a clock by less."""
 
@@ -124,15 +125,17 @@ class EventStamp:
         self._clock = clock
         self._seq = itertools.count(first_seq)
         self._set_back = set_back
-        self._latest = clock.utc()
-        self._utc = utc_text(self._latest)
+        self._from = self._until = clock.utc()
+        self._utc = ""
+        """The text of the time of day from the one to the other: of one millisecond."""
 
     def __call__(self, kind: type[_E], **fields: Any) -> _E:
         """Return an event of that kind, stamped."""
-        monotonic_s, latest, now = self._clock.monotonic_s(), self._latest, self._clock.utc()
-        now = now.replace(microsecond=now.microsecond // 1000 * 1000)
-        if now != latest:  # many events come within a millisecond
-            self._latest, self._utc = now, utc_text(now)
+        monotonic_s, now = self._clock.monotonic_s(), self._clock.utc()
+        if not self._from <= now < self._until:
+            latest = self._from
+            self._from = now.replace(microsecond=now.microsecond // 1000 * 1000)
+            self._until, self._utc = self._from + _MILLISECOND, utc_text(now)
             if now < latest:
                 self._set_back(latest, now)
         return kind(seq=next(self._seq), monotonic_s=monotonic_s, utc=self._utc, **fields)

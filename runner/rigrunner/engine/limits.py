@@ -26,8 +26,10 @@ def remarks_on(
     """
     for limit in limits:
         value = values[limit.of]
-        if limit.limits.allow(value) and not limit.is_marginal(value):
+        if limit.limits.margin(value) >= limit.marginal:
             continue
         found = limit.decision(value)
+        if found.passes and not found.marginal:  # as of an infinite value without a limit there
+            continue
         place = "" if where is None else f"at {where()}: "
         yield (Note if found.passes else LimitMissed), f"{place}{found.reason}"
