@@ -1,0 +1,147 @@
+"""Which functions a set-point, a block of samples and a verdict go through: counted, not read.
+
+    python tests/benchmarks/paths.py            # a table, and below it each file with its functions
+
+What is called once more for each further point, or block, is on its path; on that of a verdict is
+what is called while `decide` is. Counted are functions of the package `rigrunner`, of the sources
+that stand beside this file; with PYTHONPATH, of others: `runner`, `plugins`, `reports` and `tests`
+of another commit.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import threading
+from collections import Counter
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+sys.path.append(str(Path(__file__).resolve().parent.parent))  # behind what PYTHONPATH names
+
+import helpers_setpoints
+from benchmarks.setpoints import Bench
+
+import rigrunner
+from rigrunner.bus import Bus
+from rigrunner.clock import SimulatedClock
+from rigrunner.engine import UnattendedAnswers, run_plan
+from rigrunner.registry import load_registry
+from rigrunner.runfile import RunWriter
+from rigrunner.workflow.demo import run_demo
+from rigrunner.workflow.locate import find_station
+from rigrunner.workflow.prepare import plan_run
+from rigrunner.workflow.record import header_of, rig_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import CodeType, FrameType
+
+SOURCE = Path(rigrunner.__file__).parent
+VERSION = helpers_setpoints._PROCEDURE.splitlines()[0]
+RECORD = f"""\
+{VERSION}
+id: BLOCKS
+revision: "A"
+title: One recording
+measurand: {{symbol: T, name: torque of a swing, unit: N·m}}
+uses: {{tester: swing_tester}}
+main:
+  - set: {{tester.frequency: 5 Hz}}
+  - record: {{channels: [tester.angle, tester.torque], duration: SECONDS s}}
+teardown:
+  - set: {{tester.frequency: 0 Hz}}
+"""
+Calls = Counter["CodeType"]
+
+
+def main() -> None:
+    paths = {
+        "a point of a sweep: set, read, compared, kept": of_a_point(sweep=True),
+        "a point of a scan: the same": of_a_point(),
+        "a block of samples: checked, kept": of_a_block(),
+        "a verdict: limits, rule, risks": of_a_verdict(),
+    }
+    sys.stdout.write("| path | files | functions |\n|---|---|---|\n")
+    for name, found in paths.items():
+        sys.stdout.write(f"| {name} | {len(by_file(found))} | {len(found)} |\n")
+    for name, found in paths.items():
+        sys.stdout.write(f"\n{name}\n")
+        for file, functions in by_file(found).items():
+            sys.stdout.write(f"    {file}: {', '.join(functions)}\n")
+
+
+def by_file(found: set[CodeType]) -> dict[str, list[str]]:
+    files: dict[str, list[str]] = {}
+    for code in sorted(found, key=lambda each: (each.co_filename, each.co_firstlineno)):
+        file = str(Path(code.co_filename).relative_to(SOURCE))
+        files.setdefault(file, []).append(code.co_qualname)
+    return files
+
+
+def of_a_point(**station: object) -> set[CodeType]:
+    few, many = counted(100, **station), counted(300, **station)
+    return {code for code in many if many[code] - few[code] >= 200}
+
+
+def counted(points: int, **station: object) -> Calls:
+    with Bench(points, **station) as bench:
+        bench.go()
+        with counting() as calls:
+            bench.go()
+    return calls
+
+
+def of_a_block() -> set[CodeType]:
+    short, long = recorded(10), recorded(40)
+    (blocks,) = {long[code] - short[code] for code in long if code.co_name == "block_bytes"}
+    return {code for code in long if long[code] - short[code] >= blocks}
+
+
+def recorded(seconds: int) -> Calls:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        procedure = folder / "procedure.yaml"
+        procedure.write_text(RECORD.replace("SECONDS", str(seconds)), encoding="utf-8")
+        planned = plan_run(procedure, find_station("simulated"), load_registry(), SimulatedClock())
+        writer = RunWriter(folder / "run", header_of(planned, "run", {}))
+        with rig_of(planned) as rig, writer, counting() as calls:
+            unattended = UnattendedAnswers(), threading.Event(), "run"
+            run_plan(planned.plan, rig, Bus(writer.sinks), planned.clock, *unattended)
+    return calls
+
+
+def of_a_verdict() -> set[CodeType]:
+    with tempfile.TemporaryDirectory() as name, counting(within="decide") as calls:
+        run_demo(Path(name), load_registry(), SimulatedClock(), threading.Event(), [])
+    return set(calls)
+
+
+@contextmanager
+def counting(within: str = "") -> Iterator[Calls]:
+    """Count the calls of our functions; `within` one of the analysis, and what it calls."""
+    calls: Calls = Counter()
+    depth = 0
+
+    def heard(frame: FrameType, event: str, _: object) -> None:
+        nonlocal depth
+        code = frame.f_code
+        if event not in ("call", "return") or not code.co_filename.startswith(str(SOURCE)):
+            return
+        if code.co_name == within and "analysis" in code.co_filename:
+            depth += 1 if event == "call" else -1
+        if event == "call" and (depth or not within):
+            calls[code] += 1
+
+    threading.setprofile(heard)
+    sys.setprofile(heard)
+    try:
+        yield calls
+    finally:
+        sys.setprofile(None)
+        threading.setprofile(None)
+
+
+if __name__ == "__main__":
+    main()
