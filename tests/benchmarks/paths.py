@@ -3,9 +3,9 @@
     python tests/benchmarks/paths.py            # a table, and below it each file with its functions
 
 What is called once more for each further point, or block, is on its path; on that of a verdict is
-what is called while `decide` is. Counted are functions of the package `rigrunner`, of the sources
-that stand beside this file; with PYTHONPATH, of others: `runner`, `plugins`, `reports` and `tests`
-of another commit.
+what is called while `decide` is. Counted are functions and methods of the package `rigrunner`, of
+the sources that stand beside this file; with PYTHONPATH, of others: `runner`, `plugins`, `reports`
+and `tests` of another commit.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ from typing import TYPE_CHECKING
 
 sys.path.append(str(Path(__file__).resolve().parent.parent))  # behind what PYTHONPATH names
 
-import helpers_setpoints
-from benchmarks.setpoints import Bench
+import numpy as np
 
+import helpers_setpoints
 import rigrunner
+from benchmarks.setpoints import Bench
+from helpers_analysis import acceptance, analysed, recording, run_of
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.registry import load_registry
 from rigrunner.runfile import RunWriter
-from rigrunner.workflow.demo import run_demo
 from rigrunner.workflow.locate import find_station
 from rigrunner.workflow.prepare import plan_run
 from rigrunner.workflow.record import header_of, rig_of
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import CodeType, FrameType
 
+FREQUENCIES = (1.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0)
 SOURCE = Path(rigrunner.__file__).parent
 VERSION = helpers_setpoints._PROCEDURE.splitlines()[0]
 RECORD = f"""\
@@ -113,14 +115,18 @@ def recorded(seconds: int) -> Calls:
 
 
 def of_a_verdict() -> set[CodeType]:
-    with tempfile.TemporaryDirectory() as name, counting(within="decide") as calls:
-        run_demo(Path(name), load_registry(), SimulatedClock(), threading.Event(), [])
+    loaded, no_load = (
+        run_of(*(recording(np.full(30, mean) + 1e-3 * hz, hz, load_n=load_n) for hz in FREQUENCIES))
+        for mean, load_n in ((1.6, 1000.0), (0.9, 0.0))
+    )
+    with counting(within="decide") as calls:
+        analysed(loaded, no_load, accept=acceptance())
     return set(calls)
 
 
 @contextmanager
 def counting(within: str = "") -> Iterator[Calls]:
-    """Count the calls of our functions; `within` one of the analysis, and what it calls."""
+    """Count calls of our functions in this thread; `within` one of the analysis, if named."""
     calls: Calls = Counter()
     depth = 0
 
@@ -131,16 +137,14 @@ def counting(within: str = "") -> Iterator[Calls]:
             return
         if code.co_name == within and "analysis" in code.co_filename:
             depth += 1 if event == "call" else -1
-        if event == "call" and (depth or not within):
+        if event == "call" and (depth or not within) and "<" not in code.co_name:
             calls[code] += 1
 
-    threading.setprofile(heard)
     sys.setprofile(heard)
     try:
         yield calls
     finally:
         sys.setprofile(None)
-        threading.setprofile(None)
 
 
 if __name__ == "__main__":
