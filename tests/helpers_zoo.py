@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, ConfigDict
 
 from rigrunner.api.data import Block
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity, ReadingInfo
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
     DeviceLostError,
@@ -42,6 +42,7 @@ class Press(Driver):
     non_blocking = True
     errors = {ValueError: DeviceRejectedError}  # noqa: RUF012  (Driver's way)
     sample_rate_hz = RATE_HZ
+    readings = (ReadingInfo("guard", "boolean", "Guard"), ReadingInfo("model", "text", "Model"))
 
     def __init__(self, settings, context):
         channels = [ChannelInfo("load", "N", "Load"), ChannelInfo("oil", "K", "Oil temperature")]
@@ -63,6 +64,10 @@ class Press(Driver):
 
     def get(self, channel):
         return float(self.exchange(f"query {channel}", lambda: str(self.value(channel))))
+
+    def get_reading(self, reading):
+        answer = self.exchange(f"query {reading}", lambda: {"guard": "1", "model": "P7"}[reading])
+        return answer == "1" if reading == "guard" else answer
 
     def value(self, channel):
         return 300.0 if channel == "oil" else self.stands[channel] + 0.1
@@ -357,6 +362,11 @@ class StaysLost(Press):
             raise
 
 
+class SaysOneForYes(Press):
+    def get_reading(self, reading):
+        return 1 if reading == "guard" else super().get_reading(reading)
+
+
 class CannotBeMadeSafe(Press):
     def make_safe(self):
         raise DeviceLostError("the press does not answer")
@@ -378,6 +388,7 @@ BROKEN = {
     "gives_back_what_it_took": {"factory": LeavesAThread},
     "quantities_declared": {"factory": InKilonewtons},
     "readings_are_true": {"factory": ReadsNothing},
+    "readings_are_told": {"factory": SaysOneForYes},
     "drives_go_where_they_are_set": {"factory": FallsShort},
     "drives_are_waited_for_by_asking": {"factory": BlocksWhenBegun},
     "limits_hold": {"factory": GoesBeyond},

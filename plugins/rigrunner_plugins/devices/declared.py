@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeVar
 
 from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo
+from rigrunner.api.devices import ChannelInfo, DriveInfo, ReadingInfo
+from rigrunner.api.readings import ReadingKind
 from rigrunner.api.settings import AnyQuantity, Difference, Duration, Settings, YesNo
 from rigrunner.api.units import si_symbol, unit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api.data import Array
     from rigrunner.api.quantity import Quantity
@@ -71,6 +72,46 @@ class DeclaredChannel(DeclaredQuantity):
     def info(self, name: str) -> ChannelInfo:
         """Return what others are to know of the channel."""
         return ChannelInfo(name, self.si_unit, self.title or name)
+
+
+class DeclaredReading(Settings):
+    """What an instrument tells that is no number: a text, a yes or no, an array."""
+
+    kind: ReadingKind
+    """text, boolean or array."""
+    unit: UnitSymbol | None = None
+    """Of an array: the unit of its numbers."""
+    title: str = ""
+    """Its name in plots and reports."""
+
+    @model_validator(mode="after")
+    def _has_its_unit(self) -> Self:
+        if (self.kind == "array") != (self.unit is not None):
+            needed = "needs a unit" if self.kind == "array" else "has no unit"
+            raise ValueError(f"kind is {self.kind}, which {needed}")
+        return self
+
+    def reading_info(self, name: str) -> ReadingInfo:
+        """Return what others are to know of it."""
+        symbol = si_symbol(unit(self.unit).dimension) if self.unit else ""
+        return ReadingInfo(name, self.kind, self.title or name, symbol)
+
+    def to_si(self, numbers: Sequence[float]) -> tuple[float, ...]:
+        """Return the numbers of an array in the SI unit."""
+        known = unit(self.unit or "1")
+        return tuple(each * known.factor + known.offset for each in numbers)
+
+
+def reading_infos(readings: Mapping[str, DeclaredReading]) -> tuple[ReadingInfo, ...]:
+    """Return what others are to know of the readings."""
+    return tuple(reading.reading_info(name) for name, reading in readings.items())
+
+
+def refuse_shared_names(channels: Mapping[str, object], readings: Mapping[str, object]) -> None:
+    """Raise ValueError for a reading with the name of a channel."""
+    for name in readings:
+        if name in channels:
+            raise ValueError(f"'{name}' is a channel and a reading: give one another name")
 
 
 class DeclaredDrive(DeclaredQuantity):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import coordinate_text, coordinates_text, with_unit
+from rigrunner.api.readings import reading_text
 from rigrunner.api.verdict import worst
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import VerdictView, shown_verdict
@@ -71,7 +72,7 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
         left_out=max(0, len(values) - MOST_ROWS),
         tables=tuple(
             measured_table(name, [row for row in measured if row.name == name])
-            for name in dict.fromkeys(row.name for row in measured if row.limits)
+            for name in dict.fromkeys(row.name for row in measured if row.limits or row.expected)
         ),
     )
 
@@ -102,6 +103,7 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     coordinates = list(dict.fromkeys(name for row in rows for name in row.coordinates))
     setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))
     values = list(dict.fromkeys(member for row in rows for member in row.values))
+    told = list(dict.fromkeys(member for row in rows for member in row.readings))
     head = [*(f"set {member}" for member in setpoints), *values]
     columns = [
         f"{text} / {units.get(member) or '1'}"
@@ -109,12 +111,17 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     ]
     return MeasuredTable(
         name=name,
-        columns=(*(with_unit(name, units.get(name, "")) for name in coordinates), *columns),
+        columns=(
+            *(with_unit(name, units.get(name, "")) for name in coordinates),
+            *columns,
+            *(with_unit(member, units.get(member, "")) for member in told),
+        ),
         rows=tuple(
             (
                 (
                     *(coordinate_text(row.coordinates.get(name, "")) for name in coordinates),
                     *_cells(row, setpoints, values),
+                    *(reading_text(row.readings.get(member, "")) for member in told),
                 ),
                 _row_verdict(row),
             )

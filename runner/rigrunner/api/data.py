@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.instruments import Instrument, OtherInstrument, TorqueInstrument
     from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.readings import Reading, ReadingLimit
     from rigrunner.api.rig import RigDescription
     from rigrunner.api.verdict import LimitDecision
 
@@ -131,14 +132,18 @@ class Measurement:
     """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
     elapsed_s: float | None = None
     """When the step was over, since the run began `main`; None before that."""
+    readings: Mapping[str, Reading] = field(default_factory=dict)
+    """By channel, 'role.name', what was read that is no number: a text, a yes or no, an array."""
+    expected: tuple[ReadingLimit, ...] = ()
+    """What these may be, where the procedure says so."""
 
     @property
     def decisions(self) -> tuple[LimitDecision, ...]:
-        """The decision on each limited value, in the order of the limits."""
-        return tuple(
-            limit.decision(self.values[limit.of])
-            for limit in self.limits
-            if limit.of in self.values
+        """The decision on each limited value and reading, in the order of the limits."""
+        values, readings = self.values, self.readings
+        return (
+            *(each.decision(values[each.of]) for each in self.limits if each.of in values),
+            *(each.decision(readings[each.of]) for each in self.expected if each.of in readings),
         )
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.data import Block
+    from rigrunner.api.readings import Reading, ReadingKind
 
 _Answer = TypeVar("_Answer")
 
@@ -164,6 +165,17 @@ class ChannelInfo:
 
 
 @dataclass(frozen=True)
+class ReadingInfo:
+    """Something that a device tells that is no number: a text, a yes or no, an array."""
+
+    name: str
+    kind: ReadingKind
+    long_name: str
+    unit: str = ""
+    """Of an array: the coherent SI unit of its numbers."""
+
+
+@dataclass(frozen=True)
 class DriveInfo:
     """One quantity that a device sets, with the limits within which it may be set."""
 
@@ -240,6 +252,20 @@ class Readable(Protocol):
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return the present value of each channel."""
+        ...
+
+
+@runtime_checkable
+class Observing(Protocol):
+    """Tells what is no number. The names are none of its channels."""
+
+    @property
+    def readings(self) -> Sequence[ReadingInfo]:
+        """What it can tell; known before it is connected."""
+        ...
+
+    def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
+        """Return each as it is now: a str, a bool, or a tuple of finite numbers."""
         ...
 
 

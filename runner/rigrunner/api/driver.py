@@ -29,7 +29,9 @@ if TYPE_CHECKING:
         Clock,
         DeviceContext,
         Identity,
+        ReadingInfo,
     )
+    from rigrunner.api.readings import Reading
 
 _T = TypeVar("_T")
 _Info = TypeVar("_Info")
@@ -74,6 +76,8 @@ class Driver:
     """Of the class where they are always the same, else given to each object."""
     drives: Sequence[DriveInfo] = ()
     """The same, in the order in which they are made safe."""
+    readings: Sequence[ReadingInfo] = ()
+    """What it tells that is no number; it needs `get_reading` then."""
     non_blocking = False
     poll_s = 0.05
     """How often a drive that is on its way is read back."""
@@ -132,6 +136,10 @@ class Driver:
     def get_all(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the present values; for instruments that give several in one exchange."""
         return {name: self._mapped(f"read {name}", partial(self.get, name)) for name in channels}
+
+    def get_reading(self, reading: str) -> Reading:
+        """Return a reading as it is now."""
+        raise NotImplementedError
 
     def put(self, drive: str, value: float) -> None:
         """Give a drive a new set-point and return at once."""
@@ -204,6 +212,18 @@ class Driver:
         self.check_channels(channels)
         with self._watched():
             return self._mapped(f"read {', '.join(channels)}", lambda: self.get_all(channels))
+
+    def observe(self, readings: Sequence[str]) -> dict[str, Reading]:
+        """Return each reading as it is now."""
+        self._need_connection()
+        known = {info.name: info for info in self.readings}
+        for name in readings:
+            _find("reading", name, known)
+        with self._watched():
+            return {
+                name: self._mapped(f"read {name}", partial(self.get_reading, name))
+                for name in readings
+            }
 
     def check_channels(self, channels: Iterable[str]) -> None:
         """Raise a DeviceError unless it is connected and has all of these channels."""

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from rigrunner.api.coordinates import Coordinate  # noqa: TC001  (read at run time, as above)
 from rigrunner.api.limits import ValueLimit  # noqa: TC001  (read at run time, as above)
+from rigrunner.api.readings import Reading, ReadingLimit  # noqa: TC001  (read at run time, as above)
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Block
@@ -63,6 +64,8 @@ class StepStarted(Event, frozen=True, kw_only=True):
     """What the values may be that the step finds."""
     coordinates: Mapping[str, Coordinate] = {}
     """Counters and labels of the step and those around it, by name; `units` has their units."""
+    expected: tuple[ReadingLimit, ...] = ()
+    """What the readings may be that are no numbers."""
 
 
 class Samples(Event, frozen=True, kw_only=True):
@@ -167,6 +170,8 @@ class StepEnded(Event, frozen=True, kw_only=True):
     statistics: Mapping[str, float] = {}
     """Of a recording: the statistics of its samples that have limits, 'role.name.statistic'."""
     units: Mapping[str, str] = {}
+    readings: Mapping[str, Reading] = {}
+    """What it read that is no number, by 'role.name'."""
     leaves: int = 0
     """Of a condition: how many of the steps that follow in the plan it leaves out."""
     truth: Mapping[str, float] = {}

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import sqrt
+from math import nan, sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
+from rigrunner.api.readings import reading_text
 from rigrunner.api.verdict import worst
 
 if TYPE_CHECKING:
@@ -42,12 +43,14 @@ class JudgedValue:
 
     @property
     def value(self) -> float:
-        """The value as it was read, in its SI unit."""
-        return self.row.values[self.decision.of]
+        """The value as it was read, in its SI unit; nan of what is no number."""
+        return self.row.values.get(self.decision.of, nan)
 
     @property
     def shown(self) -> str:
         """The value in the unit of its limit, with as many digits as show on which side it is."""
+        if self.decision.of in self.row.readings:
+            return reading_text(self.row.readings[self.decision.of])
         return self.decision.limits.shown_apart(self.value)
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
+    from rigrunner.api.readings import Reading
 
 NONE: Mapping[str, Any] = {}
 
@@ -75,6 +76,8 @@ class Found:
     """Of a recording: what of its samples has limits, in SI units by 'role.name.statistic'."""
     missed: str = ""
     """Of a step that judges its values itself: the one out of limits that ended it, in words."""
+    readings: Mapping[str, Reading] = field(default_factory=dict)
+    """What was read that is no number, by 'role.name'."""
     leaves: bool = False
     """Of a condition: whether the steps that hang on it are left out."""
 
@@ -261,6 +264,10 @@ class Doing(Protocol):
 
     def read(self, channels: Sequence[Member]) -> dict[str, float]:
         """Return the present value of each channel, in SI units and in their order."""
+        ...
+
+    def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
+        """Return what devices tell that is no number: a text, a yes or no, a tuple of numbers."""
         ...
 
     def set(self, role: str, drive: str, value: float) -> float:

@@ -33,11 +33,14 @@ MOST_VALUES = 500
 
 
 def measured_of(result: Result) -> MeasuredLimits | None:
-    """Return the measured values that have limits, with the decision on each; None for none."""
+    """Return the measured values that have limits, with the decision on each; None for none.
+
+    Readings that are no numbers count in the verdict, and are not listed.
+    """
     found = result.limits
     if found.verdict is None:
         return None
-    values = found.values
+    values = tuple(each for each in found.values if each.decision.of in each.row.values)
     if len(values) > MOST_VALUES:
         values = tuple(sorted(values, key=lambda each: each.decision.passes))[:MOST_VALUES]
     return MeasuredLimits(

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import coordinate_text, with_unit
+from rigrunner.api.readings import reading_text
 from rigrunner.cli.table import table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.data import Measurement
+    from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.readings import ReadingLimit
 
 
 def measured(measurements: Sequence[Measurement]) -> str:
@@ -24,6 +27,7 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
     coordinates = list(dict.fromkeys(name for one in rows for name in one.coordinates))
     setpoints = list(dict.fromkeys(member for one in rows for member in one.setpoints))
     values = list(dict.fromkeys(member for one in rows for member in one.values))
+    told = list(dict.fromkeys(member for one in rows for member in one.readings))
     units = {member: unit for one in rows for member, unit in one.units.items()}
     header = [f"{member} / {units.get(member, '1')}" for member in setpoints + values]
     header[: len(setpoints)] = [f"set {text}" for text in header[: len(setpoints)]]
@@ -32,10 +36,14 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
         [coordinate_text(one.coordinates.get(name, "")) for name in coordinates]
         + [_cell(one.setpoints.get(member)) for member in setpoints]
         + [_cell(one.values.get(member)) for member in values]
+        + [reading_text(one.readings.get(member, "")) for member in told]
         for one in rows
     ]
-    align = "r" * len(header)
-    limits = dict.fromkeys(limit for one in rows for limit in one.limits)
+    header += [with_unit(member, units.get(member, "")) for member in told]
+    align = "r" * (len(header) - len(told)) + "l" * len(told)
+    limits: dict[ValueLimit | ReadingLimit, None] = {}
+    for one in rows:
+        limits |= dict.fromkeys(one.limits) | dict.fromkeys(one.expected)
     if limits:
         header, align = [*header, "verdict"], f"{align}l"
         cells = [[*cell, _verdict(one)] for cell, one in zip(cells, rows, strict=True)]

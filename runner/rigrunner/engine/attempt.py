@@ -42,6 +42,7 @@ class Attempt:
             units={**self._units, **self.step.coordinate_units},
             limits=self.step.limits,
             coordinates=self.step.coordinates,
+            expected=self.step.terms.expected,
         )
 
     def end(self, emit: Emit, found: Found = NOTHING, *, ok: bool) -> None:
@@ -58,6 +59,7 @@ class Attempt:
             values=found.values,
             statistics=found.statistics,
             units=found.units,
+            readings=found.readings,
             leaves=self.step.leaves if found.leaves else 0,
             truth=found.truth if ok else NONE,
         )

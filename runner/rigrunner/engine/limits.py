@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.readings import Reading, ReadingLimit
 
 Remark = tuple[type[Note], str]
 """An event on a value with a limit, and its text."""
@@ -33,3 +34,13 @@ def remarks_on(
             continue
         place = "" if where is None else f"at {where()}: "
         yield (Note if found.passes else LimitMissed), f"{place}{found.reason}"
+
+
+def missed_of(
+    expected: Sequence[ReadingLimit], readings: Mapping[str, Reading]
+) -> Iterator[Remark]:
+    """Yield what is to be put on record of readings that are not what they have to be."""
+    for limit in expected:
+        found = limit.decision(readings[limit.of])
+        if not found.passes:
+            yield LimitMissed, found.reason

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, DeviceTimeoutError
 from rigrunner.api.events import Alarm, Intervention, LimitMissed, Note
-from rigrunner.engine.limits import remarks_on
+from rigrunner.api.steps import NONE
+from rigrunner.engine.limits import missed_of, remarks_on
 from rigrunner.engine.pausing import PauseWantedError, Reasoned, Telling
 from rigrunner.engine.streams import checked_stream
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
+    from rigrunner.api.readings import Reading, ReadingLimit
     from rigrunner.bus import Emit
     from rigrunner.engine.answers import AnswerSource
     from rigrunner.engine.drive_watch import DriveWatch
@@ -150,10 +152,13 @@ class Session:
         limits: Sequence[ValueLimit],
         values: Mapping[str, float],
         where: Callable[[], str] | None = None,
+        *,
+        expected: Sequence[ReadingLimit] = (),
+        readings: Mapping[str, Reading] = NONE,
     ) -> str:
         """Put on record which values are out of limits or marginal; return the former in words."""
         missed = []
-        for kind, text in remarks_on(limits, values, where):
+        for kind, text in (*remarks_on(limits, values, where), *missed_of(expected, readings)):
             self.emit(kind, step=step, text=text)
             if kind is LimitMissed:
                 missed.append(text)
@@ -176,6 +181,13 @@ class Session:
     def read(self, channels: Sequence[Member]) -> dict[str, float]:
         """Return the present value of each channel, in their order."""
         return self.reader(channels)()
+
+    def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
+        """Return what devices tell that is no number."""
+        found: dict[str, Reading] = {}
+        for role in dict.fromkeys([each.role for each in readings]):
+            found |= self.rig.observe(role, [each.name for each in readings if each.role == role])
+        return {member: found[member] for member in readings}
 
     def reader(self, channels: Sequence[Member]) -> Callable[[], dict[str, float]]:
         """Return what reads channels as `read` does, again and again."""

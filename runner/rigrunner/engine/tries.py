@@ -74,9 +74,15 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
             return None if again else Done()
         raise
     attempt.end(session.emit, found, ok=True)
-    if not terms.limits:
+    if not (terms.limits or terms.expected):
         return Done(found.missed, step.leaves if found.leaves else 0)
-    missed = session.judge(step.path, terms.limits, {**found.values, **found.statistics})
+    missed = session.judge(
+        step.path,
+        terms.limits,
+        {**found.values, **found.statistics},
+        expected=terms.expected,
+        readings=found.readings,
+    )
     return Done(missed if terms.stops_at_limit else "")
 
 

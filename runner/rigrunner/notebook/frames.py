@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.data import Array, Measurement, Recording
+    from rigrunner.api.readings import Reading
 
 TIME = "time_s"
 
@@ -61,10 +62,10 @@ def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.
     return frame
 
 
-def _cells(row: Measurement) -> dict[str, Coordinate | None]:
+def _cells(row: Measurement) -> dict[str, Coordinate | Reading | None]:
     setpoints = {f"set {name}": value for name, value in row.setpoints.items()}
     times = {"utc": row.utc, "elapsed_s": row.elapsed_s}
-    return {**times, **row.coordinates, **setpoints, **dict(row.values)}
+    return {**times, **row.coordinates, **setpoints, **dict(row.values), **row.readings}
 
 
 def _time_s(recording: Recording) -> Array:

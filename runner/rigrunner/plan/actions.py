@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
+    from rigrunner.api.readings import ReadingLimit
     from rigrunner.api.steps import Action
     from rigrunner.api.unit_tables import Unit
     from rigrunner.yamlfile import Document
@@ -39,6 +40,8 @@ class Terms:
     """Whether the run goes on after the last failure."""
     limits: tuple[ValueLimit, ...] = ()
     """What its values may be; an action that judges them itself has them."""
+    expected: tuple[ReadingLimit, ...] = ()
+    """What its readings may be that are no numbers."""
     stops_at_limit: bool = True
     """Whether a value out of limits ends the run."""
     repeatable: bool = True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-from rigrunner.api.devices import ChannelInfo, DriveInfo, Readable, Streaming
+from rigrunner.api.devices import ChannelInfo, DriveInfo, Observing, Readable, Streaming
 from rigrunner.api.member import Member
 from rigrunner.api.units import QuantityError, unit
 from rigrunner.station.drive_rules import DriveRules
@@ -13,7 +13,7 @@ from rigrunner.yamlfile.problems import suggestion
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api.devices import Device
+    from rigrunner.api.devices import Device, ReadingInfo
     from rigrunner.api.quantity import Quantity
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
@@ -49,6 +49,12 @@ class Bench:
         if device is None:
             return None
         return self._find(device.channels, "channel", member, path, key=key)
+
+    def reading(self, member: Member) -> ReadingInfo | None:
+        """Return what a role's device tells that is no number; None for any other name."""
+        device = self._devices.get(member.role) if member.role in self._uses else None
+        told: Sequence[ReadingInfo] = device.readings if isinstance(device, Observing) else ()
+        return next((info for info in told if info.name == member.name), None)
 
     def drive(self, member: Member, path: Path, *, key: bool) -> DriveInfo | None:
         """Return the drive, or None after adding the problem; `key`: it is named by a key."""
@@ -150,6 +156,8 @@ class Bench:
         if info is None:
             message = f"the device in the role '{role}' has no {what} '{name}'"
             hint = suggestion(name, by_name, f"{what}s")
+            if told := self.reading(member):
+                message, hint = f"{member} is a {told.kind}, no number", "'measure' reads it"
         elif not _is_unit(info.unit):
             message = f"the device gives {what} '{name}' in '{info.unit}', which is no known unit"
             hint = "this is for the author of the device's plugin to mend"

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from rigrunner.api.limits import ValueLimit
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
+    from rigrunner.api.readings import ReadingLimit
     from rigrunner.api.steps import Action, StepSettings
     from rigrunner.plan.actions import Recording
     from rigrunner.plan.draft import Place, Scene
-    from rigrunner.procedure.options import Band, RecordedBand
+    from rigrunner.procedure.options import RecordedBand, ValueBand
     from rigrunner.procedure.steps import Step
 
 Key = tuple[str | int, ...]
@@ -53,10 +54,12 @@ class Planning:
         text: str,
         seconds: float = 0.0,
         limits: Iterable[ValueLimit] | None = None,
+        *,
         at: Place | None = None,
+        expected: Iterable[ReadingLimit] = (),
     ) -> None:
         """Write down one action, with the terms that the step has; `at`: elsewhere in it."""
-        terms = terms_of(self.settings, self.place, seconds, self.scene, limits)
+        terms = terms_of(self.settings, self.place, seconds, self.scene, limits, expected=expected)
         self.scene.emit(at or self.place, action, text, seconds, terms)
 
     def complain(self, key: Key, message: str, hint: str = "") -> None:
@@ -145,6 +148,8 @@ class Planning:
         )
         self.scene.draft.recordings.append(known)
 
-    def limits(self, bands: Mapping[Member, Band], found: Sequence[Member]) -> list[ValueLimit]:
+    def limits(
+        self, bands: Mapping[Member, ValueBand], found: Sequence[Member]
+    ) -> list[ValueLimit]:
         """Return the limits of the channels `found`; what does not fit them is a problem."""
         return list(planned_limits(bands, self.place, found, self.scene))

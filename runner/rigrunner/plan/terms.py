@@ -5,17 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.limits import ValueLimit
+from rigrunner.api.readings import ReadingLimit
 from rigrunner.plan.actions import Terms
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    from rigrunner.api.devices import ReadingInfo
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.api.steps import StepSettings
     from rigrunner.plan.draft import Place, Scene
-    from rigrunner.procedure.options import Band, Bounds, RecordedBand
+    from rigrunner.procedure.options import Bounds, RecordedBand, ValueBand
     from rigrunner.yamlfile.document import Path
+
+_YES_NO = {"yes": True, "no": False, "True": True, "False": False}
 
 
 def terms_of(
@@ -24,6 +28,8 @@ def terms_of(
     seconds: float,
     scene: Scene,
     limits: Iterable[ValueLimit] | None,
+    *,
+    expected: Iterable[ReadingLimit] = (),
 ) -> Terms:
     """Return the terms of a step that takes so long; a time-out that is too short is a problem.
 
@@ -38,11 +44,19 @@ def terms_of(
     if limits is None:
         return Terms(timeout_s, tries, repeatable=repeatable)
     stops = getattr(step, "on_fail", "stop") == "stop"
-    return Terms(timeout_s, tries, not stops, tuple(limits), stops, repeatable)
+    return Terms(
+        timeout_s,
+        tries,
+        not stops,
+        tuple(limits),
+        tuple(expected),
+        stops_at_limit=stops,
+        repeatable=repeatable,
+    )
 
 
 def planned_limits(
-    bands: Mapping[Member, Band], place: Place, found: Sequence[str], scene: Scene
+    bands: Mapping[Member, ValueBand], place: Place, found: Sequence[str], scene: Scene
 ) -> Iterator[ValueLimit]:
     """Yield the limits of the channels `found`; what does not fit them is a problem."""
     for member, band in bands.items():
@@ -52,8 +66,40 @@ def planned_limits(
             continue
         if member not in found:
             _refuse_unfound(member, found, path, scene)
+        elif band.texts:
+            key = "equals" if band.equals is not None else "one_of"
+            message = f"{member} is a number, which has 'min' and 'max'"
+            scene.complain((*path, key), message, "a number is never exactly the same", key=True)
         elif _fits(band, channel.unit, member, path, scene):
             yield _limit(member, band.min, band.max, band)
+
+
+def reading_limits(
+    bands: Mapping[Member, ValueBand],
+    infos: Mapping[Member, ReadingInfo],
+    place: Place,
+    scene: Scene,
+) -> Iterator[ReadingLimit]:
+    """Yield the limits of readings that are no numbers; what does not fit them is a problem."""
+    for member, band in bands.items():
+        kind, path = infos[member].kind, (*place.path, "limits", member)
+        if kind == "array":
+            scene.complain(path, f"{member} is an array, which has no limits", key=True)
+        elif not band.texts:
+            key = next(name for name in ("min", "max") if getattr(band, name) is not None)
+            message = f"{member} is a {kind}, which has 'equals' and 'one_of'"
+            scene.complain((*path, key), message, "only numbers have 'min' and 'max'", key=True)
+        else:
+            allowed = tuple(_YES_NO.get(str(each), each) for each in band.texts)
+            wrong = [each for each in allowed if isinstance(each, bool) != (kind == "boolean")]
+            if kind == "boolean" and not wrong:
+                yield ReadingLimit(member, allowed)
+            elif kind == "text" and all(isinstance(each, str) for each in band.texts):
+                yield ReadingLimit(member, band.texts)
+            else:
+                needed = "yes or no" if kind == "boolean" else "a text; put it in quotes"
+                key = "equals" if band.equals is not None else "one_of"
+                scene.complain((*path, key), f"{member} is a {kind}: allowed is {needed}")
 
 
 def recorded_limits(

@@ -66,6 +66,38 @@ class Band(Settings):
         return self
 
 
+class ValueBand(Settings):
+    """What a value may be: a number `min` and `max`, a text or a yes or no `equals` or `one_of`."""
+
+    min: AnyQuantity | None = None
+    """The lowest that is allowed."""
+    max: AnyQuantity | None = None
+    """The highest that is allowed."""
+    marginal: Difference | None = None
+    """A value nearer than this to a limit, and within it, is put on record."""
+    equals: bool | str | None = None
+    """What a text, or a yes or no, has to be."""
+    one_of: Annotated[ListOf[bool | str], Field(max_length=100)] = ()
+    """What it has to be one of."""
+
+    @property
+    def texts(self) -> tuple[bool | str, ...]:
+        """What a reading that is no number may be; empty for a number."""
+        return self.one_of if self.equals is None else (self.equals,)
+
+    @model_validator(mode="after")
+    def _is_of_one_kind(self) -> Self:
+        bounded = (self.min, self.max, self.marginal) != (None, None, None)
+        if bounded and self.texts:
+            raise ValueError("a number has min and max, a text equals or one_of: not both")
+        if self.equals is not None and self.one_of:
+            raise ValueError("got both, allowed is one of: equals, one_of")
+        if not self.texts:
+            for message in objections(self):
+                raise ValueError(message)
+        return self
+
+
 class Bounds(Protocol):
     """A lowest and a highest value, and how near to them a value is marginal."""
 
@@ -172,7 +204,7 @@ RecordedLimits = Annotated[
     ),
 ]
 Limits = Annotated[
-    dict[Member, Band],
+    dict[Member, ValueBand],
     Field(
         description="What its values may be, by role.name; a value out of limits is kept, and the"
         " verdict on the run is fail."

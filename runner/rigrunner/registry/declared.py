@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
-from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, Observing
+from rigrunner.api.readings import ReadingKind
 from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
 from rigrunner.registry.methods import method_problems
 
@@ -36,9 +37,25 @@ def declaration_problems(device: object) -> Iterator[str]:
             yield strange
             return
         yield from _of_names(what, infos)
+    yield from _of_readings(device)
     for info in device.drives:
         yield from (f"drive '{info.name}': {text}" for text in _of_drive(info))
     yield from method_problems(device)
+
+
+def _of_readings(device: Device) -> Iterator[str]:
+    if not isinstance(device, Observing):
+        return
+    taken = {info.name for info in device.channels}
+    for info in device.readings:
+        if not re.fullmatch(NAME, info.name):
+            yield f"reading {info.name!r}: a name has small letters, digits and '_'"
+        if info.name in taken:
+            yield f"reading '{info.name}': a channel has this name"
+        if info.kind not in get_args(ReadingKind):
+            yield f"reading '{info.name}': its kind is {info.kind!r}, none of the three"
+        if info.unit:
+            yield from (f"reading '{info.name}': {text}" for text in _of_unit(info.unit))
 
 
 def _strange(infos: object, kind: type[ChannelInfo | DriveInfo]) -> str:

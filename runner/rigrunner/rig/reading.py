@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import Identity, KnowsStream, Readable, Streaming
+from rigrunner.api.devices import Identity, KnowsStream, Observing, Readable, Streaming
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.member import Member
 from rigrunner.rig.drives import as_number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
+    from rigrunner.api.readings import Reading
     from rigrunner.rig.role import Role
 
 Found = tuple[dict[str, float], dict[str, str]]
 """Values and units by 'role.channel'."""
+_NEEDED = {"text": "a str", "boolean": "a bool", "array": "a tuple of finite numbers"}
 
 
 def refuse_unnamed(role: str, found: object) -> None:
@@ -68,6 +71,31 @@ class HeldChannels:
             text = f"{self._role.name}: no value was read of {', '.join(missing)}"
             raise DeviceRejectedError(text)
         return found
+
+
+def told(role: Role, names: Sequence[str], answer_s: float) -> dict[str, Reading]:
+    """Return what a device tells that is no number, each looked at; raise a DeviceError."""
+    device = role.need(Observing)  # type: ignore[type-abstract]  # a Protocol
+    kinds = {info.name: info.kind for info in device.readings}
+    values = role.call("read", device.observe, answer_s, names)
+    return {Member(role.name, name): _told(role, name, kinds[name], values) for name in names}
+
+
+def _told(role: Role, name: str, kind: str, values: Mapping[str, object]) -> Reading:
+    value = values.get(name) if isinstance(values, Mapping) else None
+    if kind == "text" and isinstance(value, str):
+        return value
+    if kind == "boolean" and isinstance(value, bool):
+        return value
+    if kind == "array" and isinstance(value, (tuple, list)):
+        with role.named():
+            numbers = tuple(as_number(each) for each in value)
+        if all(map(math.isfinite, numbers)):
+            return numbers
+    raise DeviceRejectedError(
+        f"{role.name}: the driver gave {value!r:.80} for '{name}'",
+        hint=f"needed is {_NEEDED[kind]}",
+    )
 
 
 def read_beside(

@@ -30,6 +30,7 @@ from rigrunner.rig.reading import (
     read_beside,
     refuse_unnamed,
     sample_rate_hz,
+    told,
 )
 from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import after_late_call, make_safe, note_unsafe, safe_places
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Clock, Device, DriveInfo, StopToken
+    from rigrunner.api.readings import Reading
     from rigrunner.rig.pulse import Pulse
     from rigrunner.rig.safe_state import SafetyReport
     from rigrunner.rig_state import RigMarks
@@ -260,6 +262,10 @@ class Rig:
     def read(self, role: str, channels: Sequence[str]) -> dict[str, float]:
         """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
         return self.reader(role, channels)()
+
+    def observe(self, role: str, readings: Sequence[str]) -> dict[str, Reading]:
+        """Return what a device tells that is no number, by 'role.name'; raise a DeviceError."""
+        return told(self._roles[role], readings, self._patience.answer_s)
 
     def reader(self, role: str, channels: Sequence[str]) -> Callable[[], dict[str, float]]:
         """Return what reads them as `read` does, again and again."""

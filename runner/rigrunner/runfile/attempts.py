@@ -98,7 +98,8 @@ def _row_of_step(
     A zero or a recording makes one of its values that have limits.
     """
     if event.measurement:
-        return _row(event, started, began)
+        row = _row(event, started, began)
+        return _with_readings(row, event, started) if event.readings else row
     limits = started.limits if started is not None else ()
     if not limits:
         return None
@@ -137,3 +138,11 @@ def _placed(row: Measurement, started: StepStarted | None, began: datetime | Non
     units = {name: known[name] for name in found if name in known}
     elapsed_s = seconds_since(began, row.utc)
     return replace(row, coordinates=found, units={**row.units, **units}, elapsed_s=elapsed_s)
+
+
+def _with_readings(row: Measurement, event: StepEnded, started: StepStarted | None) -> Measurement:
+    """Return a row with what was read that is no number."""
+    units = {name: event.units[name] for name in event.readings if name in event.units}
+    expected = started.expected if started is not None else ()
+    known = {**row.units, **units}
+    return replace(row, readings=event.readings, expected=expected, units=known)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigrunner.api.readings import reading_text
 from rigrunner.runfile.coordinates import write_coordinate_columns
 from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     import h5py
 
     from rigrunner.api.data import Array, Measurement
+    from rigrunner.api.readings import Reading
 
 
 FIRST_WITH_LIMITS = 3
@@ -41,6 +43,9 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
         known["recording"] = measurement.recording
     if measurement.coordinates:  # a row of before has none, and the same digest as ever
         known["coordinates"] = dict(measurement.coordinates)
+    if measurement.readings:
+        known["readings"] = dict(measurement.readings)
+        known["expected"] = [asdict(limit) for limit in measurement.expected]
     text = json.dumps(known, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -64,9 +69,11 @@ def write_measurements(
         write_coordinate_columns(table, rows)
         _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
         _write_columns(table, "values", [one.values for one in rows], rows)
+        if any(one.readings for one in rows):
+            _write_readings(table, rows)
         if any(one.recording for one in rows):
             write_ascii(table, "recording", [one.recording for one in rows])
-        if any(one.limits for one in rows):
+        if any(one.limits or one.expected for one in rows):
             _write_limits(table, rows)
 
 
@@ -106,6 +113,29 @@ def _write_columns(
         dataset.attrs.update({"name": str(member), "units": units.get(member, "")})
 
 
-def _names(cells: Iterable[Mapping[str, float]]) -> Iterator[str]:
+def _write_readings(table: h5py.Group, rows: Sequence[Measurement]) -> None:
+    """Write a column for each reading that is no number.
+
+    Arrays of one length are a table of float64, a row each time, not-a-number where there is none.
+    Arrays of several lengths, texts, and yes or no are texts, empty where there is none.
+    """
+    group = new_group(table, "readings", "NXcollection")
+    units = {member: unit for one in rows for member, unit in one.units.items()}
+    for member in dict.fromkeys(_names([one.readings for one in rows])):
+        column, place = [one.readings.get(member) for one in rows], free_name(group, member)
+        lengths = {len(each) for each in column if isinstance(each, tuple)}
+        if len(lengths) == 1:
+            empty = (np.nan,) * lengths.pop()
+            group[place] = np.array([empty if each is None else each for each in column])
+        else:
+            write_ascii(group, place, ["" if each is None else _text(each) for each in column])
+        group[place].attrs.update({"name": str(member), "units": units.get(member, "")})
+
+
+def _text(value: Reading) -> str:
+    return " ".join(map(repr, value)) if isinstance(value, tuple) else reading_text(value)
+
+
+def _names(cells: Iterable[Mapping[str, object]]) -> Iterator[str]:
     for cell in cells:
         yield from cell

@@ -10,12 +10,13 @@ from pydantic import Field
 
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import PositiveDuration
-from rigrunner.api.steps import Action, Found, Rows, StepSettings
+from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
+from rigrunner.plan.terms import reading_limits
 from rigrunner.procedure.options import Channels, Limits, OnFail, Repeatable, Retries, Timeout
 from rigrunner.yamlfile.names import Name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api.member import Member
     from rigrunner.engine.session import Session
@@ -26,7 +27,7 @@ class MeasureStep(StepSettings):
     """Channels are read once, or averaged over a time; the values are a row of a table."""
 
     channels: Channels
-    """Roles and channels, such as [tester.load, tester.temperature]."""
+    """Roles and channels, such as [tester.load, tester.temperature]; texts, too, and the like."""
     name: Name = "measured"
     """Of the table of which the values are a row."""
     duration: PositiveDuration | None = None
@@ -56,6 +57,8 @@ class Measure(Action):
     """As of a recording."""
     sample_rate_hz: float | None = None
     """Of the stream that is averaged; None: the channels are read, again and again."""
+    told: tuple[Member, ...] = ()
+    """What is read beside them that is no number."""
 
     @property
     def streamed(self) -> str:
@@ -79,9 +82,12 @@ class Measure(Action):
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
         """Read, or average."""
-        return Found(self._values(doing), self.units)
+        readings = doing.observe(self.told) if self.told else NONE
+        return Found(self._values(doing), self.units, readings=readings)
 
     def _values(self, doing: Session) -> Mapping[str, float]:
+        if not self.channels:
+            return NONE
         if not self.duration_s:
             return doing.read(self.channels)
         if self.sample_rate_hz is not None:
@@ -93,35 +99,49 @@ class Measure(Action):
 
 def plan(measure: MeasureStep, planning: Planning) -> None:
     """Write down that single values are read, or averaged."""
-    units = planning.units(measure.channels)
-    if not units:
+    infos = {each: planning.scene.bench.reading(each) for each in measure.channels}
+    told = {member: info for member, info in infos.items() if info is not None}
+    numbers = tuple(each for each in measure.channels if each not in told)
+    units = planning.units(numbers)
+    if len(infos) < len(measure.channels) or (numbers and not units):
+        if len(infos) < len(measure.channels) and len(set(numbers)) == len(numbers):
+            planning.complain(("channels",), "a channel stands twice", "name it once")
         return
     seconds = measure.duration or 0.0
-    rate_hz = _averaging_rate_hz(measure, planning) if seconds else None
+    if seconds and told:
+        message = f"{', '.join(told)}: what is no number has no mean"
+        planning.complain(("channels",), message, "a measure step of its own, without a duration")
+    rate_hz = _averaging_rate_hz(numbers, planning) if seconds and numbers else None
     if rate_hz is None:
         planning.must_be_read(units)
+    array_units = {member: info.unit for member, info in told.items() if info.unit}
     action = Measure(
         name=measure.name,
-        channels=measure.channels,
+        channels=numbers,
         duration_s=seconds,
         setpoints=planning.setpoints(),
-        units=planning.drive_units() | units,
+        units=planning.drive_units() | units | array_units,
+        told=tuple(told),
         sample_rate_hz=rate_hz,
     )
     how = f"mean over {seconds:.3g} s" if seconds else "once"
-    limits = planning.limits(measure.limits, measure.channels)
-    planning.emit(action, f"Measure {', '.join(measure.channels)}, {how}", seconds, limits)
+    of_told = {member: band for member, band in measure.limits.items() if member in told}
+    of_numbers = {member: band for member, band in measure.limits.items() if member not in told}
+    limits = planning.limits(of_numbers, numbers)
+    expected = reading_limits(of_told, told, planning.place, planning.scene)
+    text = f"Measure {', '.join(measure.channels)}, {how}"
+    planning.emit(action, text, seconds, limits, expected=expected)
 
 
-def _averaging_rate_hz(measure: MeasureStep, planning: Planning) -> float | None:
+def _averaging_rate_hz(channels: Sequence[Member], planning: Planning) -> float | None:
     """Return the rate of the stream that is averaged; None where there is none."""
-    first, *others = sorted({member.role for member in measure.channels})
+    first, *others = sorted({member.role for member in channels})
     if others:
         message = f"channels of two devices in one average: {first}, {', '.join(others)}"
         hint = "a measure step for each device, or no duration"
         planning.complain(("channels",), message, hint)
     bench = planning.scene.bench
-    if not all(bench.streams(member) for member in measure.channels):
+    if not all(bench.streams(member) for member in channels):
         return None
     return bench.sample_rate_hz(first, planning.place.path)
 

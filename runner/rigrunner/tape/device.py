@@ -12,6 +12,7 @@ from rigrunner.api.devices import (
     Identity,
     KnowsStream,
     KnowsTruth,
+    Observing,
     Pausable,
     Readable,
     Settable,
@@ -22,7 +23,8 @@ from rigrunner.tape.stop import plain_stop
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, StopToken, Wire
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, ReadingInfo, StopToken, Wire
+    from rigrunner.api.readings import Reading
 
 
 def taped(
@@ -89,6 +91,21 @@ class _Readable(TapedDevice):
         return self._wire.exchange(
             f"read {_listing(channels)}", lambda: dict(self._inner.read(channels))
         )
+
+
+class _Observing(TapedDevice):
+    @property
+    def readings(self) -> Sequence[ReadingInfo]:
+        """What the device tells that is no number."""
+        return cast("Sequence[ReadingInfo]", self._inner.readings)
+
+    def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
+        """Return each reading as it is now."""
+        found = self._wire.exchange(
+            f"observe {_listing(readings)}",
+            lambda: {name: _plain(value) for name, value in self._inner.observe(readings).items()},
+        )
+        return {n: tuple(each) if isinstance(each, list) else each for n, each in found.items()}
 
 
 class _Settable(TapedDevice):
@@ -172,6 +189,7 @@ class _KnowsTruth(TapedDevice):
 
 _PARTS: dict[type, type[TapedDevice]] = {
     Readable: _Readable,
+    Observing: _Observing,
     Approaching: _Approaching,  # before Settable, which it includes
     Settable: _Settable,
     KnowsStream: _KnowsStream,  # before Streaming, which it includes
@@ -184,6 +202,10 @@ _PARTS: dict[type, type[TapedDevice]] = {
 
 def _listing(channels: Sequence[str]) -> str:
     return ", ".join(channels)
+
+
+def _plain(value: Reading) -> bool | str | list[float]:
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _listed(inner: KnowsStream) -> dict[str, list[float | str]]:

@@ -129,9 +129,9 @@ def finish(
 
 def _has_limits(planned: Planned, folder: Path) -> bool:
     """Say whether one of the values that a run measured has a limit."""
-    if not any(step.limits for step in planned.plan.steps):
+    if not any(step.limits or step.terms.expected for step in planned.plan.steps):
         return False  # without reading what may be many thousands of rows
-    return any(row.limits for row in read_without_samples(folder).measurements)
+    return any(row.limits or row.expected for row in read_without_samples(folder).measurements)
 
 
 def _is_empty(planned: Planned, writer: RunWriter) -> bool:

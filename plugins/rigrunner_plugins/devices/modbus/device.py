@@ -12,10 +12,10 @@ from rigrunner.api.errors import (
     DeviceNotFoundError,
     DeviceRejectedError,
 )
-from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.modbus.grouping import Span, spans
-from rigrunner_plugins.devices.modbus.identification import identify
+from rigrunner_plugins.devices.modbus.identification import identify, text_at
 from rigrunner_plugins.devices.modbus.places import span
 from rigrunner_plugins.devices.modbus.settings import Tcp
 from rigrunner_plugins.devices.modbus.watchdog import Heartbeat
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from rigrunner.api.devices import DeviceContext, Identity
+    from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.modbus.line import Line
     from rigrunner_plugins.devices.modbus.places import Number, Place
     from rigrunner_plugins.devices.modbus.served.server import ModbusServer
@@ -43,6 +44,7 @@ class ModbusDevice(Driver):
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
         check_patience(settings.timeout * (settings.retries + 1), context)
         self._settings = settings
+        self.readings = reading_infos(settings.readings)
         self._opened: Line | None = None
         self._heartbeat: Heartbeat | None = None
         self._server: ModbusServer | None = None
@@ -84,6 +86,13 @@ class ModbusDevice(Driver):
         given = {name: self._settings.channels[name] for name in channels}
         read = self.read_numbers(list(given.values()))
         return {name: given[name].to_si(number) for name, number in zip(given, read, strict=True)}
+
+    def get_reading(self, reading: str) -> Reading:
+        """Return a text, or whether a bit is set."""
+        given = self._settings.readings[reading]
+        if given.text is not None:
+            return text_at(given, given.text, self)
+        return bool(self.read_numbers([given])[0])
 
     def put(self, drive: str, value: float) -> None:
         """Write a set-point: with the words that let it run, or, to be safe, that stop it."""

@@ -65,13 +65,20 @@ def identify(settings: ModbusSettings, unit: Asks) -> Identity:
 def _text(part: IdentityPart, unit: Asks) -> str:
     if part.text is None:
         return f"{unit.read_numbers([part])[0]:.10g}"
-    words = unit.read_words(Span(part.table, part.address, part.text, part.unit_id))
-    raw = b"".join(word.to_bytes(2, part.byte_order) for word in words)
+    return text_at(part, part.text, unit)
+
+
+def text_at(number: Number, registers: int, unit: Asks) -> str:
+    """Return the text that stands in so many registers."""
+    words = unit.read_words(Span(number.table, number.address, registers, number.unit_id))
+    raw = b"".join(word.to_bytes(2, number.byte_order) for word in words)
     return raw.decode("ascii", "replace").strip("\0 ")
 
 
 def _first(settings: ModbusSettings) -> Number:
     if settings.channels:
         return next(iter(settings.channels.values()))
+    if not settings.drives:
+        return next(iter(settings.readings.values()))
     drive = next(iter(settings.drives.values()))
     return drive.read_back or drive

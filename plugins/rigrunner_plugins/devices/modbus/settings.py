@@ -18,7 +18,9 @@ from rigrunner_plugins.devices.declared import (
     DeclaredChannel,
     DeclaredDrive,
     DeclaredQuantity,
+    DeclaredReading,
     QuantityName,
+    refuse_shared_names,
 )
 from rigrunner_plugins.devices.modbus.places import Number, Place, Table, Word
 
@@ -133,6 +135,24 @@ class ModbusChannel(Number, DeclaredChannel):
     """A channel, and where its number stands."""
 
 
+class ModbusReading(Number, DeclaredReading):
+    """What is no number, and where it stands: a yes or no in one bit, a text in registers."""
+
+    text: Annotated[int, Field(ge=1, le=125)] | None = None
+    """How many registers a text of two characters each takes."""
+
+    @model_validator(mode="after")
+    def _is_bit_or_text(self) -> Self:
+        of_bit = self.table.of_bits or self.bit is not None
+        if self.kind == "array":
+            raise ValueError("kind is array, allowed is text or boolean")
+        if self.kind == "boolean" and (not of_bit or self.text is not None):
+            raise ValueError("a boolean is one bit: a coil, a discrete input, or 'bit'")
+        if self.kind == "text" and (self.text is None or of_bit or self.type is not None):
+            raise ValueError("a text stands in registers: 'text' says in how many")
+        return self
+
+
 class ReadBack(Number, DeclaredQuantity):
     """Where the actual value of a drive stands."""
 
@@ -221,6 +241,8 @@ class ModbusSettings(SimulableSettings):
     """Told when a drive does not arrive."""
     channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
     """What is read, by name."""
+    readings: dict[QuantityName, ModbusReading] = Field(default_factory=dict)
+    """What is read that is no number: a text, a yes or no."""
     drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
     """In the order in which they are made safe."""
 
@@ -234,7 +256,8 @@ class ModbusSettings(SimulableSettings):
             raise ValueError(
                 "simulator and 'simulated: yes' go together: got one without the other"
             )
-        if not self.channels and not self.drives:
+        refuse_shared_names(self.channels, self.readings)
+        if not self.channels and not self.drives and not self.readings:
             raise ValueError("there are neither channels nor drives, needed is at least one")
         if self.rtu is not None and not 1 <= self.unit_id <= _HIGHEST_ON_A_LINE:
             raise ValueError(f"unit_id is {self.unit_id}, allowed on a serial line is 1 to 247")

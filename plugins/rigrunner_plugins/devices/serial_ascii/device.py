@@ -7,9 +7,14 @@ from typing import TYPE_CHECKING
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.devices import Identity
 from rigrunner.api.driver import Driver
-from rigrunner.api.errors import DeviceLostError, DeviceNotFoundError, DeviceTimeoutError
+from rigrunner.api.errors import (
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
 from rigrunner_plugins.devices.channels import check_channels
-from rigrunner_plugins.devices.declared import channel_infos
+from rigrunner_plugins.devices.declared import channel_infos, reading_infos
 from rigrunner_plugins.devices.serial_ascii.port import ExampleLines, PortLines
 from rigrunner_plugins.devices.text.patterns import fits
 
@@ -17,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api.devices import DeviceContext
+    from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.serial_ascii.port import Lines
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
     from rigrunner_plugins.devices.text.patterns import Identification
@@ -31,6 +37,7 @@ class SerialAscii(Driver):
     def __init__(self, settings: SerialAsciiSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels))
         self._settings = settings
+        self.readings = reading_infos(settings.readings)
         self._lines: Lines | None = None
 
     def open(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nothing here takes longer than `stale`)
@@ -60,10 +67,26 @@ class SerialAscii(Driver):
         values = self._values()
         return {name: values[name] for name in channels}
 
-    def _values(self) -> dict[str, float]:
+    def get_reading(self, reading: str) -> Reading:
+        """Return what is no number of the newest line."""
+        return self.observe([reading])[reading]
+
+    def observe(self, readings: Sequence[str]) -> dict[str, Reading]:
+        """Return each reading, all out of one line."""
+        self._need_connection()
+        found = self._settings.readings_in(self._line())
+        if unknown := [name for name in readings if name not in found]:
+            raise DeviceRejectedError(
+                f"there is no reading '{unknown[0]}'", hint=f"there are: {', '.join(found)}"
+            )
+        return {name: found[name] for name in readings}
+
+    def _line(self) -> str:
         request = self._settings.request
-        line = self.exchange(f"request {request}" if request else "newest line", self._newest)
-        return self._settings.values_in(line)
+        return self.exchange(f"request {request}" if request else "newest line", self._newest)
+
+    def _values(self) -> dict[str, float]:
+        return self._settings.values_in(self._line())
 
     def _newest(self) -> str:
         lines, settings = self._linked(), self._settings

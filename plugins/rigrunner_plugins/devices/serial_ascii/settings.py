@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
 from rigrunner.api.errors import DeviceRejectedError
 from rigrunner.api.settings import Frequency, PositiveDuration, SimulableSettings
-from rigrunner_plugins.devices.declared import DeclaredChannel, QuantityName
+from rigrunner_plugins.devices.declared import DeclaredChannel, QuantityName, refuse_shared_names
 from rigrunner_plugins.devices.text.numbers import NumberInText
 from rigrunner_plugins.devices.text.patterns import Identification, Regex, fits, shaped
+from rigrunner_plugins.devices.text.readings import ReadingInText
 from rigrunner_plugins.devices.text.serial_line import SerialLine
 from rigrunner_plugins.devices.text.termination import Termination
+
+if TYPE_CHECKING:
+    from rigrunner.api.readings import Reading
 
 PortName = Annotated[str, *shaped(r"/dev/[^\s:]+|COM[0-9]+", "a port such as /dev/ttyUSB0 or COM3")]
 
 
 class LineChannel(DeclaredChannel, NumberInText):
     """A channel that stands in every line."""
+
+
+class LineReading(ReadingInText):
+    """What stands in every line and is no number."""
 
 
 class SerialAsciiSettings(SimulableSettings):
@@ -34,6 +42,8 @@ class SerialAsciiSettings(SimulableSettings):
     """What ends what is sent; left out, the same."""
     channels: Annotated[dict[QuantityName, LineChannel], Field(min_length=1)]
     """What every line holds."""
+    readings: dict[QuantityName, LineReading] = Field(default_factory=dict)
+    """What every line holds beside them that is no number: a text, a yes or no, an array."""
     example: str = ""
     """A line as the instrument's manual has it: refused unless every channel can be read."""
     ignore: Regex = ""
@@ -59,6 +69,7 @@ class SerialAsciiSettings(SimulableSettings):
 
     @model_validator(mode="after")
     def _belongs_together(self) -> Self:
+        refuse_shared_names(self.channels, self.readings)
         if not self.termination:
             raise ValueError("termination is none, but nothing else ends a line")
         if self.request and self.rate is not None:
@@ -78,6 +89,13 @@ class SerialAsciiSettings(SimulableSettings):
             for name, channel in self.channels.items()
         }
 
+    def readings_in(self, line: str) -> dict[str, Reading]:
+        """Return what is no number of a line; raise DeviceRejectedError."""
+        return {
+            name: reading.reading_in(line, f"for {name}, a line")
+            for name, reading in self.readings.items()
+        }
+
     def is_ignored(self, line: str) -> bool:
         """Say whether a line is no measurement."""
         return bool(self.ignore) and fits(self.ignore, line)
@@ -85,5 +103,6 @@ class SerialAsciiSettings(SimulableSettings):
     def _check_example(self) -> None:
         try:
             self.values_in(self.example)
+            self.readings_in(self.example)
         except DeviceRejectedError as error:
             raise ValueError(f"example: {error.message}") from error

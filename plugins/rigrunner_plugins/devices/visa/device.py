@@ -15,7 +15,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
 )
 from rigrunner_plugins.devices.commanded import CommandedDriver
-from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.text.commands import with_value
 from rigrunner_plugins.devices.text.numbers import shown
 from rigrunner_plugins.devices.text.patterns import fits
@@ -23,6 +23,7 @@ from rigrunner_plugins.devices.visa.link import VisaLink
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import DeviceContext
+    from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.text.patterns import Check
     from rigrunner_plugins.devices.visa.settings import VisaChannel, VisaDrive, VisaSettings
 
@@ -37,6 +38,7 @@ class Visa(CommandedDriver):
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
         check_patience(settings.timeout, context)
         self._settings = settings
+        self.readings = reading_infos(settings.readings)
         self.safe_commands = settings.safe_commands
         self._link = VisaLink(settings, context.folder, context.clock)
 
@@ -62,6 +64,16 @@ class Visa(CommandedDriver):
         """Ask for the present value of a channel."""
         asked = self._settings.channels[channel]
         return self._number(asked.query, asked)
+
+    def get_reading(self, reading: str) -> Reading:
+        """Ask for what is no number."""
+        asked = self._settings.readings[reading]
+        answer = self.ask(asked.query)
+        try:
+            return asked.reading_in(answer, f"the answer to '{asked.query}'")
+        except DeviceError:
+            self._link.drop()  # it may be the answer to something else
+            raise
 
     def put(self, drive: str, value: float) -> None:
         """Send a drive its new set-point."""

@@ -15,7 +15,12 @@ from rigrunner.api.settings import (
     SimulableSettings,
     YesNo,
 )
-from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
+from rigrunner_plugins.devices.declared import (
+    DeclaredChannel,
+    DeclaredDrive,
+    QuantityName,
+    refuse_shared_names,
+)
 from rigrunner_plugins.devices.text.commands import SettingCommand, as_sent
 from rigrunner_plugins.devices.text.numbers import NumberInText
 from rigrunner_plugins.devices.text.patterns import (
@@ -25,6 +30,7 @@ from rigrunner_plugins.devices.text.patterns import (
     Regex,
     shaped,
 )
+from rigrunner_plugins.devices.text.readings import ReadingInText
 from rigrunner_plugins.devices.text.serial_line import SerialLine
 from rigrunner_plugins.devices.text.termination import Termination
 
@@ -59,6 +65,13 @@ class VisaChannel(DeclaredChannel, NumberInText):
 
     query: Command
     """What the instrument is asked for the present value."""
+
+
+class VisaReading(ReadingInText):
+    """What is asked for that is no number."""
+
+    query: Command
+    """What the instrument is asked for it."""
 
 
 class VisaDrive(DeclaredDrive, NumberInText):
@@ -161,6 +174,8 @@ class VisaSettings(SimulableSettings):
     """How it tells errors; left out, it is not asked."""
     channels: dict[QuantityName, VisaChannel] = Field(default_factory=dict)
     """What can be read."""
+    readings: dict[QuantityName, VisaReading] = Field(default_factory=dict)
+    """What can be read that is no number: a text, a yes or no, an array."""
     drives: dict[QuantityName, VisaDrive] = Field(default_factory=dict)
     """What can be set, in the order of making safe."""
     safe_commands: ListOf[Command] = ()
@@ -196,6 +211,7 @@ class VisaSettings(SimulableSettings):
                 f"stream names '{unknown[0]}', which is not among channels:"
                 f" {', '.join(self.channels) or 'none'}"
             )
-        if not self.channels and not self.drives:
+        refuse_shared_names(self.channels, self.readings)
+        if not self.channels and not self.drives and not self.readings:
             raise ValueError("it has neither channels nor drives")
         return self

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import Approaching, Readable, Settable, Streaming
+from rigrunner.api.devices import Approaching, Observing, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.member import Member
 from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
@@ -121,6 +121,34 @@ def readings_are_true(subject: DeviceSubject) -> None:
         for info in device.drives:
             if units.get(info.name) == info.unit:
                 _within(info, values[info.name])
+
+
+@check(
+    mend="let `observe` return a str, a bool or a tuple of finite numbers, as the kind says",
+    needs=("quantities_declared",),
+)
+def readings_are_told(subject: DeviceSubject) -> None:
+    """What is no number is told as its kind says: a text, a yes or no, an array."""
+    with subject.connected() as device:
+        applies(isinstance(device, Observing) and device.readings, "it tells nothing but numbers")
+        assert isinstance(device, Observing)  # noqa: S101  (just seen)
+        wanted = [info.name for info in device.readings][::-1]
+        shared = set(wanted) & set(names(device.channels))
+        demand(not shared, f"{', '.join(shared)} is a channel and a reading")
+        values = device.observe(wanted)
+        demand(
+            isinstance(values, Mapping) and list(values) == wanted,
+            f"asked for {wanted}, `observe` gave {values!r}{at(device, 'observe')}",
+        )
+        for info in device.readings:
+            value = values[info.name]
+            kind = {"text": str, "boolean": bool, "array": tuple}.get(info.kind)
+            demand(kind, f"the kind of {info.name} is {info.kind!r}")
+            demand(type(value) is kind, f"{info.name} is {value!r:.60}, and a {info.kind}")
+            numbers = value if isinstance(value, tuple) else ()
+            finite = all(isinstance(each, float) and math.isfinite(each) for each in numbers)
+            demand(finite, f"{info.name} has numbers that are no finite floats")
+        _refuses("telling a reading", partial(device.observe, [NO_SUCH]), wanted)
 
 
 def _made_a_float(value: object) -> str:
@@ -269,6 +297,7 @@ def _refuses(what: str, work: Callable[[], object], known: list[str]) -> None:
 CHECKS = (
     quantities_declared,
     readings_are_true,
+    readings_are_told,
     drives_go_where_they_are_set,
     drives_are_waited_for_by_asking,
     limits_hold,

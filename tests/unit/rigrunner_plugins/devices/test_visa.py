@@ -109,6 +109,21 @@ def test_a_channel_is_asked_and_understood_with_its_unit(connected):
     assert connected.read(["torque"]) == {"torque": pytest.approx(1.5)}
 
 
+def test_what_is_no_number_is_asked_as_well(bench):
+    readings = {
+        "firmware": {"kind": "text", "query": "*IDN?", "pattern": ",([^,]*)$"},
+        "quiet": {"kind": "boolean", "query": "SYST:ERR?", "yes": "0,.*", "no": "[^0].*"},
+    }
+    made = instrument("visa", merged(SOURCE, resource=bench.resource, readings=readings))
+    made.connect(2.0)
+    try:
+        assert made.observe(["firmware", "quiet"]) == {"firmware": "1.2", "quiet": True}
+        with pytest.raises(DeviceRejectedError, match="there is no reading 'torque'"):
+            made.observe(["torque"])
+    finally:
+        made.close()
+
+
 def test_a_drive_is_told_in_its_own_unit_and_read_back(connected, talk):
     connected.set("speed", 10.0)  # Hz: 600 rpm
     assert talk.heard[-3:] == ["SOUR:SPE 600.0", "SYST:ERR?", "SOUR:SPE?"]

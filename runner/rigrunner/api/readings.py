@@ -1,0 +1,73 @@
+"""Readings that are no number: a text, a yes or no, an array; and what they may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Literal
+
+from rigrunner.api.verdict import LimitDecision, Limits, Verdict
+
+Reading = bool | str | tuple[float, ...]
+"""An array is a tuple of finite numbers, in the SI unit of its ReadingInfo."""
+ReadingKind = Literal["text", "boolean", "array"]
+_SHOWN = 4
+
+
+def reading_text(value: Reading) -> str:
+    """Return a reading in words: 'V1.2', 'yes', '1, 2, 3, 4, ... (512 values)'."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    numbers = ", ".join(f"{each:.6g}" for each in value[:_SHOWN])
+    return numbers if len(value) <= _SHOWN else f"{numbers}, ... ({len(value)} values)"
+
+
+@dataclass(frozen=True)
+class OneOf(Limits):
+    """What a text, or a yes or no, may be: limits without numbers."""
+
+    allowed: tuple[str, ...] = ()
+
+    @property
+    def in_words(self) -> str:
+        """What is allowed: 'V1.2 or V1.3'."""
+        return " or ".join(self.allowed)
+
+    @property
+    def in_signs(self) -> str:
+        """The same, for pages in any language."""
+        return " / ".join(self.allowed)
+
+    def __str__(self) -> str:
+        """Return what is allowed."""
+        return self.in_words
+
+
+@dataclass(frozen=True)
+class ReadingLimit:
+    """What a step says a text, or a yes or no, may be."""
+
+    of: str
+    """The channel, 'role.name'."""
+    allowed: tuple[bool | str, ...]
+    """At least one; of one kind."""
+
+    @property
+    def limits(self) -> OneOf:
+        """The limits in words."""
+        return OneOf(-inf, inf, "", allowed=tuple(map(reading_text, self.allowed)))
+
+    def decision(self, value: Reading) -> LimitDecision:
+        """Return the decision on a reading: it is one of those that are allowed, or not."""
+        limits = self.limits
+        verdict = Verdict.PASS if value in self.allowed else Verdict.FAIL
+        return LimitDecision(
+            of=self.of,
+            verdict=verdict,
+            reason=f"{self.of} is {reading_text(value)}, allowed is {limits.in_words}",
+            limits=limits,
+            source="the procedure",
+            uncompensated=verdict,
+        )

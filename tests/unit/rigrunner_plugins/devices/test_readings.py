@@ -1,0 +1,168 @@
+"""What instruments tell that is no number: in texts, in Modbus, and by whoever breaks the rules."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_instruments import instrument
+from helpers_modbus import mbap, tcp_peer
+from rigrunner.api.devices import Observing, ReadingInfo
+from rigrunner.api.errors import DeviceRejectedError, PluginError
+from rigrunner.clock import SimulatedClock
+from rigrunner.rig import Rig
+from rigrunner_plugins.devices.text.readings import ReadingInText
+
+
+def reading(text, **settings):
+    return ReadingInText.model_validate(settings).reading_in(text, "the answer")
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "expected"),
+    [
+        (" V1.2 \r\n", {"kind": "text"}, "V1.2"),
+        ("ACME,X,7,V1.2", {"kind": "text", "pattern": ",([^,]*)$"}, "V1.2"),
+        ("1", {"kind": "boolean"}, True),
+        ("OFF", {"kind": "boolean"}, False),
+        ("is open", {"kind": "boolean", "pattern": "is (.*)", "yes": "shut", "no": "open"}, False),
+        ("1.5, 2.5,-3e0", {"kind": "array", "unit": "mV"}, (1.5e-3, 2.5e-3, -3e-3)),
+        ("0  25", {"kind": "array", "unit": "°C", "separator": " "}, (273.15, 298.15)),
+    ],
+)  # fmt: skip
+def test_what_is_understood(text, settings, expected):
+    found = reading(text, **settings)
+    assert found == (pytest.approx(expected) if isinstance(expected, tuple) else expected)
+    assert type(found) is type(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "message"),
+    [
+        ("maybe", {"kind": "boolean"}, "neither yes and no"),
+        ("1", {"kind": "boolean", "no": "1"}, "both yes and no"),
+        ("1,x", {"kind": "array", "unit": "V"}, "no list of numbers"),
+        ("1,nan", {"kind": "array", "unit": "V"}, "not finite"),
+        ("a\x07b", {"kind": "text"}, "no text of one line"),
+        ("abc", {"kind": "text", "pattern": "x(.)"}, "does not fit the pattern"),
+    ],
+)
+def test_what_is_not_understood_is_refused(text, settings, message):
+    with pytest.raises(DeviceRejectedError, match=message):
+        reading(text, **settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"kind": "text", "unit": "V"}, "kind is text, which has no unit"),
+        ({"kind": "array"}, "kind is array, which needs a unit"),
+        ({"kind": "text", "pattern": "x"}, "needs one group"),
+    ],
+)
+def test_settings_that_do_not_fit_are_refused(settings, message):
+    with pytest.raises(ValueError, match=message):
+        ReadingInText.model_validate(settings)
+
+
+BITS = {
+    "readings": {
+        "door": {"kind": "boolean", "coil": 3},
+        "alarm": {"kind": "boolean", "holding": 5, "bit": 2},
+        "type": {"kind": "text", "holding": 16, "text": 2},
+    }
+}
+
+
+def test_modbus_tells_coils_bits_and_texts():
+    """Requests and answers by hand, by the Application Protocol Specification V1.1b3, 6.1, 6.3."""
+    script = [
+        (mbap(1, 1, "01 0003 0001"), mbap(1, 1, "01 01 01")),  # to see that somebody is there
+        (mbap(2, 1, "01 0003 0001"), mbap(2, 1, "01 01 01")),
+        (mbap(3, 1, "03 0005 0001"), mbap(3, 1, "03 02 0003")),
+        (mbap(4, 1, "03 0010 0002"), mbap(4, 1, "03 04 41423100")),
+    ]
+    with tcp_peer(script) as (_, where):
+        device = instrument("modbus", {**BITS, **where})
+        assert isinstance(device, Observing)
+        device.connect(5.0)
+        try:
+            assert device.observe(["door", "alarm", "type"]) == {
+                "door": True, "alarm": False, "type": "AB1",
+            }  # fmt: skip
+        finally:
+            device.close()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"kind": "boolean", "holding": 5}, "a boolean is one bit"),
+        ({"kind": "text", "coil": 5}, "a text stands in registers"),
+        ({"kind": "text", "holding": 5}, "a text stands in registers"),
+        ({"kind": "array", "unit": "V", "holding": 5}, "allowed is text or boolean"),
+    ],
+)
+def test_modbus_refuses_what_stands_nowhere(given, message):
+    settings = {"tcp": {"host": "127.0.0.1"}, "readings": {"x": given}}
+    with pytest.raises((PluginError, ValueError), match=message):
+        instrument("modbus", settings)
+
+
+def test_a_name_is_a_channel_or_a_reading():
+    settings = {
+        "tcp": {"host": "127.0.0.1"},
+        "channels": {"x": {"holding": 1, "unit": "V"}},
+        "readings": {"x": {"kind": "boolean", "coil": 1}},
+    }
+    with pytest.raises((PluginError, ValueError), match="'x' is a channel and a reading"):
+        instrument("modbus", settings)
+
+
+class Told:
+    """A device that tells what it is given."""
+
+    channels = drives = ()
+    non_blocking = True
+
+    def __init__(self, kind, value):
+        self.readings = (ReadingInfo("x", kind, "X"),)
+        self.value = value
+
+    def connect(self, timeout_s):  # noqa: ARG002
+        from rigrunner.api.devices import Identity  # noqa: PLC0415
+
+        return Identity("a", "b", "c")
+
+    def make_safe(self):
+        return {}
+
+    def close(self):
+        pass
+
+    def observe(self, readings):
+        return dict.fromkeys(readings, self.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "needed"),
+    [
+        ("text", 1.0, "a str"),
+        ("boolean", 1, "a bool"),
+        ("boolean", "yes", "a bool"),
+        ("array", (1.0, float("nan")), "a tuple of finite numbers"),
+        ("array", 1.0, "a tuple of finite numbers"),
+        ("text", None, "a str"),
+    ],
+)
+def test_the_rig_takes_nothing_of_another_kind(kind, value, needed):
+    rig = Rig({"role": Told(kind, value)}, SimulatedClock())
+    rig.connect()
+    with pytest.raises(DeviceRejectedError) as caught:
+        rig.observe("role", ["x"])
+    assert caught.value.hint == f"needed is {needed}"
+
+
+def test_the_rig_names_what_it_was_told():
+    rig = Rig({"role": Told("array", [1, 2])}, SimulatedClock())
+    rig.connect()
+    assert rig.observe("role", ["x"]) == {"role.x": (1.0, 2.0)}
