@@ -121,6 +121,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
         "leaves_the_rig_safe",
     },
     ("step", "confirm"): {*_UNITS, *_AT_ONCE_DONE},
+    ("step", "group"): _UNITS,
     ("step", "measure"): _AT_ONCE_DONE,
     ("step", "note"): {*_UNITS, *_AT_ONCE_DONE},
     ("step", "repeat"): _UNITS,

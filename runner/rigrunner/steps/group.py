@@ -37,5 +37,5 @@ STEP = StepRecord(
     settings=GroupStep,
     factory=plan,
     example="group: {label: {phase: final}, steps: [...]}",
-    trial={"label": {"phase": "final"}, "steps": [{"wait": {"time": "1 s"}}]},
+    trial={"label": {"phase": "final"}, "steps": [{"wait": {"time": "2 s"}}]},
 )

@@ -1,9 +1,9 @@
 from __future__ import annotations
 
 import io
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from rigrunner.api.events import Alarm, Outcome, RunEnded, RunStarted, Scanned, StepStarted
 from rigrunner.cli.durations import clock_text

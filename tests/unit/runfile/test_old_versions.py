@@ -32,7 +32,8 @@ TORQUE_SHA256 = {
     "002_35Hz": "75b1ccae054835a6f78cc53d62f906a76857bc16c5ae0d0fe85227767b8002af",
 }
 RAW_PEAKS_NM = [2.964894580078125, 7.62080888671875]
-ENERGY_NM = [0.6330180981779459, 0.6317704478664123]
+ENERGY_NM = [0.611725393853138, 0.6104777435416042]
+"""By today's method, 0.0213 N·m less: 1.25 % of the support's friction (decision 0035)."""
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def test_what_it_did_not_have_yet_is_empty(run):
     assert read_summary(run).manifest_sha256 == ""
 
 
-def test_it_is_analysed_as_then(run):
+def test_it_is_analysed_by_the_methods_of_today(run):
     found = call("analyse", run, "--json")
     document = json.loads(found.out)
     peaks = [each["raw_peak"]["mean"]["value"] for each in document["points"]]

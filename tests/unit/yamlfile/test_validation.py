@@ -45,9 +45,9 @@ class Marked(Settings):
     [
         ("station/1", ["got 'station/1', allowed is 'procedure/2'"]),
         (
-            "procedure/2",
+            "procedure/3",
             [
-                "got 'procedure/2', allowed is 'procedure/2'",
+                "got 'procedure/3', allowed is 'procedure/2'",
                 "the key 'name' is missing",
                 "unknown key 'devices'",
             ],
