@@ -270,3 +270,10 @@ def test_two_runs_are_compared_result_by_result(passed, tmp_path):
     # 1 mV and 20 mV apart, each known to 1.9 mV: E_n = 0.37 and 7.4
     assert "within their combined U of 0.0027 V (E_n = 0.37)" in told
     assert "voltage at bench.current = 1 A: 12.0220 and 12.0420 V: +0.0200 V, beyond" in told
+
+
+def test_a_result_whose_instrument_is_not_registered_says_that_u_is_unknown(tmp_path):
+    only = PROCEDURE[: PROCEDURE.index("  - readings:\n      of: bench.voltage\n      statistic")]
+    _, found = run(tmp_path, ("of: bench.voltage\n", "of: bench.ripple\n"), procedure=only)
+    assert "0.003, U unknown" in call("show", found).out
+    assert '<th scope="col">Limit</th>' not in (found / "report.html").read_text("utf-8")

@@ -171,13 +171,19 @@ def _results(document: Document) -> str:
         rows = [
             [
                 *(coordinate_text(each["coordinates"][key]) for key in first["coordinates"]),
-                estimate_text(each["estimate"]),
+                _with_known_u(each["estimate"]),
                 str(each["readings"]),
             ]
             for each in same
         ]
         tables.append("\n".join([caption, table(header, rows, "r" * len(header))]))
     return "\n\n".join(tables)
+
+
+def _with_known_u(estimate: Mapping[str, Any]) -> str:
+    if estimate["expanded_uncertainty_95"] is None:
+        return f"{estimate['value']:.6g}, U unknown"
+    return estimate_text(estimate)
 
 
 def coordinate_text(value: str | Mapping[str, Any]) -> str:
