@@ -47,7 +47,7 @@ def recorded_curves(recording: Recording) -> Plot:
 
 def table_curves(rows: Sequence[Measurement]) -> Plot | None:
     """Return the figure of a table over what was set first of several values; None for none."""
-    if len(rows) < 2:  # noqa: PLR2004  (one point is no curve)
+    if len(rows) < 2 or not rows[0].values:  # noqa: PLR2004  (one point is no curve)
         return None
     axis = next(
         (name for name in rows[0].setpoints if len({r.setpoints.get(name) for r in rows}) > 1), ""
