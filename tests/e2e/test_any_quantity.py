@@ -258,7 +258,7 @@ def test_the_panel_shows_the_result_on_which_the_verdict_rests(passed):
     ended = FinishedRun(
         folder=passed[1], outcome=Outcome.COMPLETED, reason="", error=None, result=result
     )
-    assert finished_view(ended).result == "load regulation: 44.0 ± 2.7 mV"
+    assert finished_view(ended).result == "load regulation: 44.0 ± 3.1 mV"  # 4 mV (1 - √0.05)
 
 
 def test_two_runs_are_compared_result_by_result(passed, tmp_path):
