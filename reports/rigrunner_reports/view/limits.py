@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.coordinates import coordinate_text, coordinates_text, with_unit
+from rigrunner.api.coordinates import (
+    column_unit,
+    coordinates_text,
+    number_text,
+    with_unit,
+    written_text,
+)
 from rigrunner.api.readings import reading_text
 from rigrunner.api.verdict import worst
 from rigrunner_reports.section import Section
@@ -92,9 +98,9 @@ def _limit_row(found: JudgedValue) -> LimitRow:
 
 def _where(row: Measurement) -> Iterator[str]:
     if row.coordinates:
-        yield coordinates_text(row.coordinates, row.units)
+        yield coordinates_text(row.coordinates, row.units, row.written_in)
     for name, value in row.setpoints.items():
-        yield f"{name} {value:g} {row.units.get(name, '')}"
+        yield f"{name} {written_text(value, row.units.get(name, ''), row.written_in.get(name, ''))}"
 
 
 def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
@@ -104,23 +110,24 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))
     values = list(dict.fromkeys(member for row in rows for member in row.values))
     told = list(dict.fromkeys(member for row in rows for member in row.readings))
-    head = [*(f"set {member}" for member in setpoints), *values]
+    written = {name: column_unit(rows, name) for name in (*coordinates, *setpoints)}
     columns = [
-        f"{text} / {units.get(member) or '1'}"
-        for text, member in zip(head, [*setpoints, *values], strict=True)
+        *(f"set {name} / {written[name] or units.get(name) or '1'}" for name in setpoints),
+        *(f"{member} / {units.get(member) or '1'}" for member in values),
     ]
     return MeasuredTable(
         name=name,
         columns=(
-            *(with_unit(name, units.get(name, "")) for name in coordinates),
+            *(with_unit(n, written[n] or units.get(n, "")) for n in coordinates),
             *columns,
             *(with_unit(member, units.get(member, "")) for member in told),
         ),
         rows=tuple(
             (
                 (
-                    *(coordinate_text(row.coordinates.get(name, "")) for name in coordinates),
-                    *_cells(row, setpoints, values),
+                    *(number_text(row.coordinates.get(n, ""), written[n]) for n in coordinates),
+                    *(number_text(row.setpoints.get(n, ""), written[n]) for n in setpoints),
+                    *_cells(row, values),
                     *(reading_text(row.readings.get(member, "")) for member in told),
                 ),
                 _row_verdict(row),
@@ -131,11 +138,8 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     )
 
 
-def _cells(row: Measurement, setpoints: Sequence[str], values: Sequence[str]) -> tuple[str, ...]:
-    found = [
-        *(row.setpoints.get(member) for member in setpoints),
-        *(row.values.get(member) for member in values),
-    ]
+def _cells(row: Measurement, values: Sequence[str]) -> tuple[str, ...]:
+    found = [row.values.get(member) for member in values]
     return tuple("" if value is None else f"{value:.6g}" for value in found)
 
 

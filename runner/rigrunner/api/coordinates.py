@@ -7,15 +7,34 @@ number, or a quantity in SI units, whose unit stands among the units of its reco
 from __future__ import annotations
 
 from math import isclose
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.units import si_symbol
+from rigrunner.api.units import from_si, si_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 Coordinate = bool | int | float | str
+
+
+class Placed(Protocol):
+    """What has set-points and coordinates: a recording, a row of a table."""
+
+    @property
+    def setpoints(self) -> Mapping[str, float]:
+        """Each in the SI unit."""
+        ...
+
+    @property
+    def coordinates(self) -> Mapping[str, Coordinate]:
+        """Counters and labels, by name."""
+        ...
+
+    @property
+    def written_in(self) -> Mapping[str, str]:
+        """The units in which the procedure writes them, where that is not SI."""
+        ...
 
 
 def labels_of(coordinates: Mapping[str, Coordinate]) -> dict[str, Coordinate]:
@@ -37,12 +56,40 @@ def coordinate_text(value: Coordinate, unit: str = "") -> str:
     return f"{number} {unit}" if unit and unit != "1" else number
 
 
-def coordinates_text(coordinates: Mapping[str, Coordinate], units: Mapping[str, str]) -> str:
-    """Return coordinates in words: 'phase wear, dwell 60 s, block 3'."""
+def coordinates_text(
+    coordinates: Mapping[str, Coordinate],
+    units: Mapping[str, str],
+    written_in: Mapping[str, str] | None = None,
+) -> str:
+    """Return coordinates in words: 'phase wear, dwell 60 s, block 3'; in units as written."""
     return ", ".join(
-        f"{name} {coordinate_text(value, units.get(name, ''))}"
+        f"{name} {written_text(value, units.get(name, ''), (written_in or {}).get(name, ''))}"
         for name, value in coordinates.items()
     )
+
+
+def written_text(value: Coordinate, unit: str = "", written_in: str = "") -> str:
+    """Return a set-point or coordinate in words, in the unit in which it is written."""
+    if not written_in or isinstance(value, bool | str):
+        return coordinate_text(value, unit)
+    return coordinate_text(from_si(value, written_in), written_in)
+
+
+def number_text(value: Coordinate, written_in: str = "") -> str:
+    """Return a set-point or coordinate without its unit, as a table has it."""
+    if not written_in or isinstance(value, bool | str):
+        return coordinate_text(value)
+    return coordinate_text(from_si(value, written_in))
+
+
+def column_unit(rows: Iterable[Placed], name: str) -> str:
+    """Return the unit in which all rows write a set-point or coordinate; '' where it is SI."""
+    found = {
+        row.written_in.get(name, "")
+        for row in rows
+        if name in row.setpoints or name in row.coordinates
+    }
+    return found.pop() if len(found) == 1 else ""
 
 
 def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> bool:

@@ -93,6 +93,8 @@ class Recording:
     """Counters and labels of the steps around it, by name; see `rigrunner.api.coordinates`."""
     elapsed_s: float | None = None
     """When it began, since the run began `main`; None before that, and where it is not known."""
+    written_in: Mapping[str, str] = field(default_factory=dict)
+    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
 
     @property
     def samples(self) -> int:
@@ -136,6 +138,8 @@ class Measurement:
     """By channel, 'role.name', what was read that is no number: a text, a yes or no, an array."""
     expected: tuple[ReadingLimit, ...] = ()
     """What these may be, where the procedure says so."""
+    written_in: Mapping[str, str] = field(default_factory=dict)
+    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
 
     @property
     def decisions(self) -> tuple[LimitDecision, ...]:

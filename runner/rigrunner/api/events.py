@@ -64,6 +64,8 @@ class StepStarted(Event, frozen=True, kw_only=True):
     """What the values may be that the step finds."""
     coordinates: Mapping[str, Coordinate] = {}
     """Counters and labels of the step and those around it, by name; `units` has their units."""
+    written_in: Mapping[str, str] = {}
+    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
     expected: tuple[ReadingLimit, ...] = ()
     """What the readings may be that are no numbers."""
 

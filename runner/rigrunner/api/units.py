@@ -121,6 +121,12 @@ def rate_of(dimension: str) -> str | None:
     return unit(f"{numerator}/({below})" if len(parts) > 1 else f"{numerator}/s").dimension
 
 
+def from_si(value: float, symbol: str) -> float:
+    """Return an SI value as a number of a unit."""
+    known = unit(symbol)
+    return (value - known.offset) / known.factor
+
+
 def is_coherent(known: Unit) -> bool:
     """Say whether numbers in a unit are SI values."""
     return (known.factor, known.offset) == (1, 0)

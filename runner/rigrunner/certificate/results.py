@@ -15,6 +15,7 @@ from rigrunner.api.certificate import (
     PointResult,
     Results,
 )
+from rigrunner.api.coordinates import written_text
 from rigrunner.api.errors import DataError
 from rigrunner.certificate.numerals import finite, percent, printed, stated
 from rigrunner.signal.peaks import mean_peak
@@ -59,7 +60,9 @@ def _measured_value(found: JudgedValue) -> MeasuredValue:
         row=found.number,
         utc=row.utc,
         setpoints={
-            name: f"{value:.6g} {row.units.get(name, '')}".rstrip()
+            name: written_text(value, "", row.written_in[name])
+            if name in row.written_in
+            else f"{value:.6g} {row.units.get(name, '')}".rstrip()
             for name, value in row.setpoints.items()
         },
         of=decided.of,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.coordinates import coordinate_text, with_unit
+from rigrunner.api.coordinates import column_unit, number_text, with_unit
 from rigrunner.api.readings import reading_text
 from rigrunner.cli.table import table
 
@@ -29,12 +29,13 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
     values = list(dict.fromkeys(member for one in rows for member in one.values))
     told = list(dict.fromkeys(member for one in rows for member in one.readings))
     units = {member: unit for one in rows for member, unit in one.units.items()}
-    header = [f"{member} / {units.get(member, '1')}" for member in setpoints + values]
-    header[: len(setpoints)] = [f"set {text}" for text in header[: len(setpoints)]]
-    header = [*(with_unit(name, units.get(name, "")) for name in coordinates), *header]
+    written = {name: column_unit(rows, name) for name in (*coordinates, *setpoints)}
+    header = [with_unit(name, written[name] or units.get(name, "")) for name in coordinates]
+    header += [f"set {name} / {written[name] or units.get(name, '1')}" for name in setpoints]
+    header += [f"{member} / {units.get(member, '1')}" for member in values]
     cells = [
-        [coordinate_text(one.coordinates.get(name, "")) for name in coordinates]
-        + [_cell(one.setpoints.get(member)) for member in setpoints]
+        [number_text(one.coordinates.get(name, ""), written[name]) for name in coordinates]
+        + [number_text(one.setpoints.get(name, ""), written[name]) for name in setpoints]
         + [_cell(one.values.get(member)) for member in values]
         + [reading_text(one.readings.get(member, "")) for member in told]
         for one in rows

@@ -77,7 +77,7 @@ class LineProgress:
                 message(f"{event.run_id}: {steps_text(event.steps, event.estimated_s)}")
             case StepStarted():
                 number = str(event.index + 1).rjust(len(str(self._steps)))
-                where = coordinates_text(event.coordinates, event.units)
+                where = coordinates_text(event.coordinates, event.units, event.written_in)
                 beside = f" ({where})" if where else ""
                 message(f"[{number}/{self._steps}] {event.text}{beside}")
             case _:

@@ -42,6 +42,7 @@ class Attempt:
             units={**self._units, **self.step.coordinate_units},
             limits=self.step.limits,
             coordinates=self.step.coordinates,
+            written_in=self.step.written_in,
             expected=self.step.terms.expected,
         )
 

@@ -69,6 +69,8 @@ class PlannedStep:
     """Counters and labels of the step and those around it, by name, the outermost first."""
     coordinate_units: Mapping[str, str] = field(default_factory=dict)
     """The units of those that have one."""
+    written_in: Mapping[str, str] = field(default_factory=dict)
+    """By drive and coordinate, the unit in which the procedure writes it, where it is not SI."""
 
     leaves: int = 0
     """Of a condition: how many of the steps that follow hang on it."""

@@ -79,7 +79,8 @@ class _Walker:
             value, unit = in_si(written)
             kind = _kind_of(written)
             if self.scene.coordinate(place, name, kind, (*place.path, "label", name)):
-                place = place.at(name, value, unit)
+                symbol = written.unit.symbol if isinstance(written, Quantity) else ""
+                place = place.at(name, value, unit, symbol)
         return place
 
     def call(self, place: Place) -> None:

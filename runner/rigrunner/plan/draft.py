@@ -37,6 +37,8 @@ class Place:
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
     """Counters and labels that hold here, by name, the outermost first."""
     coordinate_units: Mapping[str, str] = field(default_factory=dict)
+    written_in: Mapping[str, str] = field(default_factory=dict)
+    """The units in which coordinates are written, where that is not SI."""
 
     def inside(self, *parts: str) -> Place:
         """Return the place of a part of the step."""
@@ -56,10 +58,16 @@ class Place:
         """Return the same place, no longer as a part of the innermost set-point or time."""
         return replace(self, points=self.points[:-1])
 
-    def at(self, name: str, value: Coordinate, unit: str = "") -> Place:
+    def at(self, name: str, value: Coordinate, unit: str = "", written_in: str = "") -> Place:
         """Return the same place with a coordinate more."""
+        written = {name: written_in} if written_in not in {"", unit} else {}
         units = {**self.coordinate_units, name: unit} if unit else self.coordinate_units
-        return replace(self, coordinates={**self.coordinates, name: value}, coordinate_units=units)
+        return replace(
+            self,
+            coordinates={**self.coordinates, name: value},
+            coordinate_units=units,
+            written_in={**self.written_in, **written},
+        )
 
 
 @dataclass(eq=False)
@@ -127,5 +135,6 @@ class Scene:
             place.points,
             place.coordinates,
             place.coordinate_units,
+            {**self.drives.written(), **place.written_in},
         )
         self.draft.steps.append(step)

@@ -24,6 +24,7 @@ class _Standing:
 
     values: dict[str, float] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
+    written: dict[str, str] = field(default_factory=dict)
     uncertain: bool = False
 
 
@@ -53,6 +54,10 @@ class DriveStates:
     def units(self) -> dict[str, str]:
         """Return the unit of each drive that was set."""
         return dict(self._standing.units)
+
+    def written(self) -> dict[str, str]:
+        """Return the unit in which each set-point is written, where that is another one."""
+        return {n: each for n, each in self._standing.written.items() if each != self.units()[n]}
 
     def changed(self, before: Mapping[str, float]) -> Iterator[tuple[Member, float, str]]:
         """Yield each drive that stands elsewhere than before, with where and in which unit."""
@@ -100,10 +105,11 @@ class DriveStates:
         value = self._standing.values.get(member)
         return self._bench.safe_value(member) if value is None else value
 
-    def move(self, member: Member, drive: DriveInfo, value: float) -> float:
+    def move(self, member: Member, drive: DriveInfo, value: float, written: str = "") -> float:
         """Set the drive and return how many seconds it takes; it starts from its safe value."""
         distance = abs(value - self.standing(member, drive))
         self._standing.values[member], self._standing.units[member] = value, drive.unit
+        self._standing.written[member] = written or drive.unit
         return distance / drive.rate_per_s if drive.rate_per_s else 0.0
 
     def known_cycle_frequency_hz(self, role: str) -> float | None:

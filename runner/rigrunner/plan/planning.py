@@ -98,7 +98,7 @@ class Planning:
         found = self.scene.drives.resolve(drive, to, self.path(*named), self.path(*key), key=by_key)
         if found is None:
             return None
-        return found.unit, self.scene.drives.move(drive, found, to.si)
+        return found.unit, self.scene.drives.move(drive, found, to.si, to.unit.symbol)
 
     def require_rest(self, role: str) -> None:
         """Add a problem if the role's device swings or turns by then."""

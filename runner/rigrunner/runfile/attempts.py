@@ -136,8 +136,14 @@ def _placed(row: Measurement, started: StepStarted | None, began: datetime | Non
     found = started.coordinates if started is not None else {}
     known = started.units if started is not None else {}
     units = {name: known[name] for name in found if name in known}
-    elapsed_s = seconds_since(began, row.utc)
-    return replace(row, coordinates=found, units={**row.units, **units}, elapsed_s=elapsed_s)
+    told = started.written_in if started is not None else {}
+    return replace(
+        row,
+        coordinates=found,
+        units={**row.units, **units},
+        elapsed_s=seconds_since(began, row.utc),
+        written_in={name: told[name] for name in (*row.setpoints, *found) if name in told},
+    )
 
 
 def _with_readings(row: Measurement, event: StepEnded, started: StepStarted | None) -> Measurement:

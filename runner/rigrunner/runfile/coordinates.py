@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from rigrunner.api.coordinates import coordinate_text
+from rigrunner.api.units import from_si
 from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     import h5py
 
@@ -43,6 +44,31 @@ def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[st
     values = {name: _plain(each["value"]) for name, each in members.items()}
     units = {name: str(each["units"]) for name, each in members.items() if "units" in each}
     return values, units
+
+
+def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
+    """Let each set-point and coordinate of a recording have the number and unit as written."""
+    for name, symbol in written_in.items():
+        for member in _kept(parent):
+            if str(member.attrs["name"]) == name:
+                value = member.attrs["value"] if "value" in member.attrs else member[()]
+                number = from_si(float(value), symbol)
+                member.attrs.update({"written": number, "written_in": symbol})
+
+
+def read_written(parent: h5py.Group) -> dict[str, str]:
+    """Read the units in which set-points and coordinates are written, by name."""
+    return {
+        str(member.attrs["name"]): str(member.attrs["written_in"])
+        for member in _kept(parent)
+        if "written_in" in member.attrs
+    }
+
+
+def _kept(parent: h5py.Group) -> Iterator[h5py.Group | h5py.Dataset]:
+    for group in ("setpoints", _GROUP):
+        if group in parent:
+            yield from parent[group].values()
 
 
 def write_coordinate_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:

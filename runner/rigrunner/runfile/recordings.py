@@ -10,7 +10,12 @@ import numpy as np
 
 from rigrunner.api.data import Block, Recording
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.coordinates import read_coordinates, write_coordinates
+from rigrunner.runfile.coordinates import (
+    read_coordinates,
+    read_written,
+    write_coordinates,
+    write_written,
+)
 from rigrunner.runfile.digest import RecordingDigest
 from rigrunner.runfile.hdf5 import free_name, read_values, write_values
 from rigrunner.runfile.stored_samples import StoredSamples
@@ -48,6 +53,7 @@ class RecordingFacts:
     units: Mapping[str, str] = field(default_factory=dict)
     conditions: Mapping[str, float] = field(default_factory=dict)
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    written_in: Mapping[str, str] = field(default_factory=dict)
 
     def recording(self, channels: Mapping[str, Samples]) -> Recording:
         """Return the recording with these samples."""
@@ -60,6 +66,7 @@ class RecordingFacts:
             units=self.units,
             conditions=self.conditions,
             coordinates=self.coordinates,
+            written_in=self.written_in,
         )
 
     def digest(self) -> RecordingDigest:
@@ -95,6 +102,11 @@ def facts_of(
         units={**started.units, **(found.units if found else {})},
         conditions=found.values if found else {},
         coordinates=started.coordinates,
+        written_in={
+            name: each
+            for name, each in started.written_in.items()
+            if name in started.setpoints or name in started.coordinates
+        },
     )
 
 
@@ -147,6 +159,7 @@ def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingF
         units={**setpoint_units, **condition_units, **coordinate_units, **units},
         conditions=conditions,
         coordinates=coordinates,
+        written_in=read_written(group),
     )
 
 
@@ -217,6 +230,7 @@ def _write_facts(group: h5py.Group, facts: RecordingFacts) -> None:
     write_values(group, "conditions", facts.conditions, facts.units)
     if facts.coordinates:
         write_coordinates(group, facts.coordinates, facts.units)
+    write_written(group, facts.written_in)
 
 
 def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.Dataset:

@@ -84,7 +84,7 @@ def plan(ramp: RampStep, planning: Planning) -> None:
     start = ramp.from_.si if ramp.from_ else drives.standing(ramp.drive, drive)
     before_s = drives.move(ramp.drive, drive, start)
     duration_s = _ramp_s(ramp, abs(ramp.to.si - start), drive, planning)
-    drives.move(ramp.drive, drive, ramp.to.si)
+    drives.move(ramp.drive, drive, ramp.to.si, ramp.to.unit.symbol)
     action = Ramp(ramp.drive.role, ramp.drive.name, start, ramp.to.si, drive.unit, duration_s)
     text = f"Ramp {ramp.drive} to {ramp.to} in {duration_s:.3g} s"
     planning.emit(action, text, before_s + duration_s)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api.coordinates import coordinate_text
+from rigrunner.api.coordinates import written_text
 from rigrunner.api.events import Samples
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import PositiveDuration
@@ -150,7 +150,8 @@ def _name(number: str, frequency_hz: float | None, planning: Planning) -> str:
     place = planning.place
     parts = [number, *([] if frequency_hz is None else [f"{frequency_hz:.6g}Hz"])]
     for name, value in place.coordinates.items():
-        text = coordinate_text(value, place.coordinate_units.get(name, ""))
+        unit, written = place.coordinate_units.get(name, ""), place.written_in.get(name, "")
+        text = written_text(value, unit, written)
         parts.append(re.sub(r"[^\w.+-]+", "", text if isinstance(value, str) else name + text))
     return "_".join(parts)[:_LONGEST_NAME]
 

@@ -54,7 +54,10 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     header, align = ["step", "phase", "what is done", "time"], "rllr"
     if any(each.coordinates for each in steps):
         header, align = [*header, "coordinates"], f"{align}l"
-        where = [coordinates_text(each.coordinates, each.coordinate_units) for each in steps]
+        where = [
+            coordinates_text(each.coordinates, each.coordinate_units, each.written_in)
+            for each in steps
+        ]
         rows = [[*row, text] for row, text in zip(rows, where, strict=True)]
     yield table(header, rows, align)
     drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")

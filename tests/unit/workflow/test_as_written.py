@@ -1,0 +1,98 @@
+"""What a person wrote is shown: set-points and labels come back in the units of the procedure."""
+
+from __future__ import annotations
+
+import h5py
+import pytest
+
+from helpers_cli import call
+from helpers_workflow import run
+from rigrunner.api.coordinates import column_unit, coordinates_text, number_text, written_text
+from rigrunner.api.units import from_si, unit
+from rigrunner.runfile import read
+
+PROCEDURE = """\
+rigrunner: procedure/2
+id: WRITTEN
+revision: "A"
+title: As it is written
+measurand: {symbol: T, name: torque}
+uses: {tester: swing_tester}
+main:
+  - set: {tester.load: 0.5 kN, tester.frequency: 10 Hz}
+  - group:
+      label: {dwell: 2 min, room: 21 °C, preload: 8 in·lbf}
+      steps:
+        - record: {channels: [tester.angle, tester.torque], duration: 0.5 s}
+        - measure: {channels: [tester.load], limits: {tester.load: {max: 1 kN}}}
+teardown:
+  - set: {tester.frequency: 0 Hz, tester.load: 0 N}
+"""
+WRITTEN = {"tester.load": "kN", "dwell": "min", "room": "°C", "preload": "in·lbf"}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("written")
+    (folder / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
+    return run(folder / "p.yaml", folder / "runs")
+
+
+def test_numbers_are_in_si_and_the_units_of_the_procedure_beside_them(finished):
+    stored = read(finished.folder)
+    for each in (*stored.recordings, *stored.measurements):
+        assert each.setpoints["tester.load"] == 500.0
+        assert each.coordinates["dwell"] == 120.0
+        assert each.coordinates["room"] == pytest.approx(294.15)
+        assert {name: unit(symbol) for name, symbol in each.written_in.items()} == {
+            name: unit(symbol) for name, symbol in WRITTEN.items()
+        }
+
+
+def test_the_file_has_number_and_unit_as_written(finished):
+    with h5py.File(finished.folder / "run.h5") as file:
+        (recording,) = file["entry/recordings"].values()
+        load, room = recording["setpoints/tester_load"], recording["coordinates/room"]
+        assert (load.attrs["written"], load.attrs["written_in"]) == (0.5, "kN")
+        assert room.attrs["written"] == pytest.approx(21.0)
+        assert room.attrs["written_in"] == "°C"
+        assert "written_in" not in recording["setpoints/tester_frequency"].attrs
+
+
+def test_show_and_report_say_what_was_written(finished):
+    shown = call("show", finished.folder.name, "--runs", finished.folder.parent).out
+    heads = next(line for line in shown.splitlines() if line.startswith("dwell"))
+    for head in ("dwell / min", "room / °C", "set tester.load / kN", "set tester.frequency / Hz"):
+        assert head in heads
+    assert "  tester.load / N" in heads
+    report = (finished.folder / "report.html").read_text(encoding="utf-8")
+    assert "set tester.load / kN" in report
+    assert "room 21 °C" in report
+
+
+def test_the_plan_says_it_too(tmp_path):
+    (tmp_path / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
+    planned = call("plan", tmp_path / "p.yaml", "--station", "simulated").out
+    assert "dwell 2 min, room 21 °C, preload 8 " in planned
+
+
+@pytest.mark.parametrize(
+    ("si", "symbol", "text"),
+    [(294.15, "°C", "21"), (8 * 4.4482216152605 * 0.0254, "in·lbf", "8"), (0.5, "%", "50")],
+)
+def test_a_number_comes_back_as_it_was_written(si, symbol, text):
+    assert number_text(si, symbol) == text
+    assert written_text(si, "K", symbol) == f"{text} {symbol}"
+    assert from_si(si, symbol) == pytest.approx(float(text))
+
+
+def test_what_has_no_unit_stays_as_it_is():
+    assert coordinates_text({"phase": "wear", "block": 2}, {}, {"x": "kN"}) == "phase wear, block 2"
+    assert number_text("wear", "kN") == "wear"
+
+
+def test_a_column_of_several_units_is_in_si(finished):
+    (row,) = read(finished.folder).measurements
+    other = type(row)("measured", row.utc, {"tester.load": 1.0}, {}, {})
+    assert column_unit([row, row], "tester.load") == "kN"
+    assert column_unit([row, other], "tester.load") == ""
