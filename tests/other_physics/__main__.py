@@ -3,20 +3,33 @@
 --rigs N       so many healthy rigs (20)
 --faults N     so many rigs of each fault (0)
 --scatter X    standard deviation of the gain from recording to recording (0.002)
---stated X     stations state the growth of the support's friction under load, within X (no)
+--stated X     healthy rigs again, whose stations state the growth of the support's friction under
+               load, within X (no)
 --half 0|1     even seeds, on which methods are chosen (0), or odd ones, to judge them on (1)
+--cache DIR    keep the recordings there (no): to record takes five times as long as to analyse
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import binomtest
 
 from other_physics.judged import Judged, judged
 from other_physics.rigs import FAULTS, faulty, healthy
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+ACCURACY = (
+    "| healthy rigs | rigs | rms mN·m | max mN·m | within 10 mN·m | points in U | means in U"
+    " | median U of a point, of the mean, mN·m |"
+)
 HEADER = (
     "| group | rigs | no result | rms mN·m | max mN·m | points in U | some check binds"
     " | inconclusive | verdicts | mean beyond U | beyond 2 U |"
@@ -32,15 +45,21 @@ def main() -> None:
     parser.add_argument("--scatter", type=float, default=0.002)
     parser.add_argument("--half", type=int, choices=(0, 1), default=0)
     parser.add_argument("--stated", type=float)
+    parser.add_argument("--cache", type=Path)
     asked = parser.parse_args()
-    found: list[Judged] = []
-    _head(HEADER)
-    seeds = range(asked.half, 2 * asked.rigs, 2)
-    found += [judged(healthy(seed, asked.scatter), asked.stated) for seed in seeds]
+    judge = partial(judged, cache=asked.cache)
+    rigs = [healthy(seed, asked.scatter) for seed in range(asked.half, 2 * asked.rigs, 2)]
+    _head(ACCURACY)
+    found = [judge(rig) for rig in rigs]
+    _say(accuracy("growth not stated", found))
+    if asked.stated is not None:
+        stated = [judge(rig, stated=asked.stated) for rig in rigs]
+        _say(accuracy(f"growth stated within {asked.stated:.1%}", stated))
+    _head("\n" + HEADER)
     _say(row("healthy", found))
     seeds = range(asked.half, 2 * asked.faults, 2)
     for group in FAULTS if asked.faults else ():
-        of_group = [judged(faulty(group, seed), asked.stated) for seed in seeds]
+        of_group = [judge(faulty(group, seed)) for seed in seeds]
         _say(row(group.name, of_group))
         found += of_group
     if asked.faults:
@@ -50,6 +69,32 @@ def main() -> None:
     for each in found:
         if is_silent(each):
             _say(silent(each))
+
+
+def accuracy(label: str, found: list[Judged]) -> str:
+    """Return the line of rigs without a fault, with binomial intervals of the coverage."""
+    kept = [each for each in found if each.errors_nm]
+    errors = np.abs(np.concatenate([each.errors_nm for each in kept]))
+    expanded = np.concatenate([each.expanded_nm for each in kept])
+    of_mean = [each.mean_expanded_nm for each in kept]
+    cells = (
+        label,
+        str(len(found)),
+        f"{1e3 * np.sqrt(np.mean(errors**2)):.1f}",
+        f"{1e3 * errors.max():.1f}",
+        f"{np.mean(errors <= 0.01):.1%}",
+        _covered(errors <= expanded),
+        _covered([_off(each) <= 1 for each in kept]),
+        f"{1e3 * np.median(expanded):.1f}, {1e3 * np.median(of_mean):.1f}",
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def _covered(inside: Iterable[bool]) -> str:
+    """Return how many are inside, and the 95 % interval of Clopper and Pearson."""
+    each = [bool(one) for one in inside]
+    low, high = binomtest(sum(each), len(each)).proportion_ci(0.95)
+    return f"{sum(each)} of {len(each)} ({100 * low:.1f} to {100 * high:.1f} %)"
 
 
 def row(group: str, found: list[Judged]) -> str:

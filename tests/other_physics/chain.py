@@ -51,6 +51,11 @@ class Chain(NamedTuple):
     encoder_noise_rad: float = 0.0
     torque_lag_s: float = 0.0
 
+    @property
+    def step_nm(self) -> float:
+        """Step of the converter."""
+        return 2.0 * self.range_nm / 2**self.bits
+
 
 def measured(
     motion: Motion, chain: Chain, begun_s: float, rng: Generator
@@ -74,9 +79,8 @@ def measured(
     torque = torque + chain.noise_nm * rng.standard_normal(len(torque))
     angle = motion.drive_rad[::_EVERY]
     angle = angle + chain.encoder_noise_rad * rng.standard_normal(len(angle))
-    step = 2.0 * chain.range_nm / 2**chain.bits
-    torque = np.clip(torque, -chain.range_nm, chain.range_nm - step)
-    return _stepped(angle, chain.encoder_step_rad), _stepped(torque, step)
+    torque = np.clip(torque, -chain.range_nm, chain.range_nm - chain.step_nm)
+    return _stepped(angle, chain.encoder_step_rad), _stepped(torque, chain.step_nm)
 
 
 def _stepped(values: np.ndarray, step: float) -> np.ndarray:

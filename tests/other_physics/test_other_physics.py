@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from other_physics.chain import Chain, measured
+from other_physics.judged import judged
 from other_physics.model import STEP_S, Rig, integrate, natural_hz, starting_torque_nm
+from other_physics.recorded import TORQUE, recorded
 from other_physics.rigs import FAULTS, faulty, healthy
 
 SWING_RAD = np.arcsin(2.0 / 45.0)
 PEAK_ACCELERATION_35_HZ = 2170.586
 """rad/s^2, of this guide bar; Wang et al. (2025) print 2170.5367."""
+FEW_HZ = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 33.0, 35.0)
+INERTIA = next(group for group in FAULTS if group.name == "inertia changed")
 FREE = Rig(
     support_coulomb_nm=0.0,
     support_static_nm=0.0,
@@ -98,3 +104,23 @@ def test_a_seed_names_a_rig_and_a_fault_changes_it():
     for group in FAULTS:
         pair = faulty(group, 7)
         assert (pair.no_load, pair.loaded) != (healthy(7).no_load, healthy(7).loaded), group.name
+
+
+@pytest.mark.parametrize("change", [-0.08, -0.02, 0.02, 0.06])
+def test_no_verdict_beyond_u_where_the_inertia_changed_between_the_runs(change):
+    """Such a rig was certified with a mean that was off by five times U."""
+    pair = INERTIA.apply(healthy(1), change)
+    found = judged(replace(pair, frequencies_hz=FEW_HZ, cycles=10))
+    assert found.errors_nm
+    assert not found.is_conclusive or abs(found.mean_error_nm) <= found.mean_expanded_nm
+
+
+def test_recordings_that_were_kept_are_those_that_were_made(tmp_path):
+    pair = replace(healthy(2), frequencies_hz=(30.0, 35.0), cycles=3)
+    made, kept = recorded(pair), recorded(pair, tmp_path)
+    again = recorded(pair, tmp_path)
+    assert len(list(tmp_path.iterdir())) == 1
+    for one in (kept, again):
+        assert one.truths_nm == made.truths_nm
+        for ours, theirs in zip(one.loaded.recordings, made.loaded.recordings, strict=True):
+            np.testing.assert_array_equal(ours.channels[TORQUE], theirs.channels[TORQUE])
