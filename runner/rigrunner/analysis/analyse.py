@@ -18,6 +18,7 @@ from rigrunner.analysis.phase import compensated
 from rigrunner.analysis.prepare import prepare_point
 from rigrunner.analysis.progress import unseen
 from rigrunner.analysis.revisions import revisions_of
+from rigrunner.analysis.sampling import with_half_the_samples
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.sources import chosen, of_this_run, require_one_label, sources
 from rigrunner.analysis.starts import prepare_starts
@@ -129,7 +130,13 @@ class _Analysis:
         primary, checks = bind(
             primary,
             diagnose(
-                Diagnosed(self.run, self.no_load_run, loaded, no_load),
+                Diagnosed(
+                    self.run,
+                    self.no_load_run,
+                    loaded,
+                    no_load,
+                    self._with_half_the_samples(loaded, no_load, primary),
+                ),
                 primary,
                 own_no_load=self._has_own_no_load,
             ),
@@ -259,6 +266,18 @@ class _Analysis:
         found = with_study(found, self.run.rig.gauge_study)
         found, checks = bind(found, found.checks)
         return replace(found, checks=checks)
+
+    def _with_half_the_samples(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        no_load: tuple[PeakPoint, ...],
+        primary: Compensation,
+    ) -> tuple[float, ...]:
+        plugin = self.spec.primary_plugin
+        if plugin is None or not primary.points:
+            return ()
+        method = self._make("compensation", plugin)
+        return with_half_the_samples(method, self._sweep(loaded, no_load), primary)
 
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()

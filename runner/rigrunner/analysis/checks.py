@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.analysis.channels import torque_channel
 from rigrunner.analysis.motion_checks import SEEN, motion_check, seen_frequency_hz
+from rigrunner.analysis.sampling import ENOUGH, samples_per_cycle
 from rigrunner.api.analysis import Bias, Check, MotionSource, StartPoint, SwingPoint
 from rigrunner.api.checks import ABOVE_ZERO, Limit, skipped
 from rigrunner.signal.blocks import blocks, limits
@@ -84,10 +85,10 @@ CYCLES = Limit(
 )
 SAMPLES = Limit(
     name="samples per cycle",
-    good="at least 280 samples in every cycle",
+    good=f"at least {ENOUGH:g} samples in every cycle",
     advice="sample faster, or leave out the highest frequencies",
     unit="1",
-    lower=280.0,
+    lower=ENOUGH,
 )
 ZERO = Limit(
     name="zero",
@@ -273,7 +274,7 @@ def _cycles(point: PeakPoint) -> tuple[float, str]:
 
 
 def _samples(point: SwingPoint) -> tuple[float, str]:
-    count = point.sample_rate_hz / point.frequency_hz.value
+    count = samples_per_cycle(point)
     return count, f"{point.recording} {count:.0f}"
 
 

@@ -2,18 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import sqrt
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.checks import friction_check, positive_check, run_checks, zero_drift_check
+from rigrunner.analysis.checks import (
+    RANGE,
+    SAMPLES,
+    STROKE,
+    ZERO_DRIFT,
+    friction_check,
+    positive_check,
+    run_checks,
+    zero_drift_check,
+)
 from rigrunner.analysis.consistency import agreement
 from rigrunner.analysis.one_setup import setup_check, unloaded_check
+from rigrunner.api.analysis import Bias
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api.analysis import Check, Compensation, PeakPoint
+    from rigrunner.api.analysis import Check, CompensatedPoint, Compensation, Component, PeakPoint
     from rigrunner.api.data import RunData
+
+NO_LOAD = "no-load run: "
+"""What the names of the checks of that run begin with."""
+
+_ERRORS: dict[str, tuple[tuple[str, ...], Callable[[float, Component], float]]] = {
+    STROKE.name: (("angle scale",), lambda percent, _: percent / 100),
+    ZERO_DRIFT.name: (("sensor drift", "zero drift"), lambda drift, _: drift),
+    RANGE.name: (
+        ("sensor non-linearity",),
+        lambda percent, line: 2 * max(percent / 100 - 1, 0.0) * sqrt(3) * line.input_u,
+    ),
+}
+"""Of a check by its name: which inputs of the budget are off, and by how much for what was found.
+
+A swing that is not the eccentric's is an error of the angle's scale, at most; zero readings that
+differ are a drift; and beyond full scale the slope of a parabolic error curve grows by twice of
+what a reading is beyond it.
+"""
 
 
 @dataclass(frozen=True)
@@ -24,6 +53,8 @@ class Diagnosed:
     no_load_run: RunData | None
     loaded: tuple[PeakPoint, ...]
     no_load: tuple[PeakPoint, ...]
+    with_half_the_samples_nm: tuple[float, ...] = ()
+    """What that moves each torque by; nothing where there are samples enough."""
 
 
 def diagnose(
@@ -33,16 +64,16 @@ def diagnose(
 
     `own_no_load` says that the no-load points are recordings of the run itself.
     """
-    loaded, no_load = found.loaded, found.no_load
-    if not loaded:
+    if not found.loaded:
         return
-    yield from run_checks(found.run, (*loaded, *no_load) if own_no_load else loaded)
+    points = primary.points if primary else ()
+    for check in _of_recordings(found, own_no_load=own_no_load):
+        yield _with_effect(check, points, found.with_half_the_samples_nm)
+    loaded, no_load = found.loaded, found.no_load
     if found.no_load_run is not None:
-        yield from run_checks(found.no_load_run, no_load, "no-load run: ")
-        yield zero_drift_check(found.run, found.no_load_run)
         yield setup_check(found.run, found.no_load_run)
     if no_load:
-        yield unloaded_check(loaded, no_load, primary.points if primary else ())
+        yield unloaded_check(loaded, no_load, points)
     if primary is None or not primary.points:
         return
     yield agreement(primary.points)
@@ -52,3 +83,34 @@ def diagnose(
     radius = found.run.rig.swing_radius
     if radius is not None:
         yield friction_check(torques, loaded[0].load_n, radius)
+
+
+def _of_recordings(found: Diagnosed, *, own_no_load: bool) -> Iterator[Check]:
+    points = (*found.loaded, *found.no_load) if own_no_load else found.loaded
+    yield from run_checks(found.run, points)
+    if found.no_load_run is not None:
+        yield from run_checks(found.no_load_run, found.no_load, NO_LOAD)
+        yield zero_drift_check(found.run, found.no_load_run)
+
+
+def _with_effect(
+    check: Check, points: Sequence[CompensatedPoint], with_half_the_samples_nm: Sequence[float]
+) -> Check:
+    """Return a check of the recordings with what it moves each point by."""
+    name = check.name.removeprefix(NO_LOAD)
+    moved: tuple[float, ...] = ()
+    if name == SAMPLES.name:
+        moved = tuple(with_half_the_samples_nm)
+    elif name in _ERRORS and check.value is not None:
+        inputs, error = _ERRORS[name]
+        moved = tuple(
+            sum(c.sensitivity * error(check.value, c) for c in p.components if c.name in inputs)
+            for p in points
+        )
+    if check.ok or not moved:
+        return check
+    biases = tuple(
+        Bias(f"{point.frequency_hz:.4g} Hz", bias, 0.0)
+        for point, bias in zip(points, moved, strict=True)
+    )
+    return replace(check, biases=biases)

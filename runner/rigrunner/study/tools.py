@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
+from rigrunner.analysis.diagnosis import NO_LOAD
 from rigrunner.procedure import load_procedure
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 PROCEDURE, STATION = "starting_torque_1000n", "simulated"
 SUPPORT_LIMIT = 0.01
 """Of what the load changes the support's friction by, on a station that has measured it."""
-NO_LOAD_PREFIX = "no-load run: "
-"""Of the checks of that run, which are the same ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,4 +82,4 @@ def checks_of(result: Result) -> Iterator[Check]:
 
 def checked_by(check: Check) -> str:
     """Return the name of a check, whichever run it was made of."""
-    return check.name.removeprefix(NO_LOAD_PREFIX)
+    return check.name.removeprefix(NO_LOAD)
