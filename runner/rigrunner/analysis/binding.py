@@ -84,7 +84,7 @@ def _consequence(check: Check, points: Sequence[CompensatedPoint]) -> Consequenc
     mean, *each = check.biases
     level = float(np.mean([abs(point.torque.value) for point in points]))
     apart = 0.0 if check.common else sqrt(sum(one.contribution**2 for one in each) / len(each))
-    if max(abs(mean.value), apart) > TRUSTED * level:
+    if max(mean.contribution, apart) > TRUSTED * level:
         return Consequence.INCONCLUSIVE
     lacking = [_lacking(*pair, check) for pair in zip(points, each, strict=True)]
     of_mean = sum(lacking) / len(lacking)

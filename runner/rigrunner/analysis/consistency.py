@@ -4,7 +4,9 @@ Friction changes smoothly with the speed of a swing, so that torques may have a 
 frequency. What they scatter by about it has to be what their own uncertainties say (chi-squared).
 If it is more, all of these are too small by the Birge ratio, the root of chi-squared over its
 degrees of freedom: as the Particle Data Group and CODATA do, they are widened by it (Birge, Phys.
-Rev. 40, 1932, 207; Workman et al., Prog. Theor. Exp. Phys. 2022, 083C01, 5.2.2).
+Rev. 40, 1932, 207; Workman et al., Prog. Theor. Exp. Phys. 2022, 083C01, 5.2.2). What makes them
+disagree, such as a coupling that is softer under load, has moved most of them the same way: it is
+taken for one error, which the mean does not average out.
 """
 
 from __future__ import annotations
@@ -64,5 +66,4 @@ def agreement(points: Sequence[CompensatedPoint]) -> Check:
         biases=tuple(
             Bias(f"{f:.4g} Hz", 0.0, lacking * float(u)) for f, u in zip(hertz, sigma, strict=True)
         ),
-        common=False,
     )

@@ -39,7 +39,7 @@ def test_scatter_beyond_the_own_uncertainties_widens_them_by_the_birge_ratio():
     ratio = 0.05 / sigma * np.sqrt(projected[6, 6] / 7)
     assert found.value == pytest.approx(ratio)
     assert not found.ok
-    assert not found.common
+    assert found.common
     assert "20 Hz is off their trend by +0.0" in found.text
     widened = np.hypot(sigma, [each.u for each in found.biases])
     np.testing.assert_allclose(widened, ratio * sigma)
