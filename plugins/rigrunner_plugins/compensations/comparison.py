@@ -38,6 +38,10 @@ SLIP = "slip of the support under load"
 TRIAL = 1e-3
 """Of a torque that is added, to see what the result changes by."""
 
+EITHER = 1.1
+"""Times what a gain would make in place of an inertia: it is one or the other, and both lie at the
+ends of a rectangle, which 95 % of it leaves out."""
+
 NEGLIGIBLE = 1e-9
 """Of the variance of all points."""
 
@@ -81,7 +85,7 @@ class Compared:
         variances, directions = np.linalg.eigh(slopes @ self.gains.covariance @ slopes.T)
         kept = variances > NEGLIGIBLE * variances.sum()
         parts = directions[:, kept] * np.sqrt(variances[kept])
-        cause = replace(limited(f"{LINE}, cause", self.gains.inertia, "1"), line=LINE)
+        cause = replace(limited(f"{LINE}, cause", EITHER * self.gains.inertia, "1"), line=LINE)
         return [
             (
                 *(Effect(_component(k), float(part)) for k, part in enumerate(row)),

@@ -51,10 +51,12 @@ SHARE_PRIOR = (0.5, 1 / sqrt(12))
 """Nothing known: as likely anywhere from 0 to 1 (mean and standard deviation)."""
 
 UNKNOWNS = ("natural_hz", "damping_ratio", "inertia_kgm2", "share", "delay_s")
-BOUNDS = ([1.0, 1e-4, 1e-9, -1.0, -0.01], [1e5, 1.0, inf, 2.0, 0.01])
+BOUNDS = ([1.0, 1e-4, 1e-9, 0.0, -0.01], [1e5, 1.0, inf, 1.0, 0.01])
 DELAY_SCALE_S = 1e-5
 SIGNIFICANT_DELAY = 3.0
 """In standard uncertainties."""
+LEAST_DELAY_S = 1.8e-4
+"""Friction that weakens with speed looks like a delay of up to that, with a share of none."""
 
 START_HZ = np.geomspace(60.0, 2500.0, 75)
 START_DAMPING = (0.02, 0.06, 0.15)
@@ -81,9 +83,9 @@ class Identified:
 def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> Identified:
     """Return drive line and support friction; raise DataError for too few frequencies.
 
-    A delay that is not significant is taken as none, for it looks much like where the friction
-    acts; that it may be there all the same stays in the covariance. Remembered, as several methods
-    ask it of one sweep.
+    A delay that is small or not significant is taken as none, for it looks much like where the
+    friction acts; that it may be there all the same stays in the covariance. Remembered, as several
+    methods ask it of one sweep.
     """
     if len(points) < LEAST_FREQUENCIES:
         raise DataError(
@@ -94,7 +96,8 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
     observed, waveforms = observe(points, swing), _waveforms(points, swing)
     start = _start(observed, low_pass)
     found = _search(observed, waveforms, swing, start, UNKNOWNS)
-    if abs(found.line.delay_s) > SIGNIFICANT_DELAY * sqrt(found.covariance[-1, -1]):
+    least = max(LEAST_DELAY_S, SIGNIFICANT_DELAY * sqrt(found.covariance[-1, -1]))
+    if abs(found.line.delay_s) > least:
         return found
     without = _search(observed, waveforms, swing, start, UNKNOWNS[:-1])
     return replace(without, covariance=found.covariance)
