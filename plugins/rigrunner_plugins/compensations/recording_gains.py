@@ -38,7 +38,10 @@ if TYPE_CHECKING:
     from rigrunner_plugins.compensations.identification import Identified
 
 POWERS = (0, 1, -1, 2)
-"""Of the frequency, in the running torque of a run."""
+"""Of the frequency, in the running torque of a run; no more of them than there are frequencies."""
+
+ALIKE = 2
+"""Digits to which frequencies over the highest one are told apart."""
 
 USUAL = np.array([1e-3, 1e-3, 1e-3])
 """Usual standard deviations: of a gain and of the running torque, relative, and of what is in phase
@@ -120,14 +123,15 @@ class _Seen:
         """Add the running torques of one run, each over itself, where friction is smooth."""
         count = len(torque)
         used = speed >= SLOWEST
-        fixed = np.stack([speed**power for power in POWERS], axis=1) / torque[:, None]
+        powers = POWERS[: len(np.unique(speed[used].round(ALIKE)))]
+        fixed = np.stack([speed**power for power in powers], axis=1) / torque[:, None]
         random = np.zeros((count, 2 * count))
         random[:, place * count : (place + 1) * count] = np.eye(count)
         rows, columns = self._fixed.shape
         more = np.count_nonzero(used)
         self._fixed = np.block(
             [
-                [self._fixed, np.zeros((rows, len(POWERS)))],
+                [self._fixed, np.zeros((rows, len(powers)))],
                 [np.zeros((more, columns)), fixed[used]],
             ]
         )
