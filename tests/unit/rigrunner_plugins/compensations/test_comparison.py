@@ -127,3 +127,18 @@ def test_a_known_growth_of_the_support_s_friction_is_taken_out():
     for error, point in zip(errors_nm(rig, right), right.points, strict=True):
         assert abs(error) < expanded(point.torque)
     assert abs(errors_nm(rig, right).mean()) < 0.0065
+
+
+def test_set_points_of_about_one_frequency_do_not_hang_on_its_last_digits(healthy):
+    """Four powers of one frequency would leave the running torque undetermined."""
+    point = healthy.loaded[-1]
+
+    def u_of(*digits):
+        points = (
+            replace(point, frequency_hz=replace(point.frequency_hz, value=35.0 + 1e-4 * digit))
+            for digit in digits
+        )
+        covariance = comparison(replace(healthy, loaded=tuple(points))).gains.covariance
+        return np.sqrt(np.diag(covariance))
+
+    np.testing.assert_allclose(u_of(0, 1, 2), u_of(0, -2, 3), rtol=0.01)
