@@ -11,7 +11,6 @@ from pydantic import Field
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import PositiveDuration
 from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
-from rigrunner.plan.terms import reading_limits
 from rigrunner.procedure.options import Channels, Limits, OnFail, Repeatable, Retries, Timeout
 from rigrunner.yamlfile.names import Name
 
@@ -128,6 +127,8 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
     of_told = {member: band for member, band in measure.limits.items() if member in told}
     of_numbers = {member: band for member, band in measure.limits.items() if member not in told}
     limits = planning.limits(of_numbers, numbers)
+    from rigrunner.plan.terms import reading_limits  # noqa: PLC0415  (numpy: to check a procedure needs none)
+
     expected = reading_limits(of_told, told, planning.place, planning.scene)
     text = f"Measure {', '.join(measure.channels)}, {how}"
     planning.emit(action, text, seconds, limits, expected=expected)
