@@ -102,7 +102,7 @@ def test_its_points_are_rows_of_a_table(lab):
     assert record.setpoints["tester.load"] == 1000.0
     shown = call("show", lab.folder_of(stored)).out
     assert "Measured: cell" in shown
-    assert re.findall(r"^ +5 +(\d+) ", shown, re.MULTILINE) == ["100", "200", "500", "1000"]
+    assert re.findall(r"^ +5 +([0-9.]+) ", shown, re.MULTILINE) == ["0.1", "0.2", "0.5", "1"]
     with h5py.File(lab.folder_of(stored) / "run.h5") as file:
         table = file["entry/measurements/cell"]
         assert list(table["setpoints/tester_load"][()]) == list(LOADS)
