@@ -200,7 +200,7 @@ def _block(path: Path) -> object:
     files.samples(1).unlink(missing_ok=True)
     journal = JournalWriter(files.samples(1))
     for payload in (_good_block(), (path.read_bytes(),), _good_block()):
-        journal.append_parts(Kind.BLOCK, payload)
+        journal.append(Kind.BLOCK, *payload)
     journal.close()
     return read(files.path)
 
