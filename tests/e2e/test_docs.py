@@ -40,6 +40,8 @@ RUN_ELSEWHERE = {
     "run by the test of the architecture",
     "run by the test of mistakes in a plugin",
     "run by the reader alone: it measures for minutes or hours",
+    "run by the reader alone: it writes into the sources",
+    "run by the reader alone: it lists functions of the sources",
     "run by the reader alone: there is no run that was broken off where this page is tested",
     "run by the reader alone: no file is damaged where this page is tested",
     "run by the reader alone: there is no such server where this page is tested",

@@ -306,8 +306,10 @@ class Half:
 def swing_speeds(sweep: Sweep, rig: RigDescription) -> list[Array]:
     """Return the angular velocity over one swing of every loaded point."""
     swings: tuple[SwingPoint, ...] = with_swings(sweep).loaded
-    ratio = rig.eccentric / rig.centre_distance
-    return [angular_velocity(each.angle_rad, each.set_frequency_hz, ratio) for each in swings]
+    return [
+        angular_velocity(each.angle_rad, each.set_frequency_hz, rig.eccentric_ratio)
+        for each in swings
+    ]
 
 
 class OneNumber:
