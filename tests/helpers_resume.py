@@ -38,13 +38,13 @@ class Snapshot:
             shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
 
 
-def broken_off(tmp_path, at, *, station=None, changes=()):
+def interrupted(tmp_path, at, *, station=None, changes=()):
     """Return the folder of a run as it was at the first event for which `at` holds, and the run."""
-    (folder,), whole = broken_off_at(tmp_path, [at], station=station, changes=changes)
+    (folder,), whole = interrupted_at(tmp_path, [at], station=station, changes=changes)
     return folder, whole
 
 
-def broken_off_at(tmp_path, instants, *, station=None, changes=()):
+def interrupted_at(tmp_path, instants, *, station=None, changes=()):
     """Return the folder of one run as it was at each of several instants, and the run."""
     snapshots = [
         Snapshot(tmp_path / "runs", tmp_path / f"killed{number}", at)

@@ -48,7 +48,7 @@ def main(words: list[str] | None = None) -> int:
         sections[name], error = section(name, scale)
         failed |= error
         say(f"## {name}\n\n{sections[name]}")
-        if asked.markdown:  # each time: what is measured is not lost if the rest is broken off
+        if asked.markdown:  # each time: what is measured is not lost if the rest is interrupted
             write(asked.markdown, head, sections, names())
     return 1 if failed else 0
 

@@ -116,9 +116,9 @@ def run(folder, picture):
         rate = (len(at) - 1) / np.ptp(at) if len(at) > 1 else float("nan")
         tell(f"{recording:10} {rate:5.1f} curves/s drawn; age when drawn: median"
              f" {1e3 * np.median(ages):6.1f} ms, greatest {1e3 * ages.max():6.1f} ms")  # fmt: skip
-    broken_off = next(each["utc"] for each in log if each["kind"] == "abort")
-    took = datetime.fromisoformat(broken_off).timestamp() - clicked
-    tell(f"from the click on STOP until the run is broken off: {1e3 * took:.0f} ms")
+    interrupted = next(each["utc"] for each in log if each["kind"] == "abort")
+    took = datetime.fromisoformat(interrupted).timestamp() - clicked
+    tell(f"from the click on STOP until the run is interrupted: {1e3 * took:.0f} ms")
 
 
 if __name__ == "__main__":

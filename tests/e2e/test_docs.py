@@ -42,7 +42,7 @@ RUN_ELSEWHERE = {
     "run by the reader alone: it measures for minutes or hours",
     "run by the reader alone: it writes into the sources",
     "run by the reader alone: it lists functions of the sources",
-    "run by the reader alone: there is no run that was broken off where this page is tested",
+    "run by the reader alone: there is no run that was interrupted where this page is tested",
     "run by the reader alone: no file is damaged where this page is tested",
     "run by the reader alone: there is no such server where this page is tested",
     "run by the reader alone: a part of a procedure",

@@ -13,7 +13,7 @@ import pytest
 
 import rigrunner
 from helpers_cli import call
-from helpers_resume import FEWER, NO_LOAD, broken_off, take_up
+from helpers_resume import FEWER, NO_LOAD, interrupted, take_up
 from helpers_runfile import disk_full_beyond
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api.errors import DataError, ExitCode
@@ -214,17 +214,17 @@ def test_a_run_file_that_another_program_holds_is_told(tmp_path):
     assert "close it there" in told.err
 
 
-def test_the_command_line_leads_from_a_broken_off_run_to_its_end(tmp_path):
-    killed, _ = broken_off(tmp_path, lambda event: in_recording(event, "002"))
+def test_the_command_line_leads_from_a_interrupted_run_to_its_end(tmp_path):
+    killed, _ = interrupted(tmp_path, lambda event: in_recording(event, "002"))
     runs, name = killed.parent, killed.name
     listed = call("runs", "--runs", runs)
-    assert f"{name}  broken off" in listed.out
+    assert f"{name}  interrupted" in listed.out
     assert "'rigrunner resume RUN'" in listed.err
     assert "'rigrunner recover RUN'" in listed.err
     shown = call("resume", name, "--runs", runs, "--dry-run")
     assert shown.code == ExitCode.PASS
     assert "finished recordings: 001_8Hz" in shown.err
-    assert "broken off: 002_15Hz, of which" in shown.err
+    assert "interrupted: 002_15Hz, of which" in shown.err
     assert "goes on at main[0].sweep[1].set: Set tester.frequency to 15 Hz" in shown.err
     assert not read(killed).info.sealed
     copy = runs / "copy"

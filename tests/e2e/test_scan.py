@@ -1,4 +1,4 @@
-"""A scan from the command line: planned, run, shown, broken off, taken up, played back."""
+"""A scan from the command line: planned, run, shown, interrupted, taken up, played back."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def test_a_drive_that_the_station_leads_takes_the_time_of_its_way(lab):
     assert loads(stored.measurements) == list(LOADS)
 
 
-def broken_off(lab, at):
+def interrupted(lab, at):
     """Return the folder as kill -9 would have left it at an event, and the run that went on."""
     lab.write()
     lab.runs.mkdir()
@@ -191,7 +191,7 @@ def broken_off(lab, at):
 
 
 def test_a_run_that_was_killed_within_it_begins_it_anew(lab):
-    folder, whole = broken_off(lab, lambda event: isinstance(event, Scanned) and event.point == 1)
+    folder, whole = interrupted(lab, lambda event: isinstance(event, Scanned) and event.point == 1)
     assert loads(read(folder).measurements) == [100.0, 200.0]
     shown = call("resume", folder, "--dry-run")
     assert "goes on at main[1].scan" in shown.err + shown.out
@@ -209,7 +209,7 @@ def test_a_run_that_was_killed_after_it_brings_the_drive_back_and_measures_nothi
     def at(event):
         return isinstance(event, StepStarted) and event.action == "settle"
 
-    folder, whole = broken_off(lab, at)
+    folder, whole = interrupted(lab, at)
     shown = call("resume", folder, "--dry-run")
     back = "once more: Set tester.frequency to 5 Hz; Set tester.load to 1000 N, where the scan left"
     assert back in shown.err + shown.out
@@ -227,7 +227,7 @@ def test_a_run_that_was_killed_after_it_brings_the_drive_back_and_measures_nothi
 
 
 def test_what_was_killed_within_it_is_closed_with_its_points(lab):
-    folder, _ = broken_off(lab, lambda event: isinstance(event, Scanned) and event.point == 2)
+    folder, _ = interrupted(lab, lambda event: isinstance(event, Scanned) and event.point == 2)
     called = call("recover", folder, "--by", "Ada", "--reason", "enough")
     assert called.code == 0, called.err
     assert loads(read(folder).measurements) == [100.0, 200.0, 500.0]

@@ -118,7 +118,7 @@ def _channel(
         raise DataError(
             f"{what} is cut short: the file ends within its samples",
             location=place,
-            hint="was the program that wrote it broken off, or the copy?",
+            hint="was the program that wrote it interrupted, or the copy?",
         )
     return channel
 

@@ -52,7 +52,7 @@ def segment_ends(source: BinaryIO, size: int, place: Location) -> list[int]:
     raise DataError(
         f"is cut short or damaged in the segment that begins at byte {at}",
         location=place,
-        hint="was the program that wrote it broken off, or the copy?",
+        hint="was the program that wrote it interrupted, or the copy?",
     )
 
 

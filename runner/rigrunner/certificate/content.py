@@ -138,7 +138,7 @@ def certifiable(source: Source) -> None:
             )
     if not info.sealed:
         raise DataError(
-            f"{source.stored.header.run_id} is not sealed: its program was broken off",
+            f"{source.stored.header.run_id} is not sealed: its program was interrupted",
             hint="repeat the run; a certificate needs a run.h5",
         )
     results_of(source.result)

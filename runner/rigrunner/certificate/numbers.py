@@ -8,7 +8,7 @@ became of the number is a second file beside it:
     RR-2026-0007.issued.json    the files that were written under it, with their SHA-256
     RR-2026-0007.void.json      why nothing was
 
-So each gap in the sequence has its explanation: a number with neither was broken off by a crash.
+So each gap in the sequence has its explanation: a number with neither was interrupted by a crash.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Numbers:
         """Whether this folder holds numbers at all; a copy of the letterhead need not."""
         return self._folder.is_dir()
 
-    def broken_off(self) -> list[str]:
+    def interrupted(self) -> list[str]:
         """Return the numbers of which it is not known what became of them."""
         names = {path.name for path in self._folder.glob(f"{self.prefix}-*.json")}
         numbers = sorted(name.removesuffix(".json") for name in names if name.count(".") == 1)
@@ -101,7 +101,7 @@ class Numbers:
             yield number, self._content(f"{number}.json")
 
     def _content(self, name: str) -> Mapping[str, object]:
-        """Return what a file holds; nothing of one that is not there or was broken off."""
+        """Return what a file holds; nothing of one that is not there or was interrupted."""
         try:
             found = json.loads((self._folder / name).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _LOOK_EVERY_S = 0.5
 _HELP = {
-    Choice.RESUME: "go on; what settled settles again, a step that was broken off is done anew",
+    Choice.RESUME: "continue; settling and the interrupted step are repeated",
     Choice.OVERRIDE: "go on in spite of the interlock, with a reason",
     Choice.REPEAT: "do {point} again from its start; what was recorded is kept",
     Choice.SKIP: "leave out the rest of {point}, with a reason",

@@ -1,4 +1,4 @@
-"""How a run that was broken off is told to a person: what there is, and where it goes on."""
+"""How a run that was interrupted is told to a person: what there is, and where it goes on."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def tell_resumable(run: ResumableRun) -> None:
 
 def on_disk(stored: StoredRun) -> str:
     """Return what there is of a run, a line for each kind of it."""
-    broken_off = (
-        f"broken off: {each.name}, of which {each.samples / each.rate_hz:.1f} s are kept"
+    interrupted = (
+        f"interrupted: {each.name}, of which {each.samples / each.rate_hz:.1f} s are kept"
         for each in stored.incomplete
     )
     finished = f"finished recordings: {_names(stored.info.recording_names)}"
     tables = Counter(each.name for each in stored.measurements)
     measured = (f"measured: {name}, {rows} rows" for name, rows in tables.items())
-    lines = [finished, *measured, *broken_off, *stored.notes]
+    lines = [finished, *measured, *interrupted, *stored.notes]
     return "\n".join(f"  {line}" for line in lines)
 
 

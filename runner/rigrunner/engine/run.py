@@ -91,7 +91,7 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
 
     Whatever happens, Ctrl-C and the failure of a critical sink included: every teardown step is
     tried, and then the rig is made safe. `StopNow` alone skips the teardown. Without `pauses`
-    whatever asks for a pause aborts the run. With a `seam` a run that was broken off goes on there.
+    whatever asks for a pause aborts the run. With a `seam` an interrupted run is resumed there.
     What happened `before` it is put on record with its start. `watches_drives`: they are read back
     beside each reading; not in the replay of a tape that has none of that. `inputs` are the answers
     that conditions look at. Connecting and closing the rig is the caller's.
@@ -224,7 +224,7 @@ class Run:
         return 0
 
     def _take_up(self, run_id: str, seam: Seam) -> int:
-        """Bring the rig to where a run was broken off, and return the step that it goes on at.
+        """Bring the rig to where a run was interrupted, and return the step that it goes on at.
 
         Nothing here is left out: without its zero and its drives the rest would not be comparable.
         """

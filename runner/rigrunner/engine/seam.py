@@ -1,4 +1,4 @@
-"""Where a run that was broken off goes on: found among its events and the steps of its plan."""
+"""Where a run that was interrupted goes on: found among its events and the steps of its plan."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Seam:
-    """How a run goes on that was broken off."""
+    """How a run goes on that was interrupted."""
 
     start: int
     """The step that it goes on at; where the teardown begins if nothing else is left."""
@@ -47,8 +47,8 @@ def find_seam(
 ) -> Seam:
     """Return where a run of these steps goes on; raise DataError where it cannot.
 
-    The set-point that was broken off is begun anew. A step that must not be done twice is left as
-    it is if it was completed; one that was broken off cannot be gone on with.
+    The set-point that was interrupted is begun anew. A step that must not be done twice is left as
+    it is if it was completed; one that was interrupted cannot be resumed.
     """
     done = {one.index for one in events if isinstance(one, StepEnded) and one.ok}
     reached = _reached(steps, events)
@@ -60,7 +60,7 @@ def find_seam(
     for index in (*before, *range(start, reached + 1)):
         begun = index < len(steps) and tries[index]
         if begun and not _may_come_again(steps[index], done=index in done):
-            raise _refused(f"{steps[index].path} was broken off, and must not be done twice")
+            raise _refused(f"{steps[index].path} was interrupted, and must not be done twice")
     for index in () if over else _led_before(steps, start, before, left_out):
         if index not in before:
             raise _refused(

@@ -1,4 +1,4 @@
-"""Keeps Ctrl-C out of what must not be broken off halfway."""
+"""Keeps Ctrl-C out of what must not be interrupted halfway."""
 
 from __future__ import annotations
 

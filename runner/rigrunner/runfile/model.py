@@ -94,7 +94,7 @@ class StoredRun:
     info: RunInfo
     recordings: tuple[Recording, ...]
     incomplete: tuple[Recording, ...]
-    """What was saved of recordings that were broken off."""
+    """What was saved of recordings that were interrupted."""
     superseded: tuple[Recording, ...] = ()
     """Good recordings of points that were repeated: kept, but no analysis uses them."""
     zeros: Mapping[str, float]

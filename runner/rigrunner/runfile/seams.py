@@ -1,4 +1,4 @@
-"""What a run that was broken off and taken up again is made of, found among its events."""
+"""What a run that was interrupted and taken up again is made of, found among its events."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def parts_of(events: Iterable[Event]) -> dict[str, int]:
 
 
 def end_of(events: Iterable[Event]) -> RunEnded | None:
-    """Return how the latest part of a run ended; None where it did not, or was broken off."""
+    """Return how the latest part of a run ended; None where it did not, or was interrupted."""
     end: RunEnded | None = None
     for event in events:
         if isinstance(event, RunEnded):

@@ -212,7 +212,7 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
 
 
 def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
-    """Return the journal of a run that was broken off, and the number of its last recording."""
+    """Return the journal of a run that was interrupted, and the number of its last recording."""
     journal = read_journal(files)
     begun = sum(isinstance(one, StepStarted) and bool(one.recording) for one in journal.events)
     numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]

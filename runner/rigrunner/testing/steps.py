@@ -179,14 +179,14 @@ def is_resumed_or_refuses(subject: Subject) -> None:
     planned_s = _planned(subject, SimulatedClock())[0].estimated_s
     applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
     done = _done(subject, MIDDLE * planned_s)
-    broken_off = [each.index for each in done.events if isinstance(each, StepEnded) and not each.ok]
-    demand(broken_off, "it ended as if it was done, though it was stopped in the middle")
+    failed = [each.index for each in done.events if isinstance(each, StepEnded) and not each.ok]
+    demand(failed, "it ended as if it was done, though it was stopped in the middle")
     try:
         seam = find_seam(done.plan.steps, done.events, "the kit")
     except DataError:
         return
     again = {*seam.before, *range(seam.start, len(done.plan.steps))}
-    demand(broken_off[0] in again, "a resumed run would not do it again, nor refuse to")
+    demand(failed[0] in again, "a resumed run would not do it again, nor refuse to")
 
 
 CHECKS: tuple[AnyCheck, ...] = (

@@ -70,7 +70,7 @@ class FinishedRun:
 def verdict_code(result: Result | None) -> ExitCode:
     """Return the exit code of an analysed run: its verdict, where there is one to give.
 
-    A run that was broken off neither passes nor fails, whatever its recordings say.
+    A run that was interrupted neither passes nor fails, whatever its recordings say.
     """
     if result is None:
         return ExitCode.PASS

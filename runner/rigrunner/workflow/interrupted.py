@@ -1,4 +1,4 @@
-"""Runs that were broken off: what is on the disk, and closing one as it is."""
+"""Runs that were interrupted: what is on the disk, and closing one as it is."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def has_ended(stored: StoredRun) -> bool:
 
 
 def may_go_on(stored: StoredRun) -> bool:
-    """Say whether a run is to go on: it was broken off, or ended for want of a place to keep it."""
+    """Say whether a run can be resumed: it was interrupted, or there was no place to keep it."""
     end = end_of(stored.events)
     return end is None or end.resumable
 
@@ -58,7 +58,7 @@ def used_no_load(stored: StoredRun) -> Path | None:
 
 
 def recover(folder: Path, clock: Clock, by: str, reason: str = "") -> StoredRun:
-    """Close a run that was broken off as it is, seal it, and return it; its rig is not touched.
+    """Close a run that was interrupted as it is, seal it, and return it; its rig is not touched.
 
     Its outcome is 'aborted', unless it had come to its end already. Raises DataError for a run that
     is sealed or still going on, or where the folder cannot be written to.
@@ -68,7 +68,7 @@ def recover(folder: Path, clock: Clock, by: str, reason: str = "") -> StoredRun:
         if not has_ended(stored):
             stamp = EventStamp(clock, next_seq(stored))
             why = f": {reason}" if reason else ""
-            text = f"broken off, and closed as it was by {by}{why}"
+            text = f"interrupted, and closed as it was by {by}{why}"
             with RunWriter(folder) as writer:
                 writer(stamp(Intervention, action=RECOVER, by=by, reason=reason))
                 writer(stamp(RunEnded, outcome=Outcome.ABORTED, reason=text))

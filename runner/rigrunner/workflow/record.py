@@ -291,7 +291,7 @@ def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHe
 
 
 def _files(planned: Planned, no_load: Path | None) -> dict[str, str]:
-    """Return where the files came from, for who takes up the run if it is broken off."""
+    """Return where the files came from, for who takes up the run if it is interrupted."""
     known = {
         "procedure": planned.procedure.document.name,
         "station": planned.station.document.name,

@@ -1,4 +1,4 @@
-"""Takes up a run that was broken off: on the same rig, with the same files and software."""
+"""Takes up a run that was interrupted: on the same rig, with the same files and software."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ResumableRun:
-    """A run that was broken off and can be taken up, checked in every way that needs no rig."""
+    """A run that was interrupted and can be taken up, checked in every way that needs no rig."""
 
     folder: Path
     stored: StoredRun
@@ -56,7 +56,7 @@ def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -
     """
     if stored.header.imported:
         raise UsageError(
-            f"{stored.header.run_id} is an import that was broken off: its rig is not Rigrunner's",
+            f"{stored.header.run_id} is an import that was interrupted: its rig is not Rigrunner's",
             hint="remove the folder, and import again: the recordings are where they were",
         )
     found = procedure or _file(stored, "procedure"), station or _file(stored, "station")
@@ -123,10 +123,10 @@ def resume(
 
 
 def how_it_ended(stored: StoredRun) -> str:
-    """Return in words when a run was broken off, or ended, and why."""
+    """Return in words when a run was interrupted, or ended, and why."""
     info = stored.info
     if not has_ended(stored):
-        return f"broken off after {info.ended_utc}"
+        return f"interrupted after {info.ended_utc}"
     why = f": {info.reason}" if info.reason else ""
     return f"{info.outcome} at {info.ended_utc}{why}"
 

@@ -32,15 +32,15 @@ class ListedRun:
         if self.info is None:
             return "unreadable"
         if self.is_going_on:
-            return "going on"
+            return "running"
         if self.info.sealed:
             return self.info.outcome
-        broken_off = self.info.reason == NEVER_ENDED
-        return "broken off" if broken_off else f"{self.info.outcome}, not sealed"
+        interrupted = self.info.reason == NEVER_ENDED
+        return "interrupted" if interrupted else f"{self.info.outcome}, not sealed"
 
     @property
     def is_interrupted(self) -> bool:
-        """Whether it was broken off, and can be resumed or recovered."""
+        """Whether it was interrupted, and can be resumed or recovered."""
         return self.info is not None and not self.info.sealed and not self.is_going_on
 
 

@@ -33,7 +33,7 @@ def damaged_run(path: Path) -> DamagedRun:
     if sealed is None:
         raise DataError(
             f"{path} is not sealed: there is no file to be damaged",
-            hint="'rigrunner recover' closes a run that was broken off",
+            hint="'rigrunner recover' closes a run that was interrupted",
         )
     return read_damaged(sealed)
 

@@ -141,7 +141,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     page.locator(".banner", has_text="the rig is at a standstill").wait_for()
     frequency = page.locator(".readout", has_text="Frequency").locator(".readout-value")
     expect(frequency).to_have_text("\N{EN DASH}")  # what was measured before says nothing of now
-    expect(page.locator(".step.failed")).to_have_count(0)  # it was broken off, and comes anew
+    expect(page.locator(".step.failed")).to_have_count(0)  # it was interrupted, and comes anew
     page.get_by_role("button", name="Repeat point").click()
     page.locator("#dialog-text").fill("a bump")
     page.keyboard.press("Enter")

@@ -60,7 +60,7 @@ def test_a_number_that_nothing_became_of_is_told(tmp_path):
     first, second, third = (lab.reserve(2026, KNOWN) for _ in range(3))
     lab.issued(first, {})
     lab.void(third, "disk full")
-    assert lab.broken_off() == [second]
+    assert lab.interrupted() == [second]
 
 
 def test_of_a_run_the_number_in_force_is_the_last_that_nothing_replaced(tmp_path):

@@ -191,7 +191,7 @@ HANGS = (
 
 
 @pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 20)])
-def test_a_check_that_is_broken_off_leaves_the_drive_safe(folder, sent, code):
+def test_a_check_that_is_interrupted_leaves_the_drive_safe(folder, sent, code):
     folder.joinpath("winch.py").write_text(HANGS)
     command = [sys.executable, "-m", "rigrunner", "check-plugin", "winch", "--yes"]
     with subprocess.Popen([*command, "--drop-in", str(folder)], stderr=-1, text=True) as process:

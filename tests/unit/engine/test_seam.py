@@ -1,4 +1,4 @@
-"""Where a run goes on that was broken off, by the events that it left."""
+"""Where a run goes on that was interrupted, by the events that it left."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def seam_at(plan, path, *, ended=False):
         (f"{SECOND}.record", True, 6),
     ],
 )
-def test_a_set_point_that_was_broken_off_is_begun_anew(broken, ended, start):
+def test_a_set_point_that_was_interrupted_is_begun_anew(broken, ended, start):
     seam = seam_at(sweep(), broken, ended=ended)
     assert seam.start == start
     assert seam.before == ()
@@ -88,7 +88,7 @@ def unrepeatable(plan, path):
 def test_what_must_not_be_done_twice_is_kept_or_ends_the_matter():
     plan = unrepeatable(plan_of(), "setup[3]")
     assert 3 not in seam_at(plan, "main[3]").before
-    with pytest.raises(DataError, match=r"setup\[3\] was broken off, and must not be done twice"):
+    with pytest.raises(DataError, match=r"setup\[3\] was interrupted, and must not be done twice"):
         seam_at(plan, "setup[3]")
 
 
@@ -185,9 +185,9 @@ def test_a_step_that_failed_and_must_not_be_done_twice_ends_the_matter():
     device.before = fail
     run(device, plan, guarded=[listener])
     at = next(n for n, e in enumerate(listener.events) if isinstance(e, StepEnded) and not e.ok)
-    with pytest.raises(DataError, match=r"record was broken off, and must not be done twice"):
+    with pytest.raises(DataError, match=r"record was interrupted, and must not be done twice"):
         find_seam(plan.steps, listener.events[: at + 1], "Ada")
-    with pytest.raises(DataError, match=r"record was broken off, and must not be done twice"):
+    with pytest.raises(DataError, match=r"record was interrupted, and must not be done twice"):
         seam_at(plan, f"{SECOND}.record")
 
 
@@ -234,7 +234,7 @@ def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_don
         n for n, one in enumerate(listener.events)
         if isinstance(one, StepStarted) and one.step == "main[3]"
     )  # fmt: skip
-    with pytest.raises(DataError, match=r"setup\[3\] was broken off, and must not be done twice"):
+    with pytest.raises(DataError, match=r"setup\[3\] was interrupted, and must not be done twice"):
         find_seam(plan.steps, listener.events[: at + 1], "Ada")
 
 

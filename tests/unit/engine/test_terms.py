@@ -450,7 +450,7 @@ def test_a_long_ramp_is_a_bounded_number_of_steps():
     assert sum(call.startswith("set load") for call in device.calls) == 1001
 
 
-def test_a_ramp_is_broken_off_when_the_run_is_to_stop():
+def test_a_ramp_is_interrupted_when_the_run_is_to_stop():
     stop, device = threading.Event(), FakeTester()
 
     def request(call):
@@ -464,7 +464,7 @@ def test_a_ramp_is_broken_off_when_the_run_is_to_stop():
     assert max(float(c.split()[2]) for c in device.calls if c.startswith("set load")) < 1.2
 
 
-def test_a_ramp_is_broken_off_though_its_drive_takes_longer_than_it_may():
+def test_a_ramp_is_interrupted_though_its_drive_takes_longer_than_it_may():
     """Nothing is waited for between two set-points then, and a wait would look as well."""
     clock, stop = SimulatedClock(), threading.Event()
 

@@ -86,7 +86,7 @@ def test_a_device_that_fails_is_red_and_still_made_safe(shipped, call):
     assert device.calls[-1] == "close"
 
 
-def test_a_preflight_that_is_broken_off_leaves_the_rig_safe_too(shipped):
+def test_a_preflight_that_is_interrupted_leaves_the_rig_safe_too(shipped):
     device = FakeTester()
     items = looked_at(shipped, device)
     next(items)

@@ -257,7 +257,7 @@ def test_latest_zero_counts(tmp_path):
     assert read(tmp_path / "run").zeros == {"tester.torque": -0.25}
 
 
-def test_recording_that_was_broken_off_is_kept_apart(tmp_path):
+def test_recording_that_was_interrupted_is_kept_apart(tmp_path):
     writer = RunWriter(tmp_path / "run", header_of())
     emit = emitter_of(writer)
     start_recording(emit, TWO[0])

@@ -220,7 +220,7 @@ def test_run_folder_is_used_once(tmp_path):
         RunWriter(tmp_path / "run", header_of())
 
 
-def test_a_run_that_was_broken_off_before_its_first_recording_begins_with_number_one(tmp_path):
+def test_a_run_that_was_interrupted_before_its_first_recording_begins_with_number_one(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emitter_of(writer)(RunStarted, run_id="run", steps=1, estimated_s=1.0)
     with RunWriter(tmp_path / "run") as writer:

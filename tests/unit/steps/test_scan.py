@@ -194,7 +194,7 @@ def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
     ]
 
 
-def test_the_completed_attempt_counts_when_the_next_one_is_broken_off():
+def test_the_completed_attempt_counts_when_the_next_one_is_interrupted():
     _, listener = done(Press(), SCAN)
     again = [one for one in listener.events if isinstance(one, (StepStarted, Scanned))][:2]
     assert len(measured([*listener.events, *again]).rows) == len(LOADS)
@@ -316,11 +316,11 @@ def test_one_that_must_not_be_done_twice_leaves_the_drive_where_it_was_and_is_no
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
     assert not more.of(Scanned)
     within = listener.events.index(listener.of(Scanned)[1])
-    with pytest.raises(DataError, match=r"main\[0\] was broken off, and must not be done twice"):
+    with pytest.raises(DataError, match=r"main\[0\] was interrupted, and must not be done twice"):
         find_seam(plan.steps, listener.events[: within + 1], "Ada")
 
 
-def test_a_run_that_was_broken_off_within_it_begins_it_anew():
+def test_a_run_that_was_interrupted_within_it_begins_it_anew():
     plan = plan_of(SetDrive("tester", "frequency", 2.0, "Hz"), SCAN)
     listener = Listener()
     run(Press(), plan, critical=[listener])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import h5py
 import pytest
 
-from helpers_resume import FEWER, NO_LOAD, Snapshot, broken_off, broken_off_at, resumable, take_up
+from helpers_resume import FEWER, NO_LOAD, Snapshot, interrupted, interrupted_at, resumable, take_up
 from helpers_workflow import FEW_FREQUENCIES, quick_procedure, run, station_file
 from rigrunner.api.errors import DataError, DeviceLostError, ExitCode, UsageError
 from rigrunner.api.events import (
@@ -65,12 +65,12 @@ def numbers(content):
 @pytest.fixture(scope="module")
 def origin(tmp_path_factory):
     folder = tmp_path_factory.mktemp("second")
-    return broken_off(folder, in_recording("002"), station=station_file(folder))[0]
+    return interrupted(folder, in_recording("002"), station=station_file(folder))[0]
 
 
 @pytest.fixture
 def killed(origin, tmp_path):
-    """A run that was broken off in its second recording, to be spoiled."""
+    """A run that was interrupted in its second recording, to be spoiled."""
     folder = tmp_path / "killed" / origin.name
     shutil.copytree(origin, folder)
     return folder
@@ -86,15 +86,15 @@ def changed(origin, tmp_path, name, old, new):
 
 @pytest.fixture(scope="module")
 def third(tmp_path_factory):
-    """A run that was broken off in its third recording, the whole one, and the one taken up."""
+    """A run that was interrupted in its third recording, the whole one, and the one taken up."""
     folder = tmp_path_factory.mktemp("resume")
     station = station_file(folder, NO_DRIFT)
-    killed, whole = broken_off(folder, in_recording("003"), station=station, changes=[TWICE])
+    killed, whole = interrupted(folder, in_recording("003"), station=station, changes=[TWICE])
     before = read(killed)
     return before, whole, take_up(killed)
 
 
-def test_a_resumed_run_gives_the_numbers_of_one_that_was_never_broken_off(third):
+def test_a_resumed_run_gives_the_numbers_of_one_that_was_never_interrupted(third):
     _, whole, resumed = third
     assert resumed.outcome is Outcome.COMPLETED
     assert numbers(document(resumed)) == numbers(document(whole))
@@ -165,11 +165,11 @@ INSTANTS = {
 
 @pytest.fixture(scope="module")
 def everywhere(tmp_path_factory):
-    return broken_off_at(tmp_path_factory.mktemp("everywhere"), INSTANTS.values())
+    return interrupted_at(tmp_path_factory.mktemp("everywhere"), INSTANTS.values())
 
 
 @pytest.mark.parametrize("instant", INSTANTS)
-def test_a_run_can_be_resumed_wherever_it_was_broken_off(everywhere, instant):
+def test_a_run_can_be_resumed_wherever_it_was_interrupted(everywhere, instant):
     folders, whole = everywhere
     killed = folders[list(INSTANTS).index(instant)]
     resumed = take_up(killed)
@@ -183,7 +183,7 @@ def test_a_run_can_be_resumed_wherever_it_was_broken_off(everywhere, instant):
     assert done == [one.name for one in wanted.recordings]
 
 
-def test_a_run_may_be_broken_off_again_and_again(killed, tmp_path):
+def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
     second = Snapshot(killed.parent, tmp_path / "again", in_recording("004"))
     take_up(killed, listeners=[second])
     resumed = take_up(second.folder, by="B. Smith")
@@ -265,7 +265,7 @@ def test_a_run_holds_its_folder_until_it_is_sealed(tmp_path):
         seen.append((is_going_on(next((tmp_path / "runs").iterdir())), type(event)))
         return isinstance(event, RunEnded)
 
-    _, whole = broken_off(tmp_path, look)
+    _, whole = interrupted(tmp_path, look)
     assert {held for held, _ in seen} == {True}
     assert not (whole.folder / "run.lock").exists()
 
@@ -284,7 +284,7 @@ def test_recover_closes_a_run_as_it_is(killed):
 
 
 def test_recover_leaves_a_run_that_had_ended_its_outcome(tmp_path):
-    killed, _ = broken_off(tmp_path, at_end)
+    killed, _ = interrupted(tmp_path, at_end)
     stored = recover(killed, None, "A. Jones")
     assert stored.info.outcome == "completed"
     assert stored.info.sealed
@@ -343,7 +343,7 @@ def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
 
 
 def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
-    """The set-point that was broken off is recorded anew, the others are kept as they are."""
+    """The set-point that was interrupted is recorded anew, the others are kept as they are."""
     fault = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [%s]}"
     station = station_file(
         tmp_path,

@@ -193,7 +193,7 @@ def test_what_of_a_tape_was_not_asked_for_is_told(taped, tmp_path):
 
 
 @pytest.mark.parametrize("length", [0, 20_000, 100_000])
-def test_a_tape_that_was_broken_off_ends_the_replay_there(taped, tmp_path, length):
+def test_a_tape_that_was_interrupted_ends_the_replay_there(taped, tmp_path, length):
     folder, procedure, *_ = taped
     tape = tmp_path / "tape"
     (tape / "devices").mkdir(parents=True)
@@ -223,7 +223,7 @@ def test_a_replay_that_differs_only_where_the_rig_is_made_safe_ends_in_an_error(
 
 
 @pytest.mark.parametrize("length", [300, 5_000, 30_000])
-def test_a_clock_that_was_broken_off_ends_the_replay_in_order(taped, tmp_path, length):
+def test_a_clock_that_was_interrupted_ends_the_replay_in_order(taped, tmp_path, length):
     folder, procedure, *_ = taped
     tape = tmp_path / "tape"
     (tape / "devices").mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""`rigrunner resume`: a run that was broken off goes on at its next point."""
+"""`rigrunner resume`: resume an interrupted run at its next point."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ def command(runs: Path, *, as_json: bool) -> None:
 
 def _tell_interrupted(names: list[str]) -> None:
     if names:
-        message(f"Broken off: {', '.join(names)}.")
+        message(f"Interrupted: {', '.join(names)}.")
         message(
             "  'rigrunner resume RUN' goes on with it, 'rigrunner recover RUN' closes it as it is."
         )

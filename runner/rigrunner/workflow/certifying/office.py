@@ -40,7 +40,7 @@ class Issued:
     certificate: Certificate
     files: tuple[Path, ...]
     notes: tuple[str, ...] = ()
-    """What a person should know: forms that could not be made, numbers that were broken off."""
+    """What a person should know: forms that could not be made, numbers that were interrupted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Office:
             make(CertificateInput(draft, self.letterhead))
             self.progress(MAKING, done, 2 * len(makers))
         numbers = Numbers(self.folder, self._prefix(draft))
-        broken = [f"{each} was taken, and nothing was issued" for each in numbers.broken_off()]
+        broken = [f"{each} was taken, and nothing was issued" for each in numbers.interrupted()]
         number = numbers.reserve(self.now.year, self._known(draft))
         try:
             certificate = content(number)

@@ -338,7 +338,7 @@ def test_an_import_that_was_killed_is_not_resumed(lab, monkeypatch):
     (folder,) = (lab / "runs").iterdir()
     called = call("resume", folder, "--unattended")
     assert called.code == 2
-    assert "is an import that was broken off" in called.err
+    assert "is an import that was interrupted" in called.err
 
 
 def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
