@@ -1,4 +1,4 @@
-"""Whether a run can be gone on with: the same files, software and instruments as at its start."""
+"""Whether a run can be resumed: the same files, software and instruments as at its start."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import DataError
 from rigrunner.plan import plan_text
 from rigrunner.workflow.provenance import identities, software
-from rigrunner.yamlfile.upgrade import upgraded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -44,13 +43,11 @@ def _refuse(header: RunHeader, differences: Iterable[str]) -> None:
 
 def _differences(header: RunHeader, planned: Planned) -> Iterator[str]:
     procedure, station = planned.procedure, planned.station
-    text = upgraded(header.procedure_text, header.procedure_id)
-    yield from _text_change("the procedure", text, procedure.text)
+    yield from _text_change("the procedure", header.procedure_text, procedure.text)
     called = procedure.called_texts
     for name in sorted({*header.called_texts, *called}):
-        before = header.called_texts.get(name)
-        text = "" if before is None else upgraded(before, name)
-        yield from _text_change(f"the called {name}", text, called.get(name, ""))
+        before = header.called_texts.get(name, "")
+        yield from _text_change(f"the called {name}", before, called.get(name, ""))
     yield from _text_change("the station", header.station_text, station.text)
     software_before = {
         name: text for name, text in header.provenance.items() if not name.startswith(DEVICE)
