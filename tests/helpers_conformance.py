@@ -132,6 +132,10 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
 }
 
 
+NOT_APPLICABLE |= {  # none is tried with settings by which it tells what is no number
+    ("device", name): {*NOT_APPLICABLE.get(("device", name), ()), "readings_are_told"}
+    for name in REGISTRY.names("device")
+}
 NOT_APPLICABLE |= {
     ("decision_rule", name): _UNITS
     if REGISTRY.settings_of("decision_rule", name).model_fields

@@ -182,7 +182,7 @@ def pages_with_files():
     for page in pages():
         for block in code_blocks(page):
             language = re.match(
-                r"(?:# yaml-language.*\n)?rigrunner: (procedure|station)/1", block.code
+                r"(?:# yaml-language.*\n)?rigrunner: (procedure(?=/2)|station(?=/1))", block.code
             )
             if block.language == "yaml" and block.file and language:
                 schema = f"# yaml-language-server: $schema=./{language[1]}.schema.json\n"
@@ -328,7 +328,7 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
             "        - template‸_inverse",
             "resonance and filter undone",
         ),
-        ("analysis:\n", "anal‸ysis:\n", "The analysis section"),
+        ("analysis:\n", "anal‸ysis:\n", "What is computed of what was recorded"),
     ],
 )
 def test_what_stands_here_is_explained(server, old, new, words):

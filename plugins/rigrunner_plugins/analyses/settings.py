@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, TypeAdapter, WithJsonSchema, model_validator
 
 from rigrunner.api.findings import NeededChannel, ResultDefinition
 from rigrunner.api.member import NAME, Member
@@ -28,6 +28,8 @@ Statistic = Literal[
     "slope",
     "settling_time",
 ]
+_KEY = TypeAdapter(CoordinateKey).json_schema()
+_ONE_OR_SEVERAL = WithJsonSchema({"anyOf": [_KEY, {"type": "array", "items": _KEY}]})
 
 
 def _symbol(text: str) -> str:
@@ -58,7 +60,7 @@ class ReadingsSettings(Settings):
     """A channel that was read with it: the statistic is of the differences, value by value."""
     divided_by: Member | None = None
     """A channel that was read with it: the statistic is of the quotients, value by value."""
-    per: ListOf[CoordinateKey] = ()
+    per: Annotated[ListOf[CoordinateKey], _ONE_OR_SEVERAL] = ()
     """A result for each value of these set-points or coordinates, such as [load.current]."""
     where: Place = Field(default_factory=dict)
     """Only of what was measured there, such as {load.current: 2 A}."""

@@ -116,7 +116,7 @@ def event_unpacked(data: bytes) -> events.Event | None:
     """Return the event that is MessagePack; None for a kind that this version does not know."""
     try:
         return _event(_checked(dict[str, Any], msgspec.msgpack.decode(data)))
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise DataError(f"a record of the run is not MessagePack: {error}") from error
 
 

@@ -10,6 +10,7 @@ from rigrunner.api.devices import (
     CountsStreams,
     KnowsStream,
     KnowsTruth,
+    Observing,
     Pausable,
     Readable,
     Settable,
@@ -35,8 +36,10 @@ if TYPE_CHECKING:
         DeviceContext,
         DriveInfo,
         Identity,
+        ReadingInfo,
         StopToken,
     )
+    from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.fault.samples import Spoil
     from rigrunner_plugins.devices.fault.settings import Call, FaultSettings, FaultyDeviceSettings
 
@@ -232,6 +235,18 @@ class _FaultyCountsStreams(FaultyDevice):
         self._inner.continue_after(streams)
 
 
+class _FaultyObserving(FaultyDevice):
+    @property
+    def readings(self) -> Sequence[ReadingInfo]:
+        """The readings of the wrapped device."""
+        return cast("Sequence[ReadingInfo]", self._inner.readings)
+
+    def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
+        """Return what the wrapped device tells; the faults are of numbers."""
+        self._need_connection("observe")
+        return cast("Mapping[str, Reading]", self._inner.observe(readings))
+
+
 class _FaultyKnowsTruth(FaultyDevice):
     def truth(self) -> Mapping[str, float]:
         """Return what the wrapped simulator knows: of the rig, whatever the faults make of it."""
@@ -246,6 +261,7 @@ _PARTS: dict[type, type[FaultyDevice]] = {
     Pausable: _FaultyPausable,
     CountsStreams: _FaultyCountsStreams,
     KnowsTruth: _FaultyKnowsTruth,
+    Observing: _FaultyObserving,
 }
 
 

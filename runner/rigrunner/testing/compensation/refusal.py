@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import hypot
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.consistency import NAME as AGREEMENT
 from rigrunner.api.errors import DataError
 from rigrunner.api.measurand import Nature
 from rigrunner.testing.check import Nonconformity, applies, check, demand
@@ -12,6 +14,7 @@ from rigrunner.testing.compensation.recordings import each_recording
 from rigrunner.testing.compensation.subject import refused
 
 if TYPE_CHECKING:
+    from rigrunner.api.analysis import CompensatedPoint
     from rigrunner.api.data import Recording
     from rigrunner.testing.compensation.subject import CompensationSubject
 
@@ -42,11 +45,17 @@ def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
     if refused(subject, runs):
         return
     for sure, unsure in zip(subject.plain.points, subject.number(runs).points, strict=True):
+        with_angle, without = _own_u(sure), _own_u(unsure)
         demand(
-            unsure.torque.u >= sure.torque.u,
-            f"at {sure.set_frequency_hz:g} Hz u is {sure.torque.u:g} N·m with an angle, and only"
-            f" {unsure.torque.u:g} N·m without",
+            without >= with_angle,
+            f"at {sure.set_frequency_hz:g} Hz u is {with_angle:g} N·m with an angle, and only"
+            f" {without:g} N·m without",
         )
+
+
+def _own_u(point: CompensatedPoint) -> float:
+    """Return u by the method's own lines: set-points with less u disagree sooner."""
+    return hypot(*(each.u for each in point.components if each.name != AGREEMENT))
 
 
 @check(
