@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot
+from math import sqrt
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.consistency import NAME as AGREEMENT
@@ -54,8 +54,9 @@ def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
 
 
 def _own_u(point: CompensatedPoint) -> float:
-    """Return u by the method's own lines: set-points with less u disagree sooner."""
-    return hypot(*(each.u for each in point.components if each.name != AGREEMENT))
+    """Return u without what set-points that disagree add: those with less u disagree sooner."""
+    added = sum(each.u**2 for each in point.components if each.name == AGREEMENT)
+    return sqrt(point.torque.u**2 - added)
 
 
 @check(
