@@ -56,7 +56,7 @@ def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
 def _own_u(point: CompensatedPoint) -> float:
     """Return u without what set-points that disagree add: those with less u disagree sooner."""
     added = sum(each.u**2 for each in point.components if each.name == AGREEMENT)
-    return sqrt(point.torque.u**2 - added)
+    return sqrt(max(point.torque.u**2 - added, 0.0))  # rounding
 
 
 @check(
