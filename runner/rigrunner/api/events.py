@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 RESUME_RUN = "resume run"
-"""The intervention at the seam of a run that was interrupted and taken up again."""
+"""The intervention with which an interrupted run is resumed."""
 
 
 class Outcome(StrEnum):

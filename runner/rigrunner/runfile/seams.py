@@ -1,4 +1,4 @@
-"""What a run that was interrupted and taken up again is made of, found among its events."""
+"""The parts of an interrupted and resumed run, found among its events."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class ConfirmStep(StepSettings):
     text: Text
     """What is to be confirmed."""
     into: Name | None = None
-    """The input that the answer becomes, 'yes' or 'no': the run goes on with either."""
+    """The input that takes the answer, 'yes' or 'no'. The run continues with either."""
     picture: Picture = None
     unattended: YesNo | None = None
     """The answer with `--unattended`; without one the step cannot be done then."""

@@ -47,7 +47,7 @@ def command(
     """Connect each device of a station, and report its identity and state.
 
     Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
-    A rig that was left energised is told of first. Where a device of it cannot be read back, a
+    A rig that was left energised is reported first. Where a device of it cannot be read back, a
     person who has looked says so with --safe-by and --reason.
     """
     from rigrunner.cli.output import warning_label
