@@ -33,6 +33,19 @@ def start(*words):
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+UNTIL_OFF = """\
+  - set: {psu.voltage: 40 V}
+  - repeat:
+      until: {channel: psu.voltage, below: 1 V}
+      at_most: 2000
+      steps:
+        - wait: {time: 0.05 s}
+  - measure: {channels: [psu.voltage], name: steps}
+teardown:
+"""
+"""At 40 V until another program takes it away: the two cannot set it in turn, however slow."""
+
+
 def run_and_jog(lab, station, other):
     """Run by one station; as soon as the supply is at 40 V, jog it to 0 V by the other."""
     words = ["run", lab.procedure, "--station", station, "--unattended", "--runs", lab.runs]
@@ -64,6 +77,9 @@ def test_by_a_second_station_file_it_is_refused_and_the_run_goes_on(lab):
 
 def test_where_the_station_lets_it_in_the_run_that_lost_its_drive_is_no_completed_one(lab):
     """As it was found: the run ended as completed, with a row 'set 20 V, measured 0 V'."""
+    text = lab.procedure.read_text(encoding="utf-8")
+    head, loop = text.split("  - repeat:\n")
+    lab.procedure.write_text(head + UNTIL_OFF + loop.split("teardown:\n")[1], encoding="utf-8")
     one = lab.add_station("one.yaml", "one", SHARED)
     code, told, jog_code, told_jog = run_and_jog(lab, one, lab.add_station("b.yaml", "b", SHARED))
     assert jog_code == ExitCode.PASS, told_jog
