@@ -97,6 +97,17 @@ class InvalidFileError(RigrunnerError):
         return "\n".join(str(problem) for problem in self.problems)
 
 
+class TextError(RigrunnerError, ValueError):
+    """A text in a file is not what is allowed there."""
+
+    exit_code = ExitCode.INVALID
+
+    def __init__(self, message: str, *, column: int = 1, hint: str = "") -> None:
+        super().__init__(message, hint=hint)
+        self.column = column
+        """Which character of the text it is about, from 1."""
+
+
 class PluginError(RigrunnerError):
     """A plugin is unknown, broken, or declared twice."""
 

@@ -123,5 +123,8 @@ class NeededChannel:
     """The result that its values enter; '' if they enter none."""
 
 
-Objection = tuple[tuple[str | int, ...], str, str]
-"""A key of the settings, what is wrong with what stands there, and what to write instead."""
+Objection = tuple[tuple[str | int, ...], str, str] | tuple[tuple[str | int, ...], str, str, int]
+"""A key of the settings, what is wrong with what stands there, and what to write instead.
+
+With a number: which character of the text that stands there is meant, from 1.
+"""

@@ -203,21 +203,27 @@ def _raised(name: str, power: int) -> str:
     return name + (_SUPERSCRIPTS[power] if power > 1 else "")
 
 
+def kind_of(exponents: Exponents) -> str:
+    """Return the kind that has these exponents; of one without a name its coherent SI unit."""
+    return _KIND_OF.get(exponents) or _shortest(exponents)
+
+
 def _kind(parts: Iterable[tuple[Unit, int]]) -> str:
     """Return the kind of a product: by its factors where that is agreed, else by its dimension."""
     powers: dict[str, int] = {}
     dimension = (0,) * len(_BASES)
     for known, power in parts:
         powers[known.dimension] = powers.get(known.dimension, 0) + power
-        exponents = _exponents_of(known.dimension)
+        exponents = exponents_of(known.dimension)
         dimension = tuple(a + power * b for a, b in zip(dimension, exponents, strict=True))
     agreed = frozenset((kind, power) for kind, power in powers.items())
     if agreed in PRODUCTS:
         return PRODUCTS[agreed]
-    return _KIND_OF.get(dimension) or _shortest(dimension)
+    return kind_of(dimension)
 
 
-def _exponents_of(kind: str) -> Exponents:
+def exponents_of(kind: str) -> Exponents:
+    """Return the exponents of a kind in kg, m, s, A, K, mol, cd and rad, in this order."""
     return _EXPONENTS[kind] if kind in _EXPONENTS else _exponents(kind)
 
 

@@ -95,8 +95,8 @@ class _Use:
         known = {name: unit for units, _ in self.measured for name, unit in units.items()}
         units = {each.name: known[each.name] for each in self.needed}
         told = self.plugin.settings
-        for key, message, hint in lookup.objections(self.plugin.name, told, units):
-            self.complain(key, message, hint)
+        for key, message, hint, *column in lookup.objections(self.plugin.name, told, units):
+            self.complain(key, message, hint, *column)
 
     def check_coordinates(self, lookup: AnalysisLookup) -> None:
         """Add a problem for each coordinate by which results cannot be told apart."""
@@ -119,9 +119,12 @@ class _Use:
         """The channels, in words."""
         return " and ".join(each.name for each in self.needed)
 
-    def complain(self, key: tuple[str | int, ...], message: str, hint: str) -> None:
+    def complain(
+        self, key: tuple[str | int, ...], message: str, hint: str, column: int = 0
+    ) -> None:
         """Add a problem with what stands under a key of the settings."""
-        self.problems.add(self.procedure.document, (*self.at, *key), message, hint)
+        document, path = self.procedure.document, (*self.at, *key)
+        self.problems.add(document, path, message, hint, column=column)
 
 
 def _measured(plan: Plan) -> Iterator[Measured]:

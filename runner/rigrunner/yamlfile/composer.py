@@ -55,7 +55,7 @@ class _Composer:
             self._stop("a second document begins here", after, hint="one file, one document")
         if self._problems:
             raise InvalidFileError(self._problems)
-        return Document(self._name, data, self._marks)
+        return Document(self._name, data, self._marks, text=self._text)
 
     def _value(self, event: yaml.Event, path: Path, key: yaml.Event) -> Any:
         self._remember(event, path, key)
@@ -71,7 +71,8 @@ class _Composer:
             self._stop(f"nested more than {MAX_DEPTH} deep", event)
         if len(self._marks) >= MAX_VALUES:
             self._stop(f"the file has more than {MAX_VALUES:,} values", event)
-        self._marks[path] = Marks(_place(event), _place(key))
+        begins = event.start_mark.index if event.start_mark else 0
+        self._marks[path] = Marks(_place(event), _place(key), begins)
 
     def _refuse_machinery(self, event: yaml.Event, path: Path) -> None:
         anchor, tag = getattr(event, "anchor", None), getattr(event, "tag", None)

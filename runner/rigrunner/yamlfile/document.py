@@ -20,6 +20,8 @@ class Marks:
 
     value: tuple[int, int]
     key: tuple[int, int]
+    begins: int = 0
+    """Of the value in the text of the file, counted in characters from 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +35,8 @@ class Document:
     """Where values come from that were put in from elsewhere in the document."""
     given: Mapping[Path, tuple[Document, Path]] = field(default_factory=dict)
     """Where values come from that were put in from another document."""
+    text: str = ""
+    """What the file has, character by character."""
 
     def where(self, path: Path, *, key: bool = False) -> Location:
         """Return the place of the value, or of its key; the nearest parent's if it is not there."""
@@ -44,6 +48,29 @@ class Document:
             if marks is not None:
                 return Location(self.name, *(marks.key if key else marks.value))
         return Location(self.name)
+
+    def within(self, path: Path, column: int) -> Location:
+        """Return the place of a character, counted from 1, of the text that stands at a path.
+
+        Of a text that comes from elsewhere it is the place of the whole.
+        """
+        value, marks = self.part(path), self.marks.get(path)
+        elsewhere = any(path[:n] in self.given or path[:n] in self.origins
+                        for n in range(len(path) + 1))  # fmt: skip
+        if not isinstance(value, str) or marks is None or elsewhere or not self.text:
+            return self.where(path)
+        at = marks.begins
+        if self.text[at : at + 1] in {"|", ">"}:
+            at = self.text.find("\n", at)
+        for character in value[: column - 1]:
+            if not character.isspace():
+                at = self.text.find(character, at) + 1
+                if not at:  # written as an escape
+                    return self.where(path)
+        while self.text[at : at + 1].isspace() or self.text[at : at + 1] in {"'", '"'}:
+            at += 1
+        line = self.text.count("\n", 0, at)
+        return Location(self.name, line + 1, at - self.text.rfind("\n", 0, at))
 
     def origin(self, path: Path) -> Location | None:
         """Return where the value was written that stands here by reference, or None."""

@@ -22,13 +22,18 @@ class Problems:
         self._found: dict[Problem, None] = {}
 
     def add(
-        self, document: Document, path: Path, message: str, hint: str = "", *, key: bool = False
-    ) -> None:
-        """Add a problem with the value (or key) at that path, unless it is there already."""
+        self, document: Document, path: Path, message: str, hint: str = "", *, key: bool = False,
+        column: int = 0
+    ) -> None:  # fmt: skip
+        """Add a problem with the value (or key) at that path, unless it is there already.
+
+        `column`: with which character of a text, from 1; 0 with all of it.
+        """
         origin = None if key else document.origin(path)
         written = f"it is written at {origin}" if origin else ""
         hints = "; ".join(part for part in (hint, written) if part)
-        found = Problem(message, document.where(path, key=key), dotted(path), hints)
+        where = document.within(path, column) if column else document.where(path, key=key)
+        found = Problem(message, where, dotted(path), hints)
         self._found[found] = None
 
     def include(self, problems: Iterable[Problem]) -> None:

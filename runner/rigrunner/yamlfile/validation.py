@@ -95,9 +95,9 @@ def _problem(
         return Problem(finding.message, where, dotted(path), finding.hint)
     if kind == "extra_forbidden" or loc[-1:] == ("[key]",):
         return Problem(finding.message, document.where(path, key=True), dotted(path), finding.hint)
-    return Problem(
-        finding.message, document.where(path), dotted(path), _hint(document, path, finding)
-    )
+    column = getattr(details.get("ctx", {}).get("error"), "column", None)
+    where = document.where(path) if column is None else document.within(path, column)
+    return Problem(finding.message, where, dotted(path), _hint(document, path, finding))
 
 
 def _hint(document: Document, path: Path, finding: Finding) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from rigrunner.signal.expression.syntax import Name, Number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from rigrunner.signal.expression.syntax import Expression, Node, Operation
 
@@ -63,6 +64,8 @@ class _Evaluation:
 
     def _operation(self, node: Operation) -> _Dual:
         first, *others = (self.of(operand) for operand in node.operands)
+        if node.function in _SEVERAL:
+            return _SEVERAL[node.function]([first, *others])
         if node.function == "-" and not others:
             return first.chained(-first.value, -1.0)
         if not others:
@@ -99,6 +102,40 @@ def _power(a: _Dual, b: _Dual) -> _Dual:
         found = found.plus(b.chained(value, slope), value)
     return _Dual(value, found.slopes)
 
+
+def _angle(operands: Sequence[_Dual]) -> _Dual:
+    y, x = operands
+    value, square = np.arctan2(y.value, x.value), x.value * x.value + y.value * y.value
+    by_y, by_x = np.divide(x.value, square), np.divide(-y.value, square)
+    return y.chained(value, by_y).plus(x.chained(value, by_x), value)
+
+
+def _least(operands: Sequence[_Dual]) -> _Dual:
+    return reduce(lambda a, b: _chosen(a, b, np.less_equal(a.value, b.value)), operands)
+
+
+def _greatest(operands: Sequence[_Dual]) -> _Dual:
+    return reduce(lambda a, b: _chosen(a, b, np.greater_equal(a.value, b.value)), operands)
+
+
+def _chosen(a: _Dual, b: _Dual, first: Any) -> _Dual:
+    value = np.where(first, a.value, b.value)
+    return a.chained(value, np.where(first, 1.0, 0.0)).plus(
+        b.chained(value, np.where(first, 0.0, 1.0)), value
+    )
+
+
+def _mean(operands: Sequence[_Dual]) -> _Dual:
+    total = reduce(_sum, operands)
+    return total.chained(np.divide(total.value, len(operands)), 1 / len(operands))
+
+
+_SEVERAL: Mapping[str, Callable[[Sequence[_Dual]], _Dual]] = {
+    "atan2": _angle,
+    "min": _least,
+    "max": _greatest,
+    "mean": _mean,
+}
 
 _BINARY: Mapping[str, Callable[[_Dual, _Dual], _Dual]] = {
     "+": _sum,
@@ -143,5 +180,6 @@ _FUNCTIONS: Mapping[str, Callable[[Any], tuple[Any, Any]]] = {
     "sinh": lambda x: (np.sinh(x), np.cosh(x)),
     "cosh": lambda x: (np.cosh(x), np.sinh(x)),
     "tanh": _tanh,
+    "abs": lambda x: (np.abs(x), np.sign(x)),
 }
 """Each gives the value and the derivative."""

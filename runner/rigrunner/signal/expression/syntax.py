@@ -16,16 +16,20 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import TYPE_CHECKING, NoReturn
 
-from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.errors import TextError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
 FUNCTIONS = (
     "exp", "log", "log10", "sqrt", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh",
-    "cosh", "tanh",
+    "cosh", "tanh", "abs",
 )  # fmt: skip
 """Of one number each; angles are in rad."""
+OF_SEVERAL = {"atan2": 2, "min": 0, "max": 0, "mean": 0}
+"""Functions of so many numbers; 0: of any number of them. atan2(y, x) is the angle of (x, y)."""
+ALIASES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "ln": "log"}
+"""Other names of functions."""
 CONSTANTS = {"pi": 3.141592653589793}
 LONGEST = 2000
 """Characters of a formula."""
@@ -49,7 +53,7 @@ _INSTEAD = {
 }  # fmt: skip
 
 
-class ExpressionError(RigrunnerError, ValueError):
+class ExpressionError(TextError):
     """A text is not a formula that is allowed here."""
 
 
@@ -71,7 +75,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Operation:
-    """One of FUNCTIONS, '+', '-', '*', '/' or '**' of its operands; '-' of one is its negative."""
+    """One of FUNCTIONS or OF_SEVERAL, '+', '-', '*', '/' or '**'; '-' of one is its negative."""
 
     function: str
     operands: tuple[Node, ...]
@@ -101,7 +105,9 @@ def parse(text: str, names: Collection[str]) -> Expression:
     """
     if len(text) > LONGEST:
         raise ExpressionError(
-            f"the formula has {len(text)} characters", hint=f"at most {LONGEST} are read"
+            f"the formula has {len(text)} characters",
+            column=LONGEST + 1,
+            hint=f"at most {LONGEST} are read",
         )
     _refuse_words(text)
     blank = re.sub(r"\s", " ", text)
@@ -118,6 +124,7 @@ def parse(text: str, names: Collection[str]) -> Expression:
     return Expression(text, reading.node(tree.body, 0))
 
 
+_KNOWN_FUNCTIONS = (*FUNCTIONS, *OF_SEVERAL, *ALIASES)
 _DEPTH_HINT = f"at most {DEEPEST} operations stand within each other"
 
 
@@ -132,7 +139,7 @@ def _refuse(text: str, column: int, what: str, hint: str = "") -> NoReturn:
     """Raise the error for what stands at a column, counted from 1."""
     found = re.match(r"\w+|.|$", text[column - 1 :], re.DOTALL)
     shown = f"'{found[0][:20]}'" if found and found[0] else "the end"
-    raise ExpressionError(f"column {column}: {shown} {what}", hint=hint)
+    raise ExpressionError(f"column {column}: {shown} {what}", column=column, hint=hint)
 
 
 def _refuse_words(text: str) -> None:
@@ -158,6 +165,7 @@ def _refuse_character(text: str, position: int) -> NoReturn:
     shown = f" '{character}'" if character.isprintable() else ""
     raise ExpressionError(
         f"column {position + 1}: the character{shown} ({name}) is not allowed",
+        column=position + 1,
         hint="allowed are letters a to z and A to Z, digits, _ + - * / ( )",
     )
 
@@ -174,7 +182,9 @@ class _Reading:
     def node(self, node: ast.expr, depth: int) -> Node:
         column = node.col_offset + self.first
         if depth > DEEPEST:
-            raise ExpressionError(f"column {column}: nested too deeply", hint=_DEPTH_HINT)
+            raise ExpressionError(
+                f"column {column}: nested too deeply", column=column, hint=_DEPTH_HINT
+            )
         match node:
             case ast.Constant():
                 return self._number(node, column)
@@ -206,7 +216,7 @@ class _Reading:
             return Name(name, column)
         if name in CONSTANTS:
             return Number(CONSTANTS[name], column)
-        if name in FUNCTIONS:
+        if name in _KNOWN_FUNCTIONS:
             _refuse(self.text, column, "is a function", f"write {name}(...)")
         known = sorted(self.names | set(CONSTANTS))
         near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
@@ -235,11 +245,19 @@ class _Reading:
                     _refuse(self.text, node.column, "is a power of numbers within a power")
 
     def _call(self, name: str, node: ast.Call, column: int, depth: int) -> Node:
-        if name not in FUNCTIONS:
+        if name not in _KNOWN_FUNCTIONS:
             what = "is no function" if name not in self.names else "is a quantity, no function"
-            near = difflib.get_close_matches(name, FUNCTIONS, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"functions are {', '.join(FUNCTIONS)}"
+            near = difflib.get_close_matches(name, _KNOWN_FUNCTIONS, n=1)
+            known = ", ".join(_KNOWN_FUNCTIONS)
+            hint = f"did you mean '{near[0]}'?" if near else f"functions are {known}"
             _refuse(self.text, column, what, hint)
-        if len(node.args) != 1:
-            _refuse(self.text, column, f"takes one number, not {len(node.args)}")
-        return Operation(name, (self.node(node.args[0], depth + 1),), column)
+        name = ALIASES.get(name, name)
+        self._refuse_other_number(name, len(node.args), column)
+        operands = tuple(self.node(each, depth + 1) for each in node.args)
+        return Operation(name, operands, column)
+
+    def _refuse_other_number(self, name: str, count: int, column: int) -> None:
+        allowed = OF_SEVERAL.get(name, 1)
+        if count < 1 or (allowed and count != allowed):
+            needed = ("at least one number", "one number", "two numbers")[allowed]
+            _refuse(self.text, column, f"takes {needed}, not {count}")
