@@ -58,9 +58,11 @@ def pytest_configure(config) -> None:
     A rig is locked for all programs of a machine by its station's id, and several tests at once
     have stations of one id. Markers of rigs on this machine are no concern of the tests. Tests
     interrupt themselves and what they start: a shell that starts pytest in the background has it
-    ignore interrupts.
+    ignore SIGINT and SIGQUIT.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if hasattr(signal, "SIGQUIT"):
+        signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     # else each of the thousand programs that tests start compiles all anew
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     worker = os.environ.get("PYTEST_XDIST_WORKER")

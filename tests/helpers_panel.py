@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 PROGRAM = "import sys; from rigrunner.cli.main import main; sys.exit(main())"
-PATIENCE_S = 40.0
+PATIENCE_S = 200.0
 INPUTS = {"specimen": "SN-1", "type": "GE20", "lot": "L-7", "operator": "Ann"}
 """All that the shipped starting torque asks."""
 

@@ -46,7 +46,7 @@ class Lines:
 
     def last(self, expected: str) -> str:
         """Return the last line; a command that nobody answers may take a moment to arrive."""
-        until_s = time.monotonic() + 1.0
+        until_s = time.monotonic() + 30.0
         while self.heard[-1:] != [expected] and time.monotonic() < until_s:
             time.sleep(0.01)
         return self.heard[-1]

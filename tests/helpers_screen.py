@@ -56,9 +56,9 @@ class Panel:
         """Return where the panel is."""
         return self.get("state")["phase"]
 
-    def wait_for(self, *phases: str, within_s: float = WITHIN_S) -> None:
+    def wait_for(self, *phases: str) -> None:
         """Wait until the panel is in one of these phases."""
-        until = time.monotonic() + within_s
+        until = time.monotonic() + WITHIN_S
         while (phase := self.phase()) not in phases:
             assert time.monotonic() < until, f"the panel is {phase}, not {phases}"
             time.sleep(0.1)

@@ -175,7 +175,7 @@ def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
     expect(picture).to_have_js_property("complete", True)  # noqa: FBT003  (of Playwright)
     assert picture.evaluate("image => image.naturalWidth") > 0
     page.get_by_role("button", name="STOP").click()
-    panel.wait_for("finished", "ending", "analysing", within_s=20.0)
+    panel.wait_for("finished", "ending", "analysing")
     screen.wait_for_result()
     assert "Aborted" in page.locator(".result-head .verdict-word").inner_text()
 
