@@ -59,7 +59,7 @@ class Interlock(Settings):
         given = [name for name in CONDITIONS if getattr(self, name) is not None]
         if len(given) != 1:
             got = " and ".join(given) or "none"
-            raise ValueError(f"got {got}, allowed is one of: {', '.join(CONDITIONS)}")
+            raise ValueError(f"got {got}, expected one of: {', '.join(CONDITIONS)}")
         kinds = {quantity.dimension for quantity in self.outside or ()}
         if self.outside and len(kinds) == 1 and self.outside[0].si >= self.outside[1].si:
             raise ValueError(f"{self.outside[0]} must be below {self.outside[1]}")

@@ -98,8 +98,8 @@ def test_the_journal_tells_of_notes_tries_and_calls(wide):
     log = (wide[1] / "run.log").read_text(encoding="utf-8")
     assert "asked: $load applied as shown?" in log
     assert "setup[3].note: note: Grease was renewed before this run." in log
-    assert "marginal: allowed is 23.1 °C or less" in log
-    assert log.count("allowed is 10 % or less") == 1  # what was read is not read again
+    assert "marginal (limit: 23.1 °C or less" in log
+    assert log.count("(limit: 10 % or less)") == 1  # what was read is not read again
     order = [
         "call.setup[0]",
         "call.main[1]",
@@ -155,7 +155,7 @@ def test_a_wrong_answer_is_refused_before_the_rig_is_touched(lab, tmp_path, chan
     [
         ("rate: 100 N/s", "rate: 900 N/s", "it needs 2 s for this ramp"),
         ("max: 10 %", "max: 10 N", "tester.humidity takes a ratio"),
-        ("load: 200 N", "load: 9 kN", "allowed is 0 to 3000 N"),
+        ("load: 200 N", "load: 9 kN", "9 kN is out of range (0 to 3000 N)"),
         ("picture: rig.svg", "picture: ../rig.svg", "leads out of this file's folder"),
     ],
 )

@@ -96,7 +96,7 @@ def test_the_digest_covers_values_and_limits(failed, tmp_path):
 def test_show_tells_value_limit_and_judgement(failed):
     shown = call("show", failed[1]).out
     assert shown.count("FAIL: tester.load") == 3
-    assert "tester.load: allowed is 100 N or less" in shown
+    assert "tester.load: limit 100 N or less" in shown
     rows = json.loads(call("show", failed[1], "--json").out)["measurements"]
     assert [[one["verdict"] for one in row["limits"]] for row in rows] == [["fail", "pass"]] * 3
 
@@ -126,7 +126,7 @@ def test_a_run_that_stops_at_a_limit_is_sealed_reported_and_over(tmp_path):
     _, folder = run(tmp_path, STOPS, code=1)
     stored = read(folder)
     assert stored.info.outcome == "stopped at a limit"
-    assert stored.info.reason == "tester.load is 199.8 N, allowed is 100 N or less"
+    assert stored.info.reason == "tester.load is 199.8 N (limit: 100 N or less)"
     assert len(stored.measurements) == 1
     assert (folder / "report.html").exists()
     assert "Set tester.load to 0 N" in (folder / "run.log").read_text(encoding="utf-8")

@@ -54,8 +54,8 @@ def test_the_devices_of_the_station_are_asked_who_they_are():
     ("before", "after", "code", "told"),
     [
         ("max: 35 Hz", "max: 700 Hz", 3, "max is 700 Hz: 70000 does not fit into uint16"),
-        ("0x0001}", "0x1FFFF}", 3, "got '0x1FFFF', allowed is 65535 or less"),
-        ("holding: 1 ", "reference: 3 ", 3, "reference is 3, allowed is 1xxxx"),
+        ("0x0001}", "0x1FFFF}", 3, "got '0x1FFFF', expected 65535 or less"),
+        ("holding: 1 ", "reference: 3 ", 3, "reference is 3, expected 1xxxx"),
         ("unit_id: 1 ", "unit_id: 300 ", 3, "unit_id"),
         ("      channels:", "      chanels:", 3, "did you mean 'channels'?"),
         ("simulated: yes ", "simulated: no ", 3, "go together"),

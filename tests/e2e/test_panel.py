@@ -95,7 +95,7 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     prompt = screen.phase("asking")["prompt"]
     assert (prompt["kind"], prompt["choices"]) == ("confirm", ["yes", "no"])
     wrong = screen.post("run/answer", 422, prompt=prompt["id"], text="perhaps")
-    assert "allowed is one of: yes, no" in wrong["message"]
+    assert "expected one of: yes, no" in wrong["message"]
     screen.close()  # the browser is gone, in the middle
     again = Screen(server, "client-ann-0001")
     assert again.state["prompt"] == prompt

@@ -241,7 +241,7 @@ def test_a_value_out_of_limits_ends_the_run_and_is_its_last_row(lab):
     called = call("run", procedure, "--station", "simulated", "--unattended", "--runs", lab.runs)
     assert called.code == 1
     assert "at tester.load 500 N (point 3 of 4): tester.load is" in called.err
-    assert "allowed is 300 N or less" in called.err
+    assert "(limit: 300 N or less)" in called.err
     stored = lab.last()
     assert loads(stored.measurements) == [100.0, 200.0, 500.0]
     assert stored.info.outcome == "stopped at a limit"

@@ -47,7 +47,7 @@ class DeclaredQuantity(Settings):
     @model_validator(mode="after")
     def _can_be_inverted(self) -> Self:
         if self.scale == 0:
-            raise ValueError("scale is 0, allowed is any other number")
+            raise ValueError("scale is 0, expected any other number")
         return self
 
     @property

@@ -55,7 +55,7 @@ class CalibrationPoint(Settings):
         _same_dimension(self.indicated, self.applied.dimension, "indicated")
         _same_dimension(self.U, self.applied.dimension, "U")
         if difference(self.U) < 0:
-            raise ValueError(f"got U = {self.U}, allowed is 0 or more")
+            raise ValueError(f"got U = {self.U}, expected 0 or more")
         return self
 
     @property

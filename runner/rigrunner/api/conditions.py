@@ -13,7 +13,7 @@ from rigrunner.api.texts import plain
 
 def _as_list(value: Any) -> Any:
     if isinstance(value, bool | int | float):
-        raise ValueError(f"got {value}, allowed is a text: an answer is one; put it in quotes")  # noqa: TRY004  (pydantic places it)
+        raise ValueError(f"got {value}, expected a text: an answer is one; put it in quotes")  # noqa: TRY004  (pydantic places it)
     return [value] if isinstance(value, str) else value
 
 
@@ -35,7 +35,7 @@ class When(Settings):
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if bool(self.is_) == bool(self.is_not):
-            raise ValueError("allowed is one of: is, is_not")
+            raise ValueError("expected one of: is, is_not")
         return self
 
 
@@ -62,5 +62,5 @@ class Until(Settings):
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.above is None) == (self.below is None):
-            raise ValueError("allowed is one of: above, below")
+            raise ValueError("expected one of: above, below")
         return self

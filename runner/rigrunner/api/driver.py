@@ -46,7 +46,7 @@ def check_patience(timeout_s: float, context: DeviceContext) -> None:
     patience_s = context.patience.answer_s
     if timeout_s >= patience_s:
         raise PluginError(
-            f"timeout: got {timeout_s:g} s, allowed is less than {patience_s:g} s",
+            f"timeout: got {timeout_s:g} s, expected less than {patience_s:g} s",
             hint="after that the station gives a device up: see its safety.patience.answer",
         )
 

@@ -44,7 +44,7 @@ _OTHER_QUANTITIES = tuple(kind for kind in kinds() if kind != "torque")
 def _dimension(text: str) -> str:
     if text not in _OTHER_QUANTITIES:
         near = difflib.get_close_matches(text, ("torque", *_OTHER_QUANTITIES), n=1)
-        known = f"allowed is torque or one of: {', '.join(_OTHER_QUANTITIES)}"
+        known = f"expected torque or one of: {', '.join(_OTHER_QUANTITIES)}"
         hint = f"did you mean '{near[0]}'?" if near else known
         raise QuantityError(f"'{text[:40]}' is no quantity", hint=hint)
     return text

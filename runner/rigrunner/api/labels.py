@@ -39,7 +39,7 @@ def _value(value: object) -> Quantity | Coordinate:
     if not isinstance(value, str) or not value.strip():
         allowed = "a text, a number, true or false, or a quantity such as '60 s'"
         raise ValueError(
-            f"got {'nothing' if value is None else 'no such value'}, allowed is {allowed}"
+            f"got {'nothing' if value is None else 'no such value'}, expected {allowed}"
         )
     if len(value) > _LONGEST:
         raise ValueError(f"a text of {len(value)} characters, allowed are {_LONGEST}")

@@ -68,11 +68,11 @@ class ValueLimit:
         limits, marginal = self.limits, self.is_marginal(value)
         verdict = Verdict.PASS if limits.allow(value) else Verdict.FAIL
         allowed = limits.not_kept(value, self.marginal if marginal else 0.0).in_words
-        mark = "marginal: " if marginal else ""
+        mark = ", marginal" if marginal else ""
         return LimitDecision(
             of=self.of,
             verdict=verdict,
-            reason=f"{self.of} is {limits.shown_apart(value)}, {mark}allowed is {allowed}",
+            reason=f"{self.of} is {limits.shown_apart(value)}{mark} (limit: {allowed})",
             limits=limits,
             source=STATED_BY,
             result=Estimate(value, nan, unit=limits.unit),

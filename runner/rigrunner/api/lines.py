@@ -57,7 +57,7 @@ class LineSettings(SimulableSettings):
             return self
         got = f"'{self.address}'" if self.address else "nothing"
         raise ValueError(
-            f"address: got {got}, allowed is host:port, a serial port, or 'simulated: yes'"
+            f"address: got {got}, expected host:port, a serial port, or 'simulated: yes'"
         )
 
     def physical_addresses(self) -> Sequence[str]:

@@ -60,7 +60,7 @@ class Member(str):
         """Return the schema for editors."""
         found: dict[str, Any] = handler(schema)
         found["pattern"] = f"^{_MEMBER}$"
-        found["patternErrorMessage"] = "allowed is role.name, such as tester.torque"
+        found["patternErrorMessage"] = "expected role.name, such as tester.torque"
         return found
 
 

@@ -24,7 +24,7 @@ def _read(value: object) -> object:
     if isinstance(value, Quantity):
         return value
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-        raise QuantityError("allowed is a number with its unit, a count, or a text")
+        raise QuantityError("expected a number with its unit, a count, or a text")
     if isinstance(value, (int, float)):
         return Quantity(float(value), unit("1"))
     try:

@@ -66,7 +66,7 @@ class ReadingLimit:
         return LimitDecision(
             of=self.of,
             verdict=verdict,
-            reason=f"{self.of} is {reading_text(value)}, allowed is {limits.in_words}",
+            reason=f"{self.of} is {reading_text(value)}, expected {limits.in_words}",
             limits=limits,
             source="the procedure",
             uncompensated=verdict,

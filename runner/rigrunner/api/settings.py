@@ -92,7 +92,7 @@ def _read(dimension: str | None, value: object) -> Quantity:
         )
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else _KINDS.get(type(value), f"a {type(value).__name__}")
-    raise QuantityError(f"got {what}, allowed is a number with a unit", hint=f"such as '{such_as}'")
+    raise QuantityError(f"got {what}, expected a number with a unit", hint=f"such as '{such_as}'")
 
 
 def _with_units(value: float, dimension: str) -> str:
@@ -108,7 +108,7 @@ def _difference(quantity: Quantity) -> Quantity:
         hint = f"write it in K: '{quantity.number:g} K'"
         raise QuantityError(f"'{quantity}' is a temperature, not a difference of two", hint=hint)
     if quantity.si <= 0:
-        raise QuantityError(f"got '{quantity}', allowed is more than 0")
+        raise QuantityError(f"got '{quantity}', expected more than 0")
     return quantity
 
 
@@ -121,7 +121,7 @@ def _read_yes_no(value: object) -> bool:
         return value
     if isinstance(value, str) and value in _YES_NO:
         return _YES_NO[value]
-    raise ValueError(f"got {str(value)[:20]!r}, allowed is yes or no")
+    raise ValueError(f"got {str(value)[:20]!r}, expected yes or no")
 
 
 def _read_date(value: object) -> object:

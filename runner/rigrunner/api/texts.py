@@ -34,6 +34,6 @@ def plain(text: str) -> str:
     if found is None:
         return text
     raise ValueError(
-        f"its character {found.start() + 1} is {name_of(found[0])}; allowed is a text without"
+        f"its character {found.start() + 1} is {name_of(found[0])}; expected a text without"
         " control characters and marks that turn the order of letters"
     )

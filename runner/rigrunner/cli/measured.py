@@ -48,7 +48,7 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
     if limits:
         header, align = [*header, "verdict"], f"{align}l"
         cells = [[*cell, _verdict(one)] for cell, one in zip(cells, rows, strict=True)]
-    allowed = [f"{limit.of}: allowed is {limit.limits.in_words}" for limit in limits]
+    allowed = [f"{limit.of}: limit {limit.limits.in_words}" for limit in limits]
     return "\n".join([f"Measured: {name}", table(header, cells, align), *allowed])
 
 

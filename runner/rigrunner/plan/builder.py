@@ -44,7 +44,7 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
     seconds = sum(step.estimated_s for step in draft.steps)
     if seconds > LONGEST_S:
         most = readable(LONGEST_S, "time")
-        message = f"the procedure would take {seconds:.3g} s, allowed is at most {most}"
+        message = f"the procedure would take {seconds:.3g} s; the limit is {most}"
         problems.add(procedure.document, ("main",), message, "look at its repetitions", key=True)
     return draft
 

@@ -123,7 +123,7 @@ class Scene:
         """Write down one step; one that takes longer than any may is a problem."""
         if seconds > LONGEST_S:
             most = readable(LONGEST_S, "time")
-            self.complain(place.path, f"it would take {seconds:.3g} s, allowed is at most {most}")
+            self.complain(place.path, f"it would take {seconds:.3g} s; the limit is {most}")
         step = PlannedStep(
             place.label,
             place.phase,

@@ -82,7 +82,7 @@ class DriveStates:
             return None
         if not drive.minimum <= quantity.si <= drive.maximum:
             limits = f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}"
-            message = f"got '{quantity}', allowed is {limits}"
+            message = f"{quantity} is out of range ({limits})"
             hint = f"these are the limits of {member}"
             self._problems.add(self._document, valued_at, message, hint)
         elif not self._standing.uncertain:
@@ -98,7 +98,7 @@ class DriveStates:
             stands: dict[Member, float] = {name: self._stands(name) for name in others}
             if not combination.allows({**stands, member: quantity.si}):
                 message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
-                hint = f"allowed is {combination.words()}"
+                hint = f"expected {combination.words()}"
                 self._problems.add(self._document, valued_at, message, hint)
 
     def _stands(self, member: Member) -> float:

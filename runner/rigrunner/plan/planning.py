@@ -122,7 +122,7 @@ class Planning:
             message = f"got '{rate}', a {rate.dimension}; {member} takes a {wanted}"
             self.complain(key, message, f"write it in {' or '.join(units_of(wanted))}")
         elif rate.si <= 0:
-            self.complain(key, f"got '{rate}', allowed is more than 0")
+            self.complain(key, f"got '{rate}', expected more than 0")
         else:
             return rate.si
         return None

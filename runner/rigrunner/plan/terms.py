@@ -99,7 +99,7 @@ def reading_limits(
             else:
                 needed = "yes or no" if kind == "boolean" else "a text; put it in quotes"
                 key = "equals" if band.equals is not None else "one_of"
-                scene.complain((*path, key), f"{member} is a {kind}: allowed is {needed}")
+                scene.complain((*path, key), f"{member} is a {kind}: expected {needed}")
 
 
 def recorded_limits(

@@ -79,7 +79,7 @@ def _one_key(value: object) -> str:
 
     Whether a plugin has that name is asked where the plugins are known.
     """
-    known = f"allowed is one of: {', '.join(ANALYSES)}, or the name of a plugin"
+    known = f"expected one of: {', '.join(ANALYSES)}, or the name of a plugin"
     keys = [str(key) for key in value] if isinstance(value, dict) else []
     if len(keys) != 1:
         got = " and ".join(f"'{key}'" for key in keys[:5])

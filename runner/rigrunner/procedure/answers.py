@@ -49,7 +49,7 @@ class Expected:
         if refused:
             shown = text[:_LONGEST].encode("unicode_escape").decode()
             raise AnswerError(
-                f"got '{shown}', allowed is a text without control characters",
+                f"got '{shown}', expected a text without control characters",
                 hint=f"its character {refused.start() + 1} is {name_of(refused[0])}: type it anew",
             )
         if self.choices:
@@ -61,7 +61,7 @@ class Expected:
             if choice.casefold() == text.casefold():
                 return choice
         near = difflib.get_close_matches(text[:_LONGEST], self.choices, n=1)
-        message = f"got '{text[:_LONGEST]}', allowed is one of: {', '.join(self.choices)}"
+        message = f"got '{text[:_LONGEST]}', expected one of: {', '.join(self.choices)}"
         raise AnswerError(message, hint=f"did you mean '{near[0]}'?" if near else "")
 
     def _quantity(self, text: str) -> str:
@@ -73,7 +73,7 @@ class Expected:
         low = self.minimum is not None and quantity.si < self.minimum.si
         high = self.maximum is not None and quantity.si > self.maximum.si
         if low or high:
-            raise AnswerError(f"got '{quantity}', allowed is {self._range()}")
+            raise AnswerError(f"{quantity} is out of range ({self._range()})")
         return str(quantity)
 
     def _range(self) -> str:

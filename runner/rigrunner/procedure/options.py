@@ -91,7 +91,7 @@ class ValueBand(Settings):
         if bounded and self.texts:
             raise ValueError("a number has min and max, a text equals or one_of: not both")
         if self.equals is not None and self.one_of:
-            raise ValueError("got both, allowed is one of: equals, one_of")
+            raise ValueError("got both, expected one of: equals, one_of")
         if not self.texts:
             for message in objections(self):
                 raise ValueError(message)

@@ -51,7 +51,7 @@ class Question(Settings):
 
     def _objections(self) -> Iterator[str]:
         if self.choices and self.unit:
-            yield "got both, allowed is one of: choices, unit"
+            yield "got both, expected one of: choices, unit"
         if len(self.choices) == 1:
             yield f"'{self.choices[0]}' alone is no choice; give another, or none"
         if len({choice.casefold() for choice in self.choices}) < len(self.choices):

@@ -20,4 +20,4 @@ def require_one(model: Settings, first: str, second: str) -> None:
     given = [name for name in (first, second) if getattr(model, name) is not None]
     if len(given) != 1:
         got = "both" if given else "neither"
-        raise refused(f"got {got}, allowed is one of: {first}, {second}")
+        raise refused(f"got {got}, expected one of: {first}, {second}")

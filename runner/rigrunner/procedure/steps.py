@@ -107,7 +107,7 @@ def _reader(key: str, model: type[StepSettings]) -> SchemaValidator:
 
 def _known_key(value: object, kinds: Mapping[str, object]) -> str:
     """Return the one key; refuse what is no mapping with one key that names a kind."""
-    known = f"allowed is one of: {', '.join(kinds)}"
+    known = f"expected one of: {', '.join(kinds)}"
     if not isinstance(value, dict):
         raise refused(f"a step is a mapping with one key, such as 'settle: ...'; {known}")
     keys = [str(key) for key in value]

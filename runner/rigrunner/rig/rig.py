@@ -200,7 +200,7 @@ class Rig:
             if not held.stands_at(actual, value):
                 unit, deviation = held.info.unit, held.info.allowed_deviation
                 found = f"{member} was set to {value:g} {unit} and reads back {actual:g} {unit}"
-                yield member, f"{found}, allowed is within {deviation:g} {unit}"
+                yield member, f"{found} (tolerance ±{deviation:g} {unit})"
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
         """Say whether a set-point is farther from the safe value than where the drive stands."""

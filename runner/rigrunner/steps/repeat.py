@@ -39,7 +39,7 @@ class RepeatStep(StepSettings):
         given = [key for key, each in (("times", self.times_), ("until", self.until)) if each]
         if len(given) != 1:
             got = "both" if given else "neither"
-            raise refused(f"got {got}, allowed is one of: times, until")
+            raise refused(f"got {got}, expected one of: times, until")
         if (self.until is None) != (self.at_most is None):
             missing = "at_most" if self.until else "until"
             raise refused(f"the key '{missing}' is missing", "they stand together: at_most: 50")

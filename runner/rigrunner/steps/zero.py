@@ -81,7 +81,7 @@ def plan(zero: ZeroStep, planning: Planning) -> None:
     if not planning.fits(zero.within, channel.unit, member, ("within",)):
         return
     if zero.within.si <= 0:
-        planning.complain(("within",), f"got '{zero.within}', allowed is more than 0")
+        planning.complain(("within",), f"got '{zero.within}', expected more than 0")
     planning.require_rest(member.role)
     action = Zero(member.role, member.name, channel.unit, zero.within.si, zero.duration)
     limits = planning.limits(zero.limits, [member])

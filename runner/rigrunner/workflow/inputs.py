@@ -80,7 +80,7 @@ def _accepted(procedure: LoadedProcedure, name: str, answer: str) -> str:
 
 def _problems(document: Document, asked: Mapping[str, Input]) -> Iterator[Problem]:
     if not isinstance(document.data, dict):
-        message, hint = "allowed is a mapping of inputs to answers", "such as 'specimen: SN-17'"
+        message, hint = "expected a mapping of inputs to answers", "such as 'specimen: SN-17'"
         yield Problem(message, document.where(()), hint=hint)
         return
     for name, answer in document.data.items():
@@ -96,7 +96,7 @@ def _objections(wanted: Input, answer: object) -> Iterator[tuple[str, str]]:
     if not isinstance(answer, str) or not answer.strip():
         shown = str(answer) if str(answer or "").strip() else "nothing"
         in_unit = f"write it as '{shown} {wanted.unit}'" if wanted.unit else ""
-        yield f"got {shown[:60]}, allowed is a text", in_unit or f"put it in quotes: '{shown[:60]}'"
+        yield f"got {shown[:60]}, expected a text", in_unit or f"put it in quotes: '{shown[:60]}'"
         return
     try:
         wanted.expected.accept(answer)

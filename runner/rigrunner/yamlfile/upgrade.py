@@ -53,7 +53,7 @@ def refuse_older(document: Document) -> None:
     """Raise InvalidFileError, with the command to type, for a file in an older form."""
     mark = document.data.get(MARK) if isinstance(document.data, dict) else None
     if mark in TODAY:
-        message = f"got '{mark}', an older form of the language, allowed is '{TODAY[mark]}'"
+        message = f"got '{mark}', an older form of the language, expected '{TODAY[mark]}'"
         hint = f"type 'rigrunner upgrade {shlex.quote(document.name)}'"
         raise InvalidFileError([Problem(message, document.where((MARK,)), MARK, hint)])
 

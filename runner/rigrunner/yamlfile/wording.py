@@ -37,7 +37,7 @@ _ALLOWED = {
     "string_too_long": "a text of {max_length} or fewer characters",
 }
 _MARK_HINT = "it says what the file is, such as 'rigrunner: procedure/2'"
-ALLOWED = ", allowed is "
+ALLOWED = ", expected "
 """What parts what was got from what may stand there."""
 _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")
 """What says of which kind a file is, such as station/1."""

@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from helpers_screen import ASKS, NAME
 
-RANGE = "allowed is 15 °C to 30 °C"
+RANGE = "is out of range (15 °C to 30 °C)"
 
 
 @pytest.fixture

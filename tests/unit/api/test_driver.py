@@ -264,7 +264,7 @@ class TestInARig:
 def test_an_answer_is_given_up_before_the_station_gives_up_the_device(tmp_path):
     context = DeviceContext("press", SimulatedClock(), tmp_path, patience=Patience(answer_s=3.0))
     check_patience(2.9, context)
-    with pytest.raises(PluginError, match=r"got 3 s, allowed is less than 3 s.*safety.patience"):
+    with pytest.raises(PluginError, match=r"got 3 s, expected less than 3 s.*safety.patience"):
         check_patience(3.0, context)
 
 

@@ -91,7 +91,7 @@ def test_the_calibrated_range_of_a_torque_transducer(changes, expected):
         ({"accuracy": None}, "'accuracy' is missing, or calibration 'points'"),
         ({"accuracy": "0.5 % FS", "range": {"max": "5 N"}}, "range has '5 N', a force"),
         ({"accuracy": "0.5 % FS", "due": "2026-01-01", "calibrated": "2026-01-02"}, "not be after"),
-        ({"points": [POINTS[0] | {"U": "-1 N·m"}]}, "U = -1 N·m, allowed is 0 or more"),
+        ({"points": [POINTS[0] | {"U": "-1 N·m"}]}, "U = -1 N·m, expected 0 or more"),
         ({"points": [POINTS[0] | {"indicated": "1 N"}]}, "indicated is '1 N', a force"),
         ({"points": [POINTS[0] | {"k": 0}]}, "greater than 0"),
         ({"accuracy": "1 % FS", "range": {"min": "5 N·m", "max": "5 N·m"}}, "must be below max"),

@@ -59,10 +59,10 @@ def test_marginal_is_within_the_limit_and_near_it(marginal, value, expected):
 @pytest.mark.parametrize(
     ("low", "high", "value", "text"),
     [
-        (None, "26 °C", 300.15, f"{NAME} is 27 °C, allowed is 26 °C or less"),
-        ("20 °C", "26 °C", 292.15, f"{NAME} is 19 °C, allowed is 20 °C or more"),
-        (None, "0.5 N·m", 0.500001, f"{NAME} is 0.500001 N·m, allowed is 0.5 N·m or less"),
-        (None, "500 mN·m", nan, f"{NAME} is nan mN·m, allowed is 500 mN·m or less"),
+        (None, "26 °C", 300.15, f"{NAME} is 27 °C (limit: 26 °C or less)"),
+        ("20 °C", "26 °C", 292.15, f"{NAME} is 19 °C (limit: 20 °C or more)"),
+        (None, "0.5 N·m", 0.500001, f"{NAME} is 0.500001 N·m (limit: 0.5 N·m or less)"),
+        (None, "500 mN·m", nan, f"{NAME} is nan mN·m (limit: 500 mN·m or less)"),
     ],
 )
 def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, text):
@@ -72,7 +72,7 @@ def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, tex
 def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
     decided = limit(None, "0.5 N·m").decision(nextafter(0.5, inf))
     assert not decided.passes
-    assert decided.reason == f"{NAME} is 0.50000000000000011 N·m, allowed is 0.5 N·m or less"
+    assert decided.reason == f"{NAME} is 0.50000000000000011 N·m (limit: 0.5 N·m or less)"
 
 
 @pytest.mark.parametrize(

@@ -316,7 +316,7 @@ def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
 )
 def test_an_address_that_cannot_be_is_refused(settings):
     with pytest.raises(
-        ValidationError, match="allowed is host:port, a serial port, or 'simulated: yes'"
+        ValidationError, match="expected host:port, a serial port, or 'simulated: yes'"
     ):
         LineSettings(**settings)
 
@@ -385,7 +385,7 @@ def test_it_gives_up_before_the_station_gives_it_up(tmp_path):
     patience = Patience(answer_s=3.0)
     context = DeviceContext("lamp", SimulatedClock(), tmp_path, patience=patience)
     assert Lamp(LineSettings(simulated=True, timeout="2.9 s"), context)
-    with pytest.raises(PluginError, match=r"timeout: got 3 s, allowed is less than 3 s .*patience"):
+    with pytest.raises(PluginError, match=r"timeout: got 3 s, expected less than 3 s .*patience"):
         Lamp(LineSettings(simulated=True, timeout="3 s"), context)
 
 
@@ -417,7 +417,7 @@ def test_an_instrument_on_the_network_needs_no_package_for_serial_ports(tmp_path
 
 @pytest.mark.parametrize(("address", "got"), [("", "nothing"), ("10.0.0.5", "'10.0.0.5'")])
 def test_an_address_that_is_refused_is_told_as_it_was_written(address, got):
-    with pytest.raises(ValidationError, match=f"address: got {got}, allowed is host:port"):
+    with pytest.raises(ValidationError, match=f"address: got {got}, expected host:port"):
         LineSettings(address=address)
 
 

@@ -74,7 +74,7 @@ def test_a_question_shows_what_is_allowed_and_its_picture_and_is_asked_again(mon
     assert said.count("Room [in °C, 30 °C or less]: ") == 4
     assert "Please answer again: 'warm' is not a number with a unit" in said
     assert "write '23.5'" in said
-    assert "got '31 °C', allowed is 30 °C or less" in said
+    assert "31 °C is out of range (30 °C or less)" in said
 
 
 def test_a_choice_may_be_typed_in_small_letters(monkeypatch, capsys):

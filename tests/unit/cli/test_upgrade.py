@@ -37,7 +37,7 @@ def test_a_file_of_before_is_refused_with_the_command_to_type(old):
     problem = only_problem(load_procedure, old)
 
     assert str(problem.location) == f"{old}:1:12"
-    assert "allowed is 'procedure/2'" in problem.message
+    assert "expected 'procedure/2'" in problem.message
     command = problem.hint.removeprefix("type 'rigrunner ").removesuffix("'").split()
     assert call(*command).code == 0
     assert load_procedure(old).model.analysis[0].name == "swing_torque"

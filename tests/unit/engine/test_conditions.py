@@ -250,7 +250,7 @@ def test_what_cannot_be_is_refused_before_anything_moves(text, change, field, me
 @pytest.mark.parametrize(
     ("step", "message"),
     [
-        ("repeat: {steps: [{wait: {time: 1 s}}]}", "got neither, allowed is one of: times, until"),
+        ("repeat: {steps: [{wait: {time: 1 s}}]}", "got neither, expected one of: times, until"),
         ("repeat: {until: {channel: a.b, above: 1 N}, steps: [{wait: {time: 1 s}}]}",
          "the key 'at_most' is missing"),
         ("repeat: {times: 2, at_most: 3, steps: [{wait: {time: 1 s}}]}",
@@ -258,9 +258,9 @@ def test_what_cannot_be_is_refused_before_anything_moves(text, change, field, me
         ("repeat: {until: {of: friction, above: 1 N·m}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
          "a repetition cannot wait for a result yet"),
         ("repeat: {until: {channel: a.b}, at_most: 3, steps: [{wait: {time: 1 s}}]}",
-         "allowed is one of: above, below"),
-        ("wait: {time: 1 s, when: {input: side}}", "allowed is one of: is, is_not"),
-        ("wait: {time: 1 s, when: {input: side, is: 5}}", "allowed is a text"),
+         "expected one of: above, below"),
+        ("wait: {time: 1 s, when: {input: side}}", "expected one of: is, is_not"),
+        ("wait: {time: 1 s, when: {input: side, is: 5}}", "expected a text"),
     ],
 )  # fmt: skip
 def test_how_a_condition_is_written(step, message):

@@ -44,7 +44,7 @@ def test_a_drive_that_falls_away_beside_a_reading_ends_the_run(bench, action):
     summary = run(bench, plan_of((), [LOADED, action], ()), critical=[listener])
     assert summary.outcome is Outcome.ABORTED
     assert summary.safe
-    text = "tester.load was set to 1000 N and reads back 0 N, allowed is within 30 N"
+    text = "tester.load was set to 1000 N and reads back 0 N (tolerance ±30 N)"
     assert summary.reason == text
     (tripped,) = listener.of(InterlockTripped)
     assert (tripped.source, tripped.text, tripped.does) == ("drive tester.load", text, "make_safe")

@@ -254,8 +254,8 @@ def test_a_time_out_replaces_the_patience_with_a_device_that_hangs():
     [
         (between("0 N", "1 kN"), ""),
         (between("1 kN", "2 kN"), ""),
-        (between("0 N", "0.9 kN"), "tester.load is 1 kN, allowed is 0.9 kN or less"),
-        (between("1001 N", "2000 N"), "tester.load is 1000 N, allowed is 1001 N or more"),
+        (between("0 N", "0.9 kN"), "tester.load is 1 kN (limit: 0.9 kN or less)"),
+        (between("1001 N", "2000 N"), "tester.load is 1000 N (limit: 1001 N or more)"),
     ],
 )
 def test_a_value_out_of_limits_is_kept_and_stops_the_run(terms, reason):
@@ -341,12 +341,12 @@ def test_a_stop_at_a_limit_does_the_teardown_and_a_limit_there_stops_nothing():
         (between("0 N", "1100 N", 100), None),
         (
             between("0 N", "1100 N", 101),
-            "tester.load is 1000 N, marginal: allowed is 1100 N or less",
+            "tester.load is 1000 N, marginal (limit: 1100 N or less)",
         ),
         (between("900 N", "2 kN", 99), None),
         (
             between("0.9 kN", "2 kN", 101),
-            "tester.load is 1 kN, marginal: allowed is 0.9 kN or more",
+            "tester.load is 1 kN, marginal (limit: 0.9 kN or more)",
         ),
     ],
 )
@@ -361,7 +361,7 @@ def test_limits_of_temperature_are_told_in_the_unit_of_the_limit():
     limit = ValueLimit.between("tester.load", None, parse_quantity("26 °C"))
     _, listener = done(FakeTester(), (LOAD, Terms(limits=(limit,))))
 
-    assert listener.of(LimitMissed)[0].text == "tester.load is 726.9 °C, allowed is 26 °C or less"
+    assert listener.of(LimitMissed)[0].text == "tester.load is 726.9 °C (limit: 26 °C or less)"
 
 
 def test_all_values_beyond_limits_are_told():
@@ -373,8 +373,7 @@ def test_all_values_beyond_limits_are_told():
     summary, _ = done(FakeTester(), (action, Terms(limits=limits)))
 
     assert summary.reason == (
-        "tester.load is 1000 N, allowed is 0 N or less;"
-        " tester.torque is 1000 N, allowed is 0 N or less"
+        "tester.load is 1000 N (limit: 0 N or less); tester.torque is 1000 N (limit: 0 N or less)"
     )
 
 

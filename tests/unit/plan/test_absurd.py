@@ -58,13 +58,13 @@ def test_cycles_so_slow_that_they_take_years_are_refused(cycles, step):
     assert cycles in text
     told = [each for each in problems_of(planned, text) if each.field.endswith(step)]
     assert "it would take" in told[0].message
-    assert "allowed is at most 3653 d" in told[0].message
+    assert "the limit is 3653 d" in told[0].message
 
 
 def test_repetitions_that_take_years_are_refused_once():
     step = "  - repeat: {times: 2000, steps: [{wait: {time: 2 d}}]}\n"
     (problem,) = problems_of(planned, edited(PROCEDURE, (FIRST, f"{FIRST}{step}")))
-    assert "the procedure would take 3.46e+08 s, allowed is at most 3653 d" in problem.message
+    assert "the procedure would take 3.46e+08 s; the limit is 3653 d" in problem.message
     assert problem.hint == "look at its repetitions"
 
 

@@ -32,14 +32,14 @@ instruments:
 
 # old part, new part, where the finger points, field, message, hint
 CASES = [
-    ("$load}", "5 kN}", "5 kN", "main[0].set.tester.load", "got '5 kN', allowed is 0 to 3000 N",
+    ("$load}", "5 kN}", "5 kN", "main[0].set.tester.load", "5 kN is out of range (0 to 3000 N)",
      "these are the limits of tester.load"),
     ("$load}", "-1 N}", "-1 N", "main[0].set.tester.load",
-     "got '-1 N', allowed is 0 to 3000 N", ""),
+     "-1 N is out of range (0 to 3000 N)", ""),
     ("$load}", "5 Hz}", "5 Hz", "main[0].set.tester.load",
      "got '5 Hz', a frequency; tester.load takes a force", "write it in N"),
     ("[2 Hz, 10 Hz]", "[2 Hz, 40 Hz]", "$frequencies", "main[1].sweep.over[1]",
-     "got '40 Hz', allowed is 0 to 35 Hz", "it is written at p.yaml:11:23"),
+     "40 Hz is out of range (0 to 35 Hz)", "it is written at p.yaml:11:23"),
     ("[2 Hz, 10 Hz]", "[2 Hz, 10 N]", "$frequencies", "main[1].sweep.over[1]",
      "got '10 N', a force; tester.frequency takes a frequency", "it is written at p.yaml:11:23"),
     ("set: tester.frequency\n", "set: tester.freqency\n", "tester.freqency", "main[1].sweep.set",
@@ -53,7 +53,7 @@ CASES = [
     ("within: 0.05 N·m", "within: 0.05 N", "0.05 N", "setup[3].zero.within",
      "got '0.05 N', a force; tester.torque takes a torque", "write it in N·m"),
     ("within: 0.05 N·m", "within: 0 N·m", "0 N·m", "setup[3].zero.within",
-     "got '0 N·m', allowed is more than 0", ""),
+     "got '0 N·m', expected more than 0", ""),
     ("tester.frequency: 0 Hz}\n  - zero", "tester.frequency: 2 Hz}\n  - zero", "{channel: tester",
      "setup[3].zero", "zero is read at rest, but tester.frequency stands at 2 Hz here",
      "set tester.frequency to 0 Hz before"),

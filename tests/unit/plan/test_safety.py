@@ -47,7 +47,7 @@ def test_drives_and_devices_may_be_ordered():
 def test_patience_is_a_positive_time():
     problem = only_problem(parse_station, with_safety("patience: {answer: 0 s}"), "s.yaml")
     assert problem.field == "safety.patience.answer"
-    assert problem.message == "got '0 s', allowed is more than 0"
+    assert problem.message == "got '0 s', expected more than 0"
 
 
 def test_a_place_in_the_order_is_a_role_or_a_drive():
@@ -61,13 +61,13 @@ CORNERS = (
 )
 LIMITS = [
     ("drives: {tester.load: {max: 900 N}}", "$load}", "main[0].set.tester.load",
-     "got '1000 N', allowed is 0 to 900 N", ""),
+     "1000 N is out of range (0 to 900 N)", ""),
     ("drives: {tester.load: {max: 9 kN}}", None, "", "", ""),  # the device's own limit stays
     ("drives: {tester.frequency: {min: 3 Hz, rate: 1 Hz/s}}", "0 Hz}\n  - zero",
-     "setup[2].set.tester.frequency", "got '0 Hz', allowed is 3 to 35 Hz", ""),
+     "setup[2].set.tester.frequency", "0 Hz is out of range (3 to 35 Hz)", ""),
     (CORNERS, "$frequencies", "main[1].sweep.over[1]",
      "got '10 Hz', not allowed with tester.load at 1000 N",
-     ("allowed is tester.load up to 500 N with tester.frequency up to 35 Hz or"
+     ("expected tester.load up to 500 N with tester.frequency up to 35 Hz or"
       " tester.load up to 1 kN with tester.frequency up to 5 Hz")),
     (CORNERS.replace("500", "1000"), None, "", "", ""),
 ]  # fmt: skip
@@ -134,9 +134,9 @@ def test_limits_and_interlocks_that_fit_nothing_are_told(safety, field, message)
 
 REFUSED = [
     ("interlocks: [{name: hot, channel: tester.load}]", "safety.interlocks[0]",
-     "got none, allowed is one of: above, below, outside, rate, stale"),
+     "got none, expected one of: above, below, outside, rate, stale"),
     ("interlocks: [{name: hot, channel: tester.load, above: 5 N, below: 1 N}]",
-     "safety.interlocks[0]", "got above and below, allowed is one of"),
+     "safety.interlocks[0]", "got above and below, expected one of"),
     ("interlocks: [{name: hot, channel: tester.load, outside: [5 N, 1 N]}]",
      "safety.interlocks[0]", "5 N must be below 1 N"),
     ("interlocks: [{name: hot, channel: tester.load, outside: [5 N, 5 N]}]",
@@ -148,7 +148,7 @@ REFUSED = [
     ("interlocks: [{name: hot, channel: tester.load, stale: 5 s, hysteresis: 5 N}]",
      "safety.interlocks[0]", "hysteresis is a distance from above, below or outside"),
     ("combinations: [{allowed: [{tester.load: 5 N}]}]", "safety.combinations[0].allowed[0]",
-     "allowed is 2 or more"),
+     "expected 2 or more"),
     ("combinations: [{allowed: [{a.b: 5 N, a.c: 1 N}, {a.b: 5 N, a.d: 1 N}]}]",
      "safety.combinations[0]", "a corner is about a.b, a.d, the first one about a.b, a.c"),
     ("drives: {tester.load: {}}", "safety.drives.tester.load", "a limit needs min, max or rate"),

@@ -210,7 +210,7 @@ def test_problems_of_all_files_come_at_once_and_each_once(files):
     problems = problems_of(load_procedure, files(outer, inner))
 
     assert [problem.message for problem in problems] == [
-        "got 'x', allowed is a whole number",
+        "got 'x', expected a whole number",
         "there is no file 'no.yaml'",
     ]
 

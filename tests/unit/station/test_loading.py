@@ -21,12 +21,12 @@ SECOND = """
 # old part, new part, where the finger points, field, message, hint
 CASES = [
     ("station/1", "procedure/2", "procedure/2", "rigrunner",
-     "got 'procedure/2', allowed is 'station/1'", ""),
+     "got 'procedure/2', expected 'station/1'", ""),
     ("id: bench-1", "id: bench 1", "bench 1", "id", "'bench 1' is not an id", ""),
     ("eccentric: 2 mm", "eccentric: 2", "2\n", "rig.eccentric", "2 is not a number with a unit",
      "write it as '2 m'"),
     ("eccentric: 2 mm", "eccentric: 0 mm", "0 mm", "rig.eccentric",
-     "got '0 mm', allowed is more than 0", ""),
+     "got '0 mm', expected more than 0", ""),
     ("eccentric: 2 mm", "eccentric: 50 mm", "mandrel", "rig",
      "eccentric must be less than centre_distance", ""),
     ("eccentric: 2 mm", "eccentric: 2 mm\n  excentric: 2 mm", "excentric", "rig.excentric",
@@ -37,14 +37,14 @@ CASES = [
     ("    plugin: fake\n", "", "tester:", "devices.tester.plugin",
      "the key 'plugin' is missing", ""),
     ("settings: {gain: 1 N·m}", "settings: fast", "fast", "devices.tester.settings",
-     "got 'fast', allowed is a mapping of names to values", ""),
+     "got 'fast', expected a mapping of names to values", ""),
     ("  tester:\n", "  the tester:\n", "the tester", "devices.the tester",
      "'the tester' is not a name", ""),
     ("channel: tester.torque", "channel: testre.torque", "testre.torque", "instruments[0].channel",
      "there is no device in the role 'testre'", "did you mean 'tester'?"),
     ("channel: tester.torque", "channel: torque", "torque\n", "instruments[0].channel",
      "'torque' is not of the form role.name, such as tester.torque", ""),
-    ("serial: T-1", "serial: 17", "17", "instruments[0].serial", "got 17, allowed is a text",
+    ("serial: T-1", "serial: 17", "17", "instruments[0].serial", "got 17, expected a text",
      "put it in quotes: '17'"),
     ("full_scale: 10 N·m", "full_scale: 10 Nm/s", "10 Nm/s", "instruments[0].full_scale",
      "'10 Nm/s' is a torque rate, not a torque", ""),
@@ -53,9 +53,9 @@ CASES = [
     ("gain: 0.3 %", "gain: 0.003", "0.003", "instruments[0].accuracy.gain",
      "0.003 is not a number with a unit", "write it as '0.003 %' or '0.003 1'"),
     ("order: 2", "order: 9", "9,", "instruments[0].low_pass.order",
-     "got 9, allowed is 8 or less", ""),
+     "got 9, expected 8 or less", ""),
     ("butterworth", "elliptic", "elliptic", "instruments[0].low_pass.type",
-     "got 'elliptic', allowed is 'butterworth', 'bessel' or 'chebyshev'", ""),
+     "got 'elliptic', expected 'butterworth', 'bessel' or 'chebyshev'", ""),
 ]  # fmt: skip
 
 

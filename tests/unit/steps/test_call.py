@@ -117,7 +117,7 @@ def test_a_value_out_of_limits_in_the_teardown_of_a_call_stops_the_run():
     summary = run(device, plan)
 
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
-    assert summary.reason == "tester.load is 1000 N, allowed is 5 N or less"
+    assert summary.reason == "tester.load is 1000 N (limit: 5 N or less)"
     assert "set load 2" not in device.calls
 
 

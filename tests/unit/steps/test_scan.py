@@ -138,8 +138,8 @@ def test_a_value_out_of_limits_ends_it_and_is_its_last_row():
     device = Press()
     summary, listener = done(device, limited("0.015 N·m"))
     assert (summary.error, summary.outcome) == (None, Outcome.STOPPED_AT_LIMIT)
-    where, allowed = "at tester.load 20 N (point 2 of 3)", "allowed is 0.015 N·m or less"
-    assert summary.reason == f"{where}: tester.torque is 0.02 N·m, {allowed}"
+    where, limit = "at tester.load 20 N (point 2 of 3)", "(limit: 0.015 N·m or less)"
+    assert summary.reason == f"{where}: tester.torque is 0.02 N·m {limit}"
     assert "set load 30" not in device.calls
     assert rows(listener.of(Scanned)) == ALL[:2]
     found = measured(listener.events).rows

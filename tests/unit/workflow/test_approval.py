@@ -110,9 +110,9 @@ def test_earlier_approvals_are_kept(outer):
     ("text", "message"),
     [
         ("{", "not YAML"),
-        ("[]", "allowed is a mapping"),
+        ("[]", "expected a mapping"),
         ('{"rigrunner": "approval/1"}', "'procedure' is missing"),
-        ('{"rigrunner": "approval/2"}', "allowed is 'approval/1'"),
+        ('{"rigrunner": "approval/2"}', "expected 'approval/1'"),
         ("", "the file is empty"),
     ],
 )

@@ -110,9 +110,9 @@ def test_viewers_find_columns(passed):
 
 def test_a_reading_that_is_not_what_it_has_to_be_fails_the_run(failed):
     called, folder = failed
-    assert "out of limits: box.door is yes, allowed is no" in called.err
+    assert "out of limits: box.door is yes, expected no" in called.err
     (missed,) = (each for each in read(folder).events if isinstance(each, LimitMissed))
-    assert missed.text == "box.door is yes, allowed is no"
+    assert missed.text == "box.door is yes, expected no"
     document = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     assert document["verdict"]["verdict"] == "fail"
     by_name = {each["of"]: each for each in document["limits"]["values"]}
@@ -125,7 +125,7 @@ def test_show_and_report_have_them(failed):
     shown = call("show", folder.name, "--runs", folder.parent).out
     assert "FW2.1" in shown
     assert "0.0015, 0.0025, 0.0035" in shown
-    assert "box.firmware: allowed is FW2.1 or FW2.2" in shown
+    assert "box.firmware: limit FW2.1 or FW2.2" in shown
     assert "FAIL: box.door" in shown
     report = (folder / "report.html").read_text(encoding="utf-8")
     assert "FW2.1 or FW2.2" in report
@@ -145,8 +145,8 @@ def test_the_digest_covers_them(passed, tmp_path):
 
 REFUSED = [
     ("{equals: yes}", "{max: 1 N}", "box.door is a boolean, which has 'equals' and 'one_of'"),
-    ("{equals: yes}", "{equals: closed}", "box.door is a boolean: allowed is yes or no"),
-    ("[FW2.1, FW2.2]", "[true]", "box.firmware is a text: allowed is a text; put it in quotes"),
+    ("{equals: yes}", "{equals: closed}", "box.door is a boolean: expected yes or no"),
+    ("[FW2.1, FW2.2]", "[true]", "box.firmware is a text: expected a text; put it in quotes"),
     ("{max: 30 °C}", "{equals: 23.5 °C}", "box.temperature is a number, which has 'min' and 'max'"),
     ("{equals: yes}", "{equals: yes, min: 1 N}", "a number has min and max, a text equals or one"),
     ("box.door: {equals: yes}", "box.spectrum: {equals: x}", "box.spectrum is an array, which has"),

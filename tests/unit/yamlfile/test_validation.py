@@ -43,11 +43,11 @@ class Marked(Settings):
 @pytest.mark.parametrize(
     ("mark", "messages"),
     [
-        ("station/1", ["got 'station/1', allowed is 'procedure/2'"]),
+        ("station/1", ["got 'station/1', expected 'procedure/2'"]),
         (
             "procedure/3",
             [
-                "got 'procedure/3', allowed is 'procedure/2'",
+                "got 'procedure/3', expected 'procedure/2'",
                 "the key 'name' is missing",
                 "unknown key 'devices'",
             ],
@@ -67,34 +67,34 @@ def document(text: str) -> Document:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("count: no", "2:8: count: got 'no', allowed is a whole number"),
-        ("count: 1.5", "2:8: count: got 1.5, allowed is a whole number"),
-        ("count: true", "2:8: count: got true, allowed is a whole number"),
-        ("count:", "2:7: count: got nothing, allowed is a whole number"),
-        ("count: 0", "2:8: count: got 0, allowed is 1 or more"),
-        ("count: 10", "2:8: count: got 10, allowed is 9 or less"),
-        ("count: [1]", "2:8: count: got a list of 1, allowed is a whole number"),
-        ("count: {a: 1}", "2:8: count: got a mapping of a, allowed is a whole number"),
-        ("ratio: fast", "2:8: ratio: got 'fast', allowed is a number"),
-        ("quiet: off", "2:8: quiet: got 'off', allowed is yes or no"),
-        ("quiet: 1", "2:8: quiet: got '1', allowed is yes or no"),
-        ("flag: yes", "2:7: flag: got 'yes', allowed is true or false"),
-        ("inner: fast", "2:8: inner: got 'fast', allowed is a mapping of names to values"),
-        ("inners: {a: 1}", "2:9: inners: got a mapping of a, allowed is a list"),
+        ("count: no", "2:8: count: got 'no', expected a whole number"),
+        ("count: 1.5", "2:8: count: got 1.5, expected a whole number"),
+        ("count: true", "2:8: count: got true, expected a whole number"),
+        ("count:", "2:7: count: got nothing, expected a whole number"),
+        ("count: 0", "2:8: count: got 0, expected 1 or more"),
+        ("count: 10", "2:8: count: got 10, expected 9 or less"),
+        ("count: [1]", "2:8: count: got a list of 1, expected a whole number"),
+        ("count: {a: 1}", "2:8: count: got a mapping of a, expected a whole number"),
+        ("ratio: fast", "2:8: ratio: got 'fast', expected a number"),
+        ("quiet: off", "2:8: quiet: got 'off', expected yes or no"),
+        ("quiet: 1", "2:8: quiet: got '1', expected yes or no"),
+        ("flag: yes", "2:7: flag: got 'yes', expected true or false"),
+        ("inner: fast", "2:8: inner: got 'fast', expected a mapping of names to values"),
+        ("inners: {a: 1}", "2:9: inners: got a mapping of a, expected a list"),
         ("inners: [{}]", "2:10: inners[0].speed: the key 'speed' is missing"),
         ("inner: {mode: slow}", "2:1: inner.speed: the key 'speed' is missing"),
-        ("words: [a, b, c]", "2:8: words: got a list of 3, allowed is 2 or fewer"),
-        ("words: [a, 2]", "2:12: words[1]: got 2, allowed is a text (put it in quotes: '2')"),
+        ("words: [a, b, c]", "2:8: words: got a list of 3, expected 2 or fewer"),
+        ("words: [a, 2]", "2:12: words[1]: got 2, expected a text (put it in quotes: '2')"),
         ("inner: {speed: 5}",
          "2:16: inner.speed: 5 is not a number with a unit (write it as '5 Hz')"),
         ("inner: {speed: [5]}",
-         "2:16: inner.speed: got a list, allowed is a number with a unit (such as '10 Hz')"),
+         "2:16: inner.speed: got a list, expected a number with a unit (such as '10 Hz')"),
         ("inner: {speed: 5 N}",
          "2:16: inner.speed: '5 N' is a force, not a frequency (units of frequency: Hz, kHz, rpm)"),
         ("inner: {speed: 5 hz}",
          "2:16: inner.speed: unknown unit 'hz' (did you mean 'Hz'?)"),
         ("inner: {speed: 5 Hz, mode: fats}",
-         "2:28: inner.mode: got 'fats', allowed is 'slow' or 'fast' (did you mean 'fast'?)"),
+         "2:28: inner.mode: got 'fats', expected 'slow' or 'fast' (did you mean 'fast'?)"),
         ("inner: {sped: 5 Hz, speed: 5 Hz}",
          "2:9: inner.sped: unknown key 'sped' (did you mean 'speed'? known keys: speed, mode)"),
         ("by_name: {a: {speed: 5 Hz, zzz: 1}}",
@@ -169,7 +169,7 @@ class Either(Settings):
 
 def test_what_is_none_of_several_kinds_is_one_problem():
     (problem,) = problems_of(lambda: validate(Either, parse("value: {a: 1}\n", "f.yaml")))
-    assert problem.message == "got a mapping of a, allowed is a text or a number or true or false"
+    assert problem.message == "got a mapping of a, expected a text or a number or true or false"
 
 
 class Share(Settings):

@@ -71,7 +71,7 @@ def _refer(reference: int) -> tuple[Table, int]:
     address = int(digits[1:] or "0") - 1
     if table is None or len(digits) not in _REFERENCE_DIGITS or not 0 <= address <= 0xFFFF:  # noqa: PLR2004  (16 bits)
         raise ValueError(
-            f"reference is {reference}, allowed is 1xxxx (discrete), 3xxxx (input) or 4xxxx"
+            f"reference is {reference}, expected 1xxxx (discrete), 3xxxx (input) or 4xxxx"
             " (holding), with 5 or 6 digits and counted from 1"
         )
     return table, address

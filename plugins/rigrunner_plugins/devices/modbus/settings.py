@@ -145,7 +145,7 @@ class ModbusReading(Number, DeclaredReading):
     def _is_bit_or_text(self) -> Self:
         of_bit = self.table.of_bits or self.bit is not None
         if self.kind == "array":
-            raise ValueError("kind is array, allowed is text or boolean")
+            raise ValueError("kind is array, expected text or boolean")
         if self.kind == "boolean" and (not of_bit or self.text is not None):
             raise ValueError("a boolean is one bit: a coil, a discrete input, or 'bit'")
         if self.kind == "text" and (self.text is None or of_bit or self.type is not None):
@@ -212,7 +212,7 @@ def _step_si(number: ModbusDrive | ReadBack) -> float:
 def _need_writable(table: Table) -> None:
     if not table.writable:
         what = "an input" if table is Table.INPUT else "a discrete input"
-        raise ValueError(f"{what} is only read, allowed is holding or coil")
+        raise ValueError(f"{what} is only read, expected holding or coil")
 
 
 Simulator = Literal["inverter", "press"]

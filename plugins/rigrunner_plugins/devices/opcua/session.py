@@ -188,7 +188,7 @@ class Session:
         age_s = (datetime.now(UTC) - found.SourceTimestamp).total_seconds()
         if abs(age_s) > wanted.stale:
             raise DeviceRejectedError(
-                f"{wanted.node} has a value that is {age_s:.3g} s old, allowed is"
+                f"{wanted.node} has a value that is {age_s:.3g} s old, more than"
                 f" {wanted.stale:g} s",
                 hint="is it still measured, and do the clocks of both computers agree?",
             )

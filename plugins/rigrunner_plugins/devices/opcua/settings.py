@@ -26,7 +26,7 @@ _ENDPOINT = r"^opc\.tcp://[^\s@]+$"
 def _node_id(written: str) -> str:
     if not re.match(_NODE_ID, written):
         raise ValueError(
-            f"'{written}' is not a node id; allowed is such as ns=2;s=Rig.Torque, i=2258 or"
+            f"'{written}' is not a node id; expected such as ns=2;s=Rig.Torque, i=2258 or"
             " nsu=urn:acme;s=Torque"
         )
     return written
@@ -35,7 +35,7 @@ def _node_id(written: str) -> str:
 def _endpoint(written: str) -> str:
     if not re.match(_ENDPOINT, written):
         raise ValueError(
-            f"'{written}' is not an endpoint; allowed is such as opc.tcp://192.168.1.30:4840,"
+            f"'{written}' is not an endpoint; expected such as opc.tcp://192.168.1.30:4840,"
             " without user and password"
         )
     return written

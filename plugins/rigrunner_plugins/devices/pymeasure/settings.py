@@ -31,7 +31,7 @@ MethodName = Annotated[str, *shaped(r"[A-Za-z]\w*", "a name such as shutdown")]
 def _plain(value: object) -> object:
     if isinstance(value, (bool, int, float, str)):
         return value
-    raise ValueError("allowed is a number, a text, true or false")
+    raise ValueError("expected a number, a text, true or false")
 
 
 Plain = Annotated[

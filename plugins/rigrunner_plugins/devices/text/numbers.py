@@ -41,7 +41,7 @@ class NumberInText(Settings):
     @model_validator(mode="after")
     def _says_one_place(self) -> Self:
         if self.pattern and self.field is not None:
-            raise ValueError("pattern and field are two places; allowed is one of them")
+            raise ValueError("pattern and field are two places; expected one of them")
         if self.pattern and re.compile(self.pattern).groups != 1:
             raise ValueError(
                 f"pattern '{self.pattern}' needs one group, in round brackets, around the number"

@@ -26,13 +26,13 @@ def shaped(pattern: str, allowed: str) -> tuple[AfterValidator, WithJsonSchema]:
 
     def check(text: str) -> str:
         if re.fullmatch(pattern, text) is None:
-            raise ValueError(f"got '{text}', allowed is {allowed}")
+            raise ValueError(f"got '{text}', expected {allowed}")
         return text
 
     schema = {
         "type": "string",
         "pattern": f"^(?:{pattern})$",
-        "errorMessage": f"allowed is {allowed}",
+        "errorMessage": f"expected {allowed}",
     }
     return AfterValidator(check), WithJsonSchema(schema)
 

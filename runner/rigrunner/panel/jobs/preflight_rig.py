@@ -144,7 +144,7 @@ def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
     except RigrunnerError as error:
         mend = error.hint or "look at the device"
         return PreflightItem(kind="zero", name=name, state="fail", text=error.message, mend=mend)
-    text = f"reads {mean:.4g} {zero.unit} at rest, allowed is {zero.within:g} {zero.unit}"
+    text = f"reads {mean:.4g} {zero.unit} at rest (limit: ±{zero.within:g} {zero.unit})"
     if abs(mean) <= zero.within:
         return PreflightItem(kind="zero", name=name, state="ok", text=text)
     mend = "is the rig at rest and unloaded? if so, adjust the instrument's zero"

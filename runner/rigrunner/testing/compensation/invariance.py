@@ -76,7 +76,7 @@ def _same(found: Array, subject: CompensationSubject, part: float) -> None:
     off = np.abs(found - plain)
     demand(
         (off <= part * expanded_nm(subject.plain)).all(),
-        f"it moves by up to {off.max():.2g} N·m; allowed is {part:.2g} of U, and U is up to"
+        f"it moves by up to {off.max():.2g} N·m; the limit is {part:.2g} of U, and U is up to"
         f" {expanded_nm(subject.plain).max():.4f} N·m",
     )
 

@@ -90,7 +90,7 @@ def _or_reference(node: Schema) -> Schema:
     if kind == "string" and "pattern" in node:
         return {**node, "pattern": f"{_REFERENCE}|{node['pattern']}"}
     if kind in {"integer", "number", "boolean", "array"}:
-        words = f"allowed is {_WORDS[kind]}, or $name for a parameter"
+        words = f"expected {_WORDS[kind]}, or $name for a parameter"
         either = {"type": [kind, "string"], "pattern": _REFERENCE, "patternErrorMessage": words}
         return {**node, **either}
     return node

@@ -311,7 +311,7 @@ def test_the_trial_of_the_record():
         ({"channels": {"u": {"property": "adapter", "unit": "V"}}}, "no property 'adapter'"),
         ({"channels": {"u": {"property": "__class__", "unit": "V"}}}, "property"),
         ({"channels": {"u": {"property": "_x.y", "unit": "V"}}}, "property"),
-        ({"connection": {"baud_rate": [9600]}}, "allowed is a number, a text, true or false"),
+        ({"connection": {"baud_rate": [9600]}}, "expected a number, a text, true or false"),
         ({"calls": ["write"]}, "no method 'write' that needs no arguments"),
         ({"calls": ["__init__"]}, "calls"),
         ({"channels": {}}, "neither channels nor drives"),

@@ -99,7 +99,7 @@ def test_modbus_tells_coils_bits_and_texts():
         ({"kind": "boolean", "holding": 5}, "a boolean is one bit"),
         ({"kind": "text", "coil": 5}, "a text stands in registers"),
         ({"kind": "text", "holding": 5}, "a text stands in registers"),
-        ({"kind": "array", "unit": "V", "holding": 5}, "allowed is text or boolean"),
+        ({"kind": "array", "unit": "V", "holding": 5}, "expected text or boolean"),
     ],
 )
 def test_modbus_refuses_what_stands_nowhere(given, message):

@@ -430,12 +430,12 @@ class TestAcknowledgedCommands:
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"resource": "COM3"}, "got 'COM3', allowed is a VISA name such as TCPIP::192"),
-        ({"resource": "192.168.0.7:5025"}, "allowed is a VISA name"),
+        ({"resource": "COM3"}, "got 'COM3', expected a VISA name such as TCPIP::192"),
+        ({"resource": "192.168.0.7:5025"}, "expected a VISA name"),
         ({"termination": "CLRF"}, "got 'CLRF', allowed are: LF, CR, CRLF"),
         ({"termination": None}, "termination: Field required"),
         ({"termination": "none"}, "nothing else ends a message"),
-        ({"backend": "@evil"}, "got '@evil', allowed is @py, @ivi or FILE.yaml@sim"),
+        ({"backend": "@evil"}, "got '@evil', expected @py, @ivi or FILE.yaml@sim"),
         ({"backend": "/opt/evil.so@ivi"}, "backend"),
         ({"backend": "@sim"}, "backend @sim is a simulation: say 'simulated: yes'"),
         ({"simulated": "yes"}, "backend @py talks to an instrument: simulated needs @sim"),

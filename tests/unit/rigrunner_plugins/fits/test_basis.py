@@ -71,7 +71,7 @@ def test_zeros_alone_are_too_few():
         ({"powers": [0, -1]}, "greater than or equal to 0"),
         ({"powers": [0, 9]}, "less than or equal to 8"),
         ({"powers": [0, 0.5]}, "valid integer"),
-        ({"powers": [0, 2], "weighted": "maybe"}, "allowed is yes or no"),
+        ({"powers": [0, 2], "weighted": "maybe"}, "expected yes or no"),
     ],
 )
 def test_settings_are_strict(bad, message):

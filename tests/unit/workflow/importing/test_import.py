@@ -423,7 +423,7 @@ def test_a_condition_that_the_procedure_limits_has_to_be_stated(lab):
     assert "map.yaml:17:5: error: recordings[0]: tester.oil is not stated, and the" in called.err
     too_hot = bring_in(lab, ("{tester.force: {col", "{tester.oil: 42 °C, tester.force: {col"))
     assert too_hot.code == 1
-    assert "tester.oil is 42 °C, allowed is 41 °C or less" in too_hot.out
+    assert "tester.oil is 42 °C (limit: 41 °C or less)" in too_hot.out
 
 
 def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
@@ -435,7 +435,7 @@ def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
     assert run.info.outcome == "completed"
     judged = [one.passes for row in run.measurements for one in row.decisions]
     assert judged == [True, False, True]
-    text = "tester.torque is 5.5 N·m, allowed is 5 N·m or less"
+    text = "tester.torque is 5.5 N·m (limit: 5 N·m or less)"
     assert text in called.out
 
 
