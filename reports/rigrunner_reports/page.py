@@ -175,8 +175,8 @@ def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
 def _named(result: Result) -> dict[str, Plot]:
     parts = result.decision.parts if result.decision else ()
     plots = {}
-    for name in dict.fromkeys(each.name for each in result.results):
-        found = [each for each in result.results if each.name == name]
+    for name in dict.fromkeys(each.name for each in result.other_results):
+        found = [each for each in result.other_results if each.name == name]
         plot = over_coordinate(found, [part for part in parts if part.named == name])
         if plot is not None:
             plots[name] = plot

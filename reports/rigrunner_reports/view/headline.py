@@ -70,7 +70,7 @@ def headline(result: Result, points: Sequence[SetPoint]) -> Headline:
         return Headline(result.measurand, result.symbol, "no result", "", "", "", problem)
     if points:
         return _peaks(result, points)
-    if result.results:
+    if result.other_results:
         return _named(result)
     return _counted(result) if result.limits.values else _recorded(result)
 
@@ -124,10 +124,10 @@ def _named(result: Result) -> Headline:
     """Return the result on which the verdict rests, or else the first one."""
     deciding = None if result.decision is None else result.decision.deciding
     found = next(
-        (e for e in result.results if deciding is not None and e.estimate is deciding.result),
-        result.results[0],
+        (e for e in result.other_results if deciding is not None and e.estimate is deciding.result),
+        result.other_results[0],
     )
-    estimate, place, several = found.estimate, found.place, len(result.results) > 1
+    estimate, place, several = found.estimate, found.place, len(result.other_results) > 1
     label = found.of.words
     if deciding is not None and deciding.result is not None:
         estimate = deciding.result
@@ -135,7 +135,7 @@ def _named(result: Result) -> Headline:
             label, place = deciding.of, ""
     shown = stated(estimate)
     where = f"At {place}. " if place else ""
-    others = f" One of {len(result.results)} results; all are below." if several else ""
+    others = f" One of {len(result.other_results)} results; all are below." if several else ""
     return Headline(
         label=label[:1].upper() + label[1:],
         symbol=found.of.symbol,

@@ -75,8 +75,10 @@ class ResultView:
 
 def result_views(result: Result) -> tuple[ResultView, ...]:
     """Return the results by name, in the order of the procedure."""
-    names = dict.fromkeys(each.name for each in result.results)
-    return tuple(_view(result, [r for r in result.results if r.name == name]) for name in names)
+    names = dict.fromkeys(each.name for each in result.other_results)
+    return tuple(
+        _view(result, [r for r in result.other_results if r.name == name]) for name in names
+    )
 
 
 def _view(result: Result, found: Sequence[MeasurementResult]) -> ResultView:

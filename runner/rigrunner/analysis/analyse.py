@@ -22,6 +22,7 @@ from rigrunner.analysis.sampling import with_half_the_samples
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.analysis.sources import chosen, of_this_run, require_one_label, sources
 from rigrunner.analysis.starts import prepare_starts
+from rigrunner.analysis.torque_results import mean_torque, torque_at
 from rigrunner.analysis.validation import validate
 from rigrunner.analysis.verdict.decision import decide
 from rigrunner.analysis.verdict.evidence import (
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.analysis.progress import Progress
     from rigrunner.api.analysis import (
-        Component,
         OutlierRule,
         PeakPoint,
         Rejection,
@@ -146,8 +146,10 @@ class _Analysis:
         headline, problem = self._headline(compensations)
         raw = self._raw_headline(loaded)
         found = [self._make("analysis", each)(self.whole_run) for each in self.analyses]
+        torque = self._torque(loaded, primary, headline, raw)
         named = Findings(
-            results=tuple(result for each in found for result in each.results),
+            results=tuple(result for each in (torque, *found) for result in each.results),
+            means=tuple(mean for each in (torque, *found) for mean in each.means),
             checks=tuple(as_judged(check) for each in found for check in each.checks),
             notes=tuple(note for each in found for note in each.notes),
         )
@@ -172,10 +174,11 @@ class _Analysis:
             primary=self.spec.primary,
             kind=self._kind(),
             headline=headline,
-            headline_components=self._headline_components(compensations),
+            headline_components=torque.means[0].components if torque.means else (),
             raw_headline=raw,
             decision=decision,
             validation=self._validation(loaded, no_load, compensations, headline),
+            name=self.spec.name,
             results=named.results,
             checks=(*checks, *named.checks),
             notes=((problem,) if problem else ()) + named.notes,
@@ -325,11 +328,23 @@ class _Analysis:
             return compensated_mean(primary.points), ""
         return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
 
-    def _headline_components(
-        self, compensations: Mapping[str, Compensation]
-    ) -> tuple[Component, ...]:
-        points = compensations[self.spec.primary].points if self.spec.primary else ()
-        return budget_of_mean(points) if points else ()
+    def _torque(
+        self,
+        loaded: tuple[PeakPoint, ...],
+        primary: Compensation,
+        mean: Estimate | None,
+        raw: Estimate | None,
+    ) -> Findings:
+        """Return the compensated torque as results by its name; none where there is none."""
+        symbol = "" if self.measurand is None else self.measurand.symbol
+        definition = self.spec.yields(symbol, self._measurand_name, self._kind())
+        if definition is None or mean is None:
+            return Findings()
+        lines = budget_of_mean(primary.points)
+        return Findings(
+            results=tuple(torque_at(definition, self.run, loaded, primary.points, self._raw)),
+            means=(mean_torque(definition, loaded, mean, lines, raw),),
+        )
 
     def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
         return self._raw(loaded) if loaded else None

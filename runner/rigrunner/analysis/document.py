@@ -37,7 +37,7 @@ if TYPE_CHECKING:
         Rejection,
     )
     from rigrunner.api.data import Array, RunData
-    from rigrunner.api.findings import MeasurementResult
+    from rigrunner.api.findings import MeasurementResult, ResultDefinition
     from rigrunner.api.results import Result
 
 FORMAT = "rigrunner: result/1"
@@ -74,6 +74,7 @@ def _named(result: MeasurementResult) -> Json:
         "name": result.name,
         "symbol": result.of.symbol or None,
         "text": result.of.text or None,
+        **_identity(result.of),
         "coordinates": {
             name: each.value if isinstance(each.value, str) else quantity(each.value, each.unit)
             for name, each in result.coordinates.items()
@@ -82,6 +83,13 @@ def _named(result: MeasurementResult) -> Json:
         "readings": result.readings,
         "budget": budget(result.components, result.of.unit),
     }
+
+
+def _identity(definition: ResultDefinition) -> Json:
+    """Return which measurand it is, for programs and in words, where that is known."""
+    if definition.measurand is None:
+        return {}
+    return {"measurand": {"id": definition.measurand.id, "text": str(definition.measurand)}}
 
 
 def _run(run: RunData) -> Json:
@@ -112,6 +120,7 @@ def _run(run: RunData) -> Json:
 
 def _headline(result: Result) -> Json:
     return {
+        **({"name": result.name} if result.primary else {}),
         "method": result.primary or None,
         "compensated": estimate(result.headline),
         "budget": budget(result.headline_components),

@@ -277,7 +277,9 @@ class _Analysis:
             self.subject.refuse(f"{_shown(found)}, needed are Findings")
         places = [(each.name, each.place) for each in found.results]
         need(len(set(places)) == len(places), "two results of one name and place")
-        for each in found.results:
+        means = [each.name for each in found.means]
+        need(len(set(means)) == len(means), "two means of one name")
+        for each in (*found.results, *found.means):
             self._check(each)
         return found
 

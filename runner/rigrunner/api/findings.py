@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.data import Estimate, RunData
+    from rigrunner.api.measurand import MeasurandKind
 
 DIGITS = 6
 """Significant digits of a coordinate in texts; files have all."""
@@ -59,6 +60,8 @@ class ResultDefinition:
     """In which it is stated."""
     per: tuple[str, ...] = ()
     """The coordinates that tell its results apart; none: there is one result."""
+    measurand: MeasurandKind | None = None
+    """Which torque it is, of a torque whose method says so; a limit of another one is refused."""
 
     @property
     def words(self) -> str:
@@ -79,6 +82,8 @@ class MeasurementResult:
     """A value for each coordinate of `of.per`."""
     readings: int = 1
     """How many values it was made of."""
+    uncorrected: Estimate | None = None
+    """The same before the correction that it is for, judged beside it; None where none is made."""
 
     @property
     def name(self) -> str:
@@ -97,6 +102,11 @@ class Findings:
 
     results: tuple[MeasurementResult, ...] = ()
     """Of each definition one, or one for each place."""
+    means: tuple[MeasurementResult, ...] = ()
+    """The mean over all places, of a definition whose analysis knows what the places share.
+
+    It has no coordinates. Of any other definition the mean is taken by the budgets.
+    """
     checks: tuple[Check, ...] = ()
     """What was looked at besides; one that is `decisive` and not `ok` forbids a verdict."""
     notes: tuple[str, ...] = ()

@@ -132,8 +132,10 @@ class Result:
     """Its budget: what the points have in common enters once, the rest averaged."""
     raw_headline: Estimate | None = None
     """The same mean of the raw torque."""
+    name: str = "torque"
+    """By which limits name the compensated torque."""
     results: tuple[MeasurementResult, ...] = ()
-    """What other analyses than that of torque found, in the order of the procedure."""
+    """All results by their names: the torque of each set-point, then what other analyses found."""
     decision: Decision | None = None
     validation: Validation | None = None
     """The Monte Carlo check of the headline, where the procedure asks for one."""
@@ -143,6 +145,11 @@ class Result:
     """The analysis as it was asked for, resolved to defaults."""
     revisions: Mapping[str, int] = field(default_factory=dict)
     """By which revision of each method it was computed: 'analysis', 'fit linear', ..."""
+
+    @cached_property
+    def other_results(self) -> tuple[MeasurementResult, ...]:
+        """The results beside the torque, which pages show with its points."""
+        return tuple(each for each in self.results if each.name != self.name)
 
     @cached_property
     def limits(self) -> MeasuredLimits:

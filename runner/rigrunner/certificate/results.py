@@ -82,7 +82,7 @@ def results_of(result: Result) -> Results | None:
     None where no method was to give any: then named results, or measured values with limits, were
     tested.
     """
-    if not result.primary and (result.results or result.limits.values):
+    if not result.primary and (result.other_results or result.limits.values):
         return None
     if result.headline is None:
         reason = result.notes[0] if result.notes else "its procedure names no primary method"
@@ -109,7 +109,7 @@ def named_of(result: Result) -> tuple[NamedResult, ...]:
             found=stated(each.estimate, f"{each.name} {each.place}".strip()),
             readings=each.readings,
         )
-        for each in result.results
+        for each in result.other_results
     )
 
 

@@ -86,7 +86,7 @@ def beyond_calibration(result: Result) -> Iterator[tuple[str, str]]:
             loads = [point.load_n for point in points if point.load_n > 0]
             if loads:
                 yield from _beyond(cell, min(loads), max(loads), "N")
-    if result.results and not result.loaded:
+    if result.other_results and not result.loaded:
         yield from _beyond_measured(result.run)
 
 

@@ -9,6 +9,7 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import probability_text
 from rigrunner.cli.numbers import with_uncertainty
 from rigrunner.cli.table import pairs, table
+from rigrunner.workflow.set_points import other_results
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -160,7 +161,7 @@ def _points(document: Document) -> str:
 
 def _results(document: Document) -> str:
     """Return what analyses found that name their results: a table of each, by its coordinates."""
-    results = document.get("results") or []
+    results = other_results(document)
     tables = []
     for name in dict.fromkeys(each["name"] for each in results):
         same = [each for each in results if each["name"] == name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile, Limit, LimitMeasurand
 from rigrunner.procedure.analysis_file import AnalysisFile
 from rigrunner.procedure.analysis_spec import (
+    FREQUENCY,
     AnalysisSpec,
     MonteCarloSpec,
     NamedAnalysisRef,
@@ -27,6 +28,7 @@ from rigrunner.procedure.steps import Step, step_kinds
 from rigrunner.procedure.texts import texts_digest
 
 __all__ = [
+    "FREQUENCY",
     "Acceptance",
     "AcceptanceFile",
     "AnalysisFile",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
+from rigrunner.api.findings import ResultDefinition
 from rigrunner.api.labels import Labels
 from rigrunner.api.measurand import Condition, MeasurandKind
 from rigrunner.api.settings import Angle, Duration, ListOf, Settings
@@ -23,6 +24,8 @@ LABEL = "as"
 """The key that names one use of a plugin, so that it can be used twice."""
 MONTE_CARLO = "monte_carlo"
 BY_TIME = "time"
+FREQUENCY = "frequency"
+"""The coordinate of a torque: the set frequency of the swing or of the turning."""
 _HOUR_S = 3600.0
 _DEGREE = 0.017453292519943295
 
@@ -189,6 +192,8 @@ class ValidateSpec(Settings):
 class TorqueAnalysis(Settings):
     """What is asked of an analysis of torque: its plugins, and which of them counts."""
 
+    name: Name = "torque"
+    """By which limits and documents name the compensated torque."""
     where: Labels = Field(default_factory=dict)
     """Which recordings and rows it is of, by counters and labels; all, unless told."""
     no_load: NoLoadSpec | None = None
@@ -229,6 +234,14 @@ class AnalysisSpec(TorqueAnalysis):
     def primary_plugin(self) -> CompensationRef | None:
         """The compensation that the headline and the verdict use."""
         return next((each for each in self.compensations if each.label == self.primary), None)
+
+    def yields(self, symbol: str, text: str, kind: MeasurandKind | None) -> ResultDefinition | None:
+        """Return the definition of the compensated torque; None where nothing is compensated."""
+        if not self.compensations:
+            return None
+        return ResultDefinition(
+            name=self.name, symbol=symbol, text=text, unit="N·m", per=(FREQUENCY,), measurand=kind
+        )
 
     def measured(self, yielded: MeasurandKind) -> MeasurandKind:
         """Return which torque a compensation that yields this gives of what is recorded here.

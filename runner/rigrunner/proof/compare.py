@@ -6,7 +6,7 @@ were computed again are not compared bit by bit:
 - a value that stands beside its uncertainty, to the place to which it is printed: that of the
   second significant digit of U (GUM 7.2.6);
 - any other number to four significant digits, a member of an array to as much of the largest;
-- checks by their names, see `_of_checks`;
+- checks by their names, see `_of_checks`; results of a name that was not recorded are new;
 - numbers within a text to one unit of their last digit;
 - all else must be equal.
 """
@@ -30,6 +30,7 @@ NEGLIGIBLE = 1e-12
 _WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
 _NAMES = ("recording", "name", "item", "symbol")
 _CHECK = {"name", "ok", "text"}
+_RESULT = {"name", "coordinates", "estimate"}
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
@@ -74,9 +75,12 @@ def _of_mappings(
 
 
 def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> Iterator[Mismatch]:
-    if _are_checks([*recorded, *derived]):
+    if _are([*recorded, *derived], _CHECK):
         yield from _of_checks(recorded, derived, where)
         return
+    if recorded and _are(recorded, _RESULT):
+        names = {each["name"] for each in recorded}
+        derived = [each for each in derived if not _are([each], _RESULT) or each["name"] in names]
     if len(recorded) != len(derived):
         yield Mismatch(where, f"{len(recorded)} are recorded, {len(derived)} were derived")
         return
@@ -85,8 +89,8 @@ def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> It
         yield from mismatches(one, other, f"{where}/{_label(one, index)}", width)
 
 
-def _are_checks(members: Sequence[Any]) -> bool:
-    return bool(members) and all(isinstance(e, dict) and e.keys() >= _CHECK for e in members)
+def _are(members: Sequence[Any], keys: set[str]) -> bool:
+    return bool(members) and all(isinstance(e, dict) and e.keys() >= keys for e in members)
 
 
 def _of_checks(

@@ -31,3 +31,9 @@ def named_place(result: Mapping[str, Any]) -> str:
         for name, at in result["coordinates"].items()
     ]
     return f"{result['name']} at {', '.join(places).strip()}" if places else str(result["name"])
+
+
+def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the named results of a document, without the torque, which stands in its points."""
+    torque = (document.get("headline") or {}).get("name")
+    return [each for each in document.get("results") or () if each["name"] != torque]

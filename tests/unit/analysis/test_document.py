@@ -71,7 +71,22 @@ def test_it_names_both_runs_by_digest(content):
 
 
 def test_no_waveforms_are_in_it(content):
-    assert len(json.dumps(content)) < 60_000
+    assert len(json.dumps(content)) < 90_000
+
+
+def test_the_torque_is_a_named_result_at_each_frequency(content):
+    """Its places are what the recordings were set to; its values are those of the points."""
+    found = content["results"]
+    assert {each["name"] for each in found} == {content["headline"]["name"]} == {"torque"}
+    places = [each["coordinates"] for each in found]
+    assert places == [{"frequency": {"value": f, "unit": "Hz"}} for f in (2.0, 4.0, 6.0, 8.0, 10.0)]
+    points = content["compensations"]["paper_peak"]["points"]
+    assert [each["estimate"] for each in found] == [each["torque"] for each in points]
+    assert [each["budget"] for each in found] == [each["budget"] for each in points]
+    assert found[0]["measurand"] == {
+        "id": "load_induced.at_reversal",
+        "text": "load-induced torque at the reversals of a swing",
+    }
 
 
 def test_a_missing_result_is_null_with_its_reason():

@@ -109,3 +109,14 @@ ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
 )
 def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, told):
     assert differences({"checks": recorded}, {"checks": derived}) == told
+
+
+def named(name, value):
+    return {"name": name, "coordinates": {}, "estimate": {"value": value, "unit": "V"}}
+
+
+def test_results_of_a_name_that_was_not_recorded_are_those_of_a_newer_program():
+    recorded = [named("range", 1.0)]
+    assert differences(recorded, [named("torque", 2.0), named("range", 1.0)]) == []
+    assert differences(recorded, [named("torque", 2.0)]) != []
+    assert differences(recorded, [named("range", 1.0), named("range", 2.0)]) != []

@@ -114,9 +114,9 @@ def finished_view(finished: FinishedRun) -> Finished:
 
 def _named(result: Result) -> str:
     deciding = None if result.decision is None else result.decision.deciding.result
-    found = [each for each in result.results if each.estimate is deciding]
-    if not found and len(result.results) == 1:
-        found = list(result.results)
+    found = [each for each in result.other_results if each.estimate is deciding]
+    if not found and len(result.other_results) == 1:
+        found = list(result.other_results)
     if not found:
         return ""
     estimate, width = found[0].estimate, expanded(found[0].estimate)

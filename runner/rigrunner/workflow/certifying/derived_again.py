@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.analysis.document import document
 from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.errors import DataError
-from rigrunner.workflow.set_points import named_by_frequency, named_place
+from rigrunner.workflow.set_points import named_by_frequency, named_place, other_results
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -52,7 +52,7 @@ def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, A
     method = (content.get("compensations") or {}).get(headline.get("method")) or {}
     points = method.get("points") or ()
     yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
-    yield from ((named_place(one), one["estimate"]) for one in content.get("results", ()))
+    yield from ((named_place(one), one["estimate"]) for one in other_results(content))
 
 
 def _compare(

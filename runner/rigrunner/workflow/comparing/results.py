@@ -9,7 +9,7 @@ from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.signal.rounding import places
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.workflow.comparing.tree import Change, changes
-from rigrunner.workflow.set_points import named_by_frequency, named_place
+from rigrunner.workflow.set_points import named_by_frequency, named_place, other_results
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -76,7 +76,7 @@ def _torques(document: Json) -> dict[str, Json | None]:
 
 def _named(document: Json) -> dict[str, Json | None]:
     """Return the results that analyses name, by name and place."""
-    return {named_place(each): each["estimate"] for each in document.get("results", ())}
+    return {named_place(each): each["estimate"] for each in other_results(document)}
 
 
 def _raw_peak(peak: Json) -> Json:
