@@ -38,12 +38,19 @@ class Judged:
     """Why there is no result at all."""
 
 
-def judged(pair: Pair, stated: float | None = None, cache: Path | None = None) -> Judged:
+def judged(
+    pair: Pair,
+    stated: float | None = None,
+    cache: Path | None = None,
+    *,
+    bracketed: bool = False,
+) -> Judged:
     """Record and analyse a pair; recordings are kept in the folder `cache`.
 
     With `stated` its station states the growth of the support's friction, with an error up to that.
+    With `bracketed` there is a second no-load run, after the loaded one.
     """
-    bench = recorded(pair, cache)
+    bench = recorded(pair, cache, bracketed=bracketed)
     if stated is not None:
         rig = bench.loaded.rig.model_copy(update=_growth(pair, stated))
         bench = replace(bench, loaded=replace(bench.loaded, rig=rig))

@@ -6,6 +6,7 @@ To record a pair takes five times as long as to analyse it.
 from __future__ import annotations
 
 import hashlib
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,12 +15,16 @@ import numpy as np
 from other_physics import chain, model
 from other_physics.chain import RATE_HZ, measured
 from other_physics.model import integrate, natural_hz, starting_torque_nm
+from other_physics.rigs import run_after
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.clock import utc_text
 from rigrunner.study.recording import RecordedBench
 from rigrunner.study.tools import tools
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from numpy.random import Generator
 
     from other_physics.rigs import Pair, Run
@@ -27,6 +32,7 @@ if TYPE_CHECKING:
 ANGLE, TORQUE, LOAD = "tester.angle", "tester.torque", "tester.load"
 SLOW_HZ, SETTLE_TURNS, ZERO_S, SET_S = 5.0, 4, 1.0, 5.0
 SAID_N = 1000.0
+BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 class _Taken(NamedTuple):
@@ -38,42 +44,51 @@ class _Taken(NamedTuple):
     truths_nm: tuple[float, ...]
 
 
-def recorded(pair: Pair, cache: Path | None = None) -> RecordedBench:
-    """Record both runs of a pair, or read them where they are kept."""
-    no_load, loaded = _kept(pair, cache) if cache else _taken(pair)
+def recorded(pair: Pair, cache: Path | None = None, *, bracketed: bool = False) -> RecordedBench:
+    """Record both runs of a pair, and if asked a no-load run after; or read them where kept."""
+    no_load, loaded = _kept(pair, cache, _PAIR)
+    after = _kept(pair, cache, _AFTER)[0] if bracketed else None
     return RecordedBench(
         _run_data(pair, pair.no_load, no_load, "no-load", 0.0),
         _run_data(pair, pair.loaded, loaded, "loaded", SAID_N),
         loaded.truths_nm,
+        None if after is None else _run_data(pair, run_after(pair), after, "after", 0.0),
     )
 
 
-def _taken(pair: Pair) -> tuple[_Taken, _Taken]:
-    return (
-        _take(pair, pair.no_load, np.random.default_rng([pair.seed, 3])),
-        _take(pair, pair.loaded, np.random.default_rng([pair.seed, 4])),
-    )
+_PAIR, _AFTER = ("no-load", "loaded"), ("after",)
+_SEED = {"no-load": 3, "loaded": 4, "after": 7}
 
 
-def _kept(pair: Pair, cache: Path) -> tuple[_Taken, _Taken]:
-    """Return both runs from a file; its name changes with the pair and with the simulator."""
+def _taken(pair: Pair, names: Sequence[str]) -> list[_Taken]:
+    runs = {"no-load": pair.no_load, "loaded": pair.loaded, "after": run_after(pair)}
+    return [
+        _take(pair, runs[name], np.random.default_rng([pair.seed, _SEED[name]])) for name in names
+    ]
+
+
+def _kept(pair: Pair, cache: Path | None, names: Sequence[str]) -> list[_Taken]:
+    """Return runs from a file; its name changes with the pair and with the simulator."""
+    if cache is None:
+        return _taken(pair, names)
+    what = [repr(pair), *([] if names == _PAIR else [repr(run_after(pair))])]
     sources = [Path(each.__file__).read_bytes() for each in (chain, model)]
-    name = hashlib.sha256(b"".join([repr(pair).encode(), *sources])).hexdigest()
+    name = hashlib.sha256(b"".join([*(each.encode() for each in what), *sources])).hexdigest()
     path = cache / f"{name}.npz"
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(".part.npz")
-        np.savez_compressed(part, **_arrays(_taken(pair)))
+        np.savez_compressed(part, **_arrays(dict(zip(names, _taken(pair, names), strict=True))))
         part.replace(path)
     with np.load(path) as file:
         stored = dict(file)
-    return _of_arrays(stored, "no-load"), _of_arrays(stored, "loaded")
+    return [_of_arrays(stored, name) for name in names]
 
 
-def _arrays(both: tuple[_Taken, _Taken]) -> dict[str, np.ndarray]:
+def _arrays(runs: Mapping[str, _Taken]) -> dict[str, np.ndarray]:
     return {
         f"{name} {field}": np.concatenate(value) if field in {"torque", "angle"} else value
-        for name, run in zip(("no-load", "loaded"), both, strict=True)
+        for name, run in runs.items()
         for field, value in {
             **run._asdict(),
             "lengths": [len(each) for each in run.torque],
@@ -97,8 +112,7 @@ def _take(pair: Pair, run: Run, rng: Generator) -> _Taken:
     quiet = run.chain.noise_nm / np.sqrt(ZERO_S * RATE_HZ)
     zero = run.chain.zero_nm + drift + quiet * rng.standard_normal()
     for frequency_hz in pair.frequencies_hz:
-        cycles = pair.cycles_of_slow if frequency_hz < SLOW_HZ else pair.cycles
-        duration_s = (cycles + 1.5) / frequency_hz
+        duration_s = _duration_s(pair, frequency_hz)
         cold = run.warming * np.exp(-now_s / run.warming_s)
         friction = {
             each: getattr(run.rig, each) * (1.0 + cold)
@@ -113,6 +127,17 @@ def _take(pair: Pair, run: Run, rng: Generator) -> _Taken:
     return _Taken(tuple(torques), tuple(angles), float(zero), tuple(truths))
 
 
+def _begins(pair: Pair) -> list[float]:
+    """Return when each recording begins, in s after its run."""
+    lasts = [_duration_s(pair, f) + SETTLE_TURNS / f + SET_S for f in pair.frequencies_hz]
+    return [sum(lasts[:number]) for number in range(len(lasts))]
+
+
+def _duration_s(pair: Pair, frequency_hz: float) -> float:
+    cycles = pair.cycles_of_slow if frequency_hz < SLOW_HZ else pair.cycles
+    return (cycles + 1.5) / frequency_hz
+
+
 def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> RunData:
     station = tools().station
     (instrument,) = torque_instruments(station.instruments).values()
@@ -121,7 +146,7 @@ def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> 
         Recording(
             name=f"{frequency_hz:g} Hz",
             rate_hz=RATE_HZ,
-            started_utc="2026-01-01T00:00:00.000Z",
+            started_utc=utc_text(BEGUN + timedelta(seconds=run.begun_s + at_s)),
             setpoints={"tester.frequency": frequency_hz, LOAD: said_n},
             channels={
                 ANGLE: run.chain.encoder_step_rad * angle,
@@ -130,8 +155,8 @@ def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> 
             units={ANGLE: "rad", TORQUE: "N·m", "tester.frequency": "Hz", LOAD: "N"},
             conditions={LOAD: said_n},
         )
-        for frequency_hz, angle, torque in zip(
-            pair.frequencies_hz, taken.angle, taken.torque, strict=True
+        for frequency_hz, angle, torque, at_s in zip(
+            pair.frequencies_hz, taken.angle, taken.torque, _begins(pair), strict=True
         )
     )
     return RunData(

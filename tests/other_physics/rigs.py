@@ -84,9 +84,30 @@ def healthy(seed: int, recording_gain: float = 0.002) -> Pair:
 
 def faulty(group: Group, seed: int) -> Pair:
     """Return a rig with that fault; its size is drawn with the seed."""
-    size = float(np.random.default_rng([seed, 2]).uniform(group.low, group.high))
+    size = _size(group, seed)
     said = f"{size:.3g} {group.unit}" if group.unit != "1" else f"{size:.2%}"
     return replace(group.apply(healthy(seed), size), group=group.name, size=said)
+
+
+def run_after(pair: Pair) -> Run:
+    """Return a no-load run after the loaded one.
+
+    A support that has become warmer or colder goes on by none up to as much again, and a gain that
+    has changed stays so. What comes with the load or with the bearing goes with it.
+    """
+    rng = np.random.default_rng([pair.seed, 6])
+    begun = pair.loaded.begun_s + _LASTS_S + rng.uniform(300.0, 1200.0)
+    run, further = replace(pair.no_load, begun_s=begun), rng.uniform(1.0, 2.0)
+    group = next((each for each in FAULTS if each.name == pair.group), None)
+    if group is None:
+        return run
+    if group.apply is _warmer:
+        return replace(run, rig=_scaled(run.rig, further * _size(group, pair.seed), *_FRICTION))
+    return replace(run, chain=pair.loaded.chain) if group.apply is _gain_step else run
+
+
+def _size(group: Group, seed: int) -> float:
+    return float(np.random.default_rng([seed, 2]).uniform(group.low, group.high))
 
 
 def _rig(rng: Generator) -> Rig:
@@ -177,14 +198,20 @@ def _gain_step(pair: Pair, size: float) -> Pair:
     return _loaded_chain(pair, gain=(1.0 + gain) * (1.0 + size) - 1.0)
 
 
+def _warmer(pair: Pair, size: float) -> Pair:
+    return _loaded_rig(pair, size, *_FRICTION)
+
+
 _FRICTION = ("support_coulomb_nm", "support_static_nm")
+_LASTS_S = 130.0
+"""How long a run takes."""
 
 FAULTS = (
     Group("inertia changed", 0.002, 0.08, "1", lambda p, s: _loaded_rig(p, s, "spindle_inertia")),
     Group("inertia less", -0.08, -0.002, "1", lambda p, s: _loaded_rig(p, s, "spindle_inertia")),
     Group("viscosity under load", 0.1, 1.0, "1", lambda p, s: _loaded_rig(p, s, "support_viscous")),
-    Group("support friction warmer", -0.10, -0.03, "1", lambda p, s: _loaded_rig(p, s, *_FRICTION)),
-    Group("support friction colder", 0.03, 0.10, "1", lambda p, s: _loaded_rig(p, s, *_FRICTION)),
+    Group("support friction warmer", -0.10, -0.03, "1", _warmer),
+    Group("support friction colder", 0.03, 0.10, "1", _warmer),
     Group("support slip", 0.2, 1.5, "1", lambda p, s: _loaded_rig(p, s, "support_bristle")),
     Group("support stiction", 0.05, 0.3, "1", lambda p, s: _loaded_rig(p, s, "support_static_nm")),
     Group("load left", 10.0, 60.0, "N", _left_load),

@@ -82,19 +82,21 @@ def analyse(
     progress: Progress = unseen,
     prepare: Prepare = prepare_point,
     analyses: Sequence[NamedAnalysisRef] = (),
+    no_load_after: RunData | None = None,
 ) -> Result:
     """Return the result of a run, with the no-load run that belongs to it where it needs one.
 
     A compensation that the data forbid is marked not applicable, and the others stand. `progress`
     is told how far a validation is, which takes minutes; what it raises ends the analysis.
     `prepare` may remember what it prepared before. `analyses` are those that name their results;
-    the spec is that of the torque. Raises DataError where a recording cannot be
-    prepared at all.
+    the spec is that of the torque. With `no_load_after`, a second no-load run, what drifts between
+    both is taken out. Raises DataError where a recording cannot be prepared at all.
     """
     analysis = _Analysis(
         whole_run=run,
         run=chosen(run, spec.where),
         no_load_run=no_load,
+        no_load_after=no_load_after,
         spec=spec,
         acceptance=acceptance,
         measurand=measurand,
@@ -112,6 +114,7 @@ class _Analysis:
     run: RunData
     """With those recordings and rows alone that the analysis is of."""
     no_load_run: RunData | None
+    no_load_after: RunData | None
     spec: AnalysisSpec
     acceptance: Acceptance | None
     measurand: Measurand | None
@@ -136,6 +139,7 @@ class _Analysis:
                     loaded,
                     no_load,
                     self._with_half_the_samples(loaded, no_load, primary),
+                    self.no_load_after,
                 ),
                 primary,
                 own_no_load=self._has_own_no_load,
@@ -165,6 +169,7 @@ class _Analysis:
         return Result(
             run=self.whole_run,
             no_load_run=self.no_load_run,
+            no_load_run_after=self.no_load_after,
             measurand=self._measurand_name,
             symbol="" if self.measurand is None else self.measurand.symbol,
             loaded=loaded,
@@ -203,15 +208,27 @@ class _Analysis:
     def _bracket(
         self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]
     ) -> Bracket | None:
-        """Return what the run's own no-load points are around the loaded ones, if they are."""
+        """Return what no-load points are around the loaded ones, if they are; raise DataError."""
         spec = self.spec.no_load
-        if spec is None or not spec.is_this_run or self.spec.starts or not (loaded and no_load):
+        if spec is None or self.spec.starts or not (loaded and no_load):
             return None
-        under_load, without = (
-            tuple(map(Recorded, of_this_run(self.run, loaded=is_loaded), points))
-            for is_loaded, points in ((True, loaded), (False, no_load))
-        )
-        return bracket(under_load, without, spec.drift)
+        under_load = tuple(map(Recorded, self._loaded_sources(), loaded))
+        if spec.is_this_run:
+            own = of_this_run(self.run, loaded=False)
+            return bracket(under_load, tuple(map(Recorded, own, no_load)), spec.drift)
+        if self.no_load_run is None or self.no_load_after is None:
+            return None
+        early, late = sources(self.no_load_run), sources(self.no_load_after)
+        after = self._points(self.no_load_after, late)
+        without = tuple(map(Recorded, (*early, *late), (*no_load, *after)))
+        around = bracket(under_load, without, spec.drift)
+        if around is None:
+            raise DataError(
+                f"{self.no_load_run.run_id} and {self.no_load_after.run_id} are not before and"
+                f" after {self.run.run_id} at any frequency, by their times",
+                hint="name the no-load runs made before and after it",
+            )
+        return around
 
     @property
     def _has_own_no_load(self) -> bool:

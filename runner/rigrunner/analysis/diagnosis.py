@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from rigrunner.api.analysis import Check, CompensatedPoint, Compensation, Component, PeakPoint
     from rigrunner.api.data import RunData
 
-NO_LOAD = "no-load run: "
-"""What the names of the checks of that run begin with."""
+NO_LOAD, NO_LOAD_AFTER = "no-load run: ", "no-load run after: "
+"""What the names of the checks of these runs begin with."""
 
 _ERRORS: dict[str, tuple[tuple[str, ...], Callable[[float, Component], float]]] = {
     STROKE.name: (("angle scale",), lambda percent, _: percent / 100),
@@ -55,6 +55,7 @@ class Diagnosed:
     no_load: tuple[PeakPoint, ...]
     with_half_the_samples_nm: tuple[float, ...] = ()
     """What that moves each torque by; nothing where there are samples enough."""
+    no_load_after: RunData | None = None
 
 
 def diagnose(
@@ -72,6 +73,8 @@ def diagnose(
     loaded, no_load = found.loaded, found.no_load
     if found.no_load_run is not None:
         yield setup_check(found.run, found.no_load_run)
+    if found.no_load_after is not None:
+        yield _named_after(setup_check(found.run, found.no_load_after))
     if no_load:
         yield unloaded_check(loaded, no_load, points)
     if primary is None or not primary.points:
@@ -91,13 +94,24 @@ def _of_recordings(found: Diagnosed, *, own_no_load: bool) -> Iterator[Check]:
     if found.no_load_run is not None:
         yield from run_checks(found.no_load_run, found.no_load, NO_LOAD)
         yield zero_drift_check(found.run, found.no_load_run)
+    if found.no_load_after is not None:
+        yield _named_after(zero_drift_check(found.run, found.no_load_after))
+
+
+def _named_after(check: Check) -> Check:
+    return replace(check, name=NO_LOAD_AFTER + check.name)
+
+
+def checked_by(check: Check) -> str:
+    """Return the name of a check, whichever run it was made of."""
+    return check.name.removeprefix(NO_LOAD_AFTER).removeprefix(NO_LOAD)
 
 
 def _with_effect(
     check: Check, points: Sequence[CompensatedPoint], with_half_the_samples_nm: Sequence[float]
 ) -> Check:
     """Return a check of the recordings with what it moves each point by."""
-    name = check.name.removeprefix(NO_LOAD)
+    name = checked_by(check)
     moved: tuple[float, ...] = ()
     if name == SAMPLES.name:
         moved = tuple(with_half_the_samples_nm)

@@ -46,12 +46,13 @@ TORQUE = "N·m"
 
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
-    named = [_named(each) for each in result.results]
+    named, after = [_named(each) for each in result.results], result.no_load_run_after
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": TORQUE},
         "run": _run(result.run),
         "no_load_run": None if result.no_load_run is None else _run(result.no_load_run),
+        **({} if after is None else {"no_load_run_after": _run(after)}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),
         "headline": _headline(result),

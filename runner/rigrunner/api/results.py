@@ -145,6 +145,8 @@ class Result:
     """The analysis as it was asked for, resolved to defaults."""
     revisions: Mapping[str, int] = field(default_factory=dict)
     """By which revision of each method it was computed: 'analysis', 'fit linear', ..."""
+    no_load_run_after: RunData | None = None
+    """The second no-load run, after this one, where there are two."""
 
     @cached_property
     def other_results(self) -> tuple[MeasurementResult, ...]:

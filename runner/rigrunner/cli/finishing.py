@@ -41,7 +41,12 @@ def _tell_error(finished: FinishedRun) -> None:
         message(f"The run was {_ending(finished)}.")
     if finished.unsafe:
         message(unsafe_rig(finished.unsafe))
-    if not finished.sealed:
+    if finished.waits:
+        message(
+            "It waits for the no-load run after it: do that run, then"
+            f" 'rigrunner resume {_called(finished.folder)}' makes the result."
+        )
+    elif not finished.sealed:
         name = _called(finished.folder)
         message(
             f"It is not sealed: once that is mended, 'rigrunner resume {name}' goes on with it,"

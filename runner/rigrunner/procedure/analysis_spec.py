@@ -122,16 +122,23 @@ class NoLoadSpec(Settings):
     same: ListOf[Literal["station", "mandrel"]] = ("station", "mandrel")
     """What both runs must have in common."""
 
+    after: bool = False
+    """Whether a second no-load run follows: the run is kept open until `resume` takes it in."""
+
     drift: Annotated[str, Field(min_length=1)] = BY_TIME
-    """With 'this run', and no-load set-points before and after the loaded ones: over what its
-    torque is taken to change in between, 'time' or a channel such as 'tester.temperature'."""
+    """With `after`, or with 'this run' and no-load set-points before and after the loaded ones:
+    over what the rig's torque is taken to change in between, 'time' or a channel such as
+    'tester.temperature'."""
 
     @model_validator(mode="after")
     def _names_a_procedure(self) -> Self:
         if self.procedure is None and not self.is_this_run:
             raise ValueError(f"the key 'procedure' is missing, or 'from: {THIS_RUN}'")
-        if self.drift != BY_TIME and not self.is_this_run:
-            raise ValueError(f"'drift' needs 'from: {THIS_RUN}': no-load points before and after")
+        if self.after and self.is_this_run:
+            raise ValueError(f"'after' is for a run of its own, not for 'from: {THIS_RUN}'")
+        if self.drift != BY_TIME and not (self.is_this_run or self.after):
+            needed = f"'after: true' or 'from: {THIS_RUN}'"
+            raise ValueError(f"'drift' needs {needed}: no-load points before and after")
         return self
 
     @property

@@ -183,7 +183,7 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
 
 
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
-    """Read a run whole, with the no-load run that is embedded in it."""
+    """Read a run whole, with the no-load runs that are embedded in it."""
     events = read_events(entry)
     scratch = None if _samples_fit(entry) else Scratch()
     rows = measured(events)
@@ -198,8 +198,13 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         superseded_measurements=rows.superseded,
         events=events,
         result_document=_read_document(entry),
-        no_load=read_entry(entry["no_load"], path) if "no_load" in entry else None,
+        no_load=_embedded(entry, "no_load", path),
+        no_load_after=_embedded(entry, "no_load_after", path),
     )
+
+
+def _embedded(entry: h5py.Group, name: str, path: Path) -> StoredRun | None:
+    return read_entry(entry[name], path) if name in entry else None
 
 
 def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:

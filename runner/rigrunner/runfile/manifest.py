@@ -35,6 +35,7 @@ _KINDS = {
     "incomplete": "incomplete recording",
     "measurements": "measurement",
     "no_load": "no-load run",
+    "no_load_after": "no-load run after it",
     "recordings": "recording",
     "superseded": "superseded recording",
     "superseded_measurements": "superseded measurement",
@@ -166,7 +167,7 @@ def stored_items(entry: h5py.Group) -> dict[str, object]:
 
 
 def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
-    parts = path.removeprefix("no_load/").split("/")
+    parts = path.removeprefix("no_load/").removeprefix("no_load_after/").split("/")
     return isinstance(item, h5py.Dataset) and len(parts) == 3 and parts[0] in _SAMPLES  # noqa: PLR2004  (recordings/name/column)
 
 

@@ -110,6 +110,8 @@ class StoredRun:
     """The first analysis, as in `result.json`."""
     no_load: StoredRun | None
     """The no-load run that the first analysis used, as embedded in the sealed file."""
+    no_load_after: StoredRun | None = None
+    """The one after the run, where there are two: they bracket it."""
     notes: tuple[str, ...] = ()
     """What is odd about the files, in words."""
 

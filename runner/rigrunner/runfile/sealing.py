@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile.loose import Journal, SampleJournal
     from rigrunner.runfile.model import SweepPlot
 
-_NOT_EMBEDDED = ("verification", "no_load", "analysis")
+_NOT_EMBEDDED = ("verification", "no_load", "no_load_after", "analysis")
 
 
 @uninterrupted()
@@ -41,12 +41,14 @@ def seal(
     result_document: Mapping[str, Any] | None = None,
     plot: SweepPlot | None = None,
     no_load: Path | None = None,
+    no_load_after: Path | None = None,
 ) -> Path:
     """Make `run.h5` of a run that is over, or was killed, and return its path.
 
     The file appears whole, by one rename, and read-only; journal and single recordings are removed
-    once it is on the disk. `no_load` is the run (file or folder) that the result was computed with:
-    it is embedded. Raises DataError if the run is sealed already or cannot be written.
+    once it is on the disk. `no_load` is the run (file or folder) that the result was computed with,
+    `no_load_after` the second one where there are two: they are embedded. Raises DataError if the
+    run is sealed already or cannot be written.
     """
     files = RunFolder(folder)
     if files.sealed_file.exists():
@@ -60,8 +62,9 @@ def seal(
         entry = new_group(file, ENTRY, "NXentry")
         _write_loose(entry, files, journal)
         write_analysis(entry, result_document, plot)
-        if no_load is not None:
-            _embed(entry, no_load)
+        for name, other in (("no_load", no_load), ("no_load_after", no_load_after)):
+            if other is not None:
+                _embed(entry, name, other)
         write_manifest(entry)
     _remove_loose(files)
     return files.sealed_file
@@ -82,8 +85,8 @@ def _write_loose(entry: h5py.Group, files: RunFolder, journal: Journal) -> None:
     add_recordings(entry, files.finished_parts(), journal.events)
 
 
-def _embed(entry: h5py.Group, no_load: Path) -> None:
-    group = new_group(entry, "no_load", "NXsubentry")
+def _embed(entry: h5py.Group, name: str, no_load: Path) -> None:
+    group = new_group(entry, name, "NXsubentry")
     sealed = sealed_file_of(no_load)
     if sealed is None:
         loose = RunFolder(no_load)
@@ -94,12 +97,12 @@ def _embed(entry: h5py.Group, no_load: Path) -> None:
     with open_file(sealed) as file:
         source = file[ENTRY]
         group.attrs.update(
-            {name: source.attrs[name] for name in source.attrs if name != "NX_class"}
+            {each: source.attrs[each] for each in source.attrs if each != "NX_class"}
         )
         group.attrs[FORMAT_ATTRIBUTE] = format_of(source)
-        for name in source:
-            if name not in _NOT_EMBEDDED:
-                file.copy(source[name], group, name)
+        for member in source:
+            if member not in _NOT_EMBEDDED:
+                file.copy(source[member], group, member)
     group.attrs["default"] = "recordings"
 
 

@@ -125,11 +125,12 @@ class RunWriter:
         result_document: Mapping[str, Any] | None = None,
         plot: SweepPlot | None = None,
         no_load: Path | None = None,
+        no_load_after: Path | None = None,
     ) -> Path:
         """Close the journal and make `run.h5`; see `rigrunner.runfile.seal`."""
         with uninterrupted():
             self.close()
-            return seal(self.folder, result_document, plot, no_load)
+            return seal(self.folder, result_document, plot, no_load, no_load_after)
 
     def close(self) -> None:
         """Close the journal once all is folded; the folder stays and can be read. Idempotent."""

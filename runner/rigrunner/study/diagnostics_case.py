@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.diagnosis import checked_by
 from rigrunner.api.errors import DataError
 from rigrunner.study.breaks import BREAKS, REFUSED
 from rigrunner.study.case import Case
 from rigrunner.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner.study.recording import record_bench
-from rigrunner.study.tools import checked_by, checks_of, primary_alone, tools
+from rigrunner.study.tools import checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.analysis.diagnosis import checked_by
 from rigrunner.api.errors import DataError, DeviceError
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.study.case import Case
@@ -12,7 +13,7 @@ from rigrunner.study.coverage_case import limits
 from rigrunner.study.coverage_rigs import RANGES, draw
 from rigrunner.study.fault_kinds import FAULTS, UNSEEN
 from rigrunner.study.recording import NO_FAULTS, Faults, record_bench
-from rigrunner.study.tools import checked_by, checks_of, primary_alone, tools
+from rigrunner.study.tools import checks_of, primary_alone, tools
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

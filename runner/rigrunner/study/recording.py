@@ -52,6 +52,8 @@ class RecordedBench:
     loaded: RunData
     truths_nm: tuple[float, ...]
     """The load-induced starting torque at each set-point."""
+    no_load_after: RunData | None = None
+    """A second no-load run, after the loaded one."""
 
     @property
     def truth_nm(self) -> float:

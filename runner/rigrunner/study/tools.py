@@ -7,7 +7,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
-from rigrunner.analysis.diagnosis import NO_LOAD
 from rigrunner.procedure import load_procedure
 from rigrunner.registry import load_registry
 from rigrunner.station import load_station
@@ -56,6 +55,7 @@ class Tools:
             acceptance=None,
             measurand=self.measurand,
             lookup=self.registry,
+            no_load_after=recorded.no_load_after,
         )
 
 
@@ -78,8 +78,3 @@ def checks_of(result: Result) -> Iterator[Check]:
     yield from result.checks
     for each in result.compensations.values():
         yield from each.checks
-
-
-def checked_by(check: Check) -> str:
-    """Return the name of a check, whichever run it was made of."""
-    return check.name.removeprefix(NO_LOAD)

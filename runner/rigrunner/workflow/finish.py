@@ -49,6 +49,8 @@ class FinishedRun:
     """The failures after which the run went on because the procedure says so."""
     unsafe: str = ""
     """What speaks against the rig being safe, in words."""
+    waits: bool = False
+    """Whether it is kept open for the no-load run after it; it has no result before."""
 
     @property
     def exit_code(self) -> ExitCode:
@@ -64,7 +66,8 @@ class FinishedRun:
         if self.error is not None:
             return ExitCode.BUG
         code = verdict_code(self.result)
-        return ExitCode.UNDECIDED if code is ExitCode.PASS and self.passed_over else code
+        undecided = self.waits or (code is ExitCode.PASS and self.passed_over)
+        return ExitCode.UNDECIDED if undecided else code
 
 
 def verdict_code(result: Result | None) -> ExitCode:
@@ -89,11 +92,12 @@ def finish(
     *,
     progress: Progress,
     to_be_resumed: bool = False,
+    no_load_after: Path | None = None,
 ) -> FinishedRun:
     """Analyse what was recorded, seal it whatever comes of that, and report.
 
     `end` is outcome, reason, and what was passed over. A run that cannot be sealed stays as it is,
-    and so does one that is `to_be_resumed`.
+    and so does one that is `to_be_resumed`, or whose procedure asks for a no-load run after it.
     """
     outcome, reason, passed_over = end
     folder = writer.folder
@@ -101,13 +105,24 @@ def finish(
         writer.close()
     result = report = None
     asked = not (planned.procedure.model.asks_nothing or _is_empty(planned, writer))
+    spec = planned.procedure.model.torque_analysis.no_load
+    waits = (
+        outcome is Outcome.COMPLETED
+        and asked
+        and spec is not None
+        and spec.after
+        and no_load_after is None
+    )
     with kept(errors):
-        if outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
-            result = analyse_run(folder, planned.registry, no_load, progress=progress)
+        if not waits and outcome in CONCLUDED and (asked or _has_limits(planned, folder)):
+            result = analyse_run(
+                folder, planned.registry, no_load, no_load_after, progress=progress
+            )
     content = None if result is None else document(result)
-    if not to_be_resumed:
+    if not (to_be_resumed or waits):
         with kept(errors):
-            writer.seal(content, None if result is None else sweep_plot(result), no_load)
+            plot = None if result is None else sweep_plot(result)
+            writer.seal(content, plot, no_load, no_load_after)
     sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with kept(errors):
@@ -124,6 +139,7 @@ def finish(
         result=result,
         report=report,
         passed_over=passed_over,
+        waits=waits and not sealed,
     )
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.analysis.channels import motion_channel
 from rigrunner.analysis.one_setup import setup_differences
@@ -24,7 +25,7 @@ from rigrunner.workflow.locate import find_run, run_names
 from rigrunner.workflow.stored import run_data
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import Device
@@ -34,10 +35,19 @@ if TYPE_CHECKING:
     from rigrunner.station import Station
     from rigrunner.workflow.prepare import Planned
 
+JudgeAge = Callable[[timedelta, timedelta, str], Iterator[str]]
+"""Yields what speaks against a run's age, given the limit and where that is written."""
 FREQUENCY_TOLERANCE = 0.005
 """How far, relatively, a set frequency of the two runs may differ and still be the same one."""
 DAYS_FROM = 2.0
 """Ages below are told in hours."""
+
+
+class NamedNoLoads(NamedTuple):
+    """The no-load runs that a person named, by folder or name."""
+
+    before: str | None = None
+    after: str | None = None
 
 
 @dataclass(frozen=True)
@@ -57,22 +67,49 @@ class LoadedRun:
     """The key that says how old it may be, with file and line."""
 
 
-def no_load_for(planned: Planned, runs: Path, named: str | None = None) -> Path | None:
-    """Return the no-load run that the planned run needs; None if it needs none; raise DataError."""
+def no_load_for(
+    planned: Planned, runs: Path, named: str | None = None, started: datetime | None = None
+) -> Path | None:
+    """Return the no-load run that the planned run needs; None if it needs none; raise DataError.
+
+    The run begins now, unless it has `started` already.
+    """
     spec = planned.procedure.model.torque_analysis.no_load
     if spec is None or spec.is_this_run:
         return None
+    return find_no_load(spec, _loaded(planned, started or planned.clock.utc()), runs, named)
+
+
+def no_load_after_for(
+    planned: Planned, runs: Path, named: str | None, started: datetime
+) -> Path | None:
+    """Return the no-load run after one that has `started`: the named, or the first that fits.
+
+    None if the procedure asks for none; raises DataError saying what would fit.
+    """
+    spec = planned.procedure.model.torque_analysis.no_load
+    if spec is None or not spec.after:
+        if named is not None:
+            raise DataError(
+                f"{planned.procedure.model.id} asks for no no-load run after it, and {named} is"
+                " named as one",
+                hint="write 'after: true' under no_load: in the procedure",
+            )
+        return None
+    return find_no_load_after(spec, _loaded(planned, started), runs, named)
+
+
+def _loaded(planned: Planned, started: datetime) -> LoadedRun:
     points = points_of_plan(analysed(planned.plan, planned.procedure))
-    loaded = LoadedRun(
+    return LoadedRun(
         station=planned.station.model,
-        started=planned.clock.utc(),
+        started=started,
         drive=_cycle_drive(planned.devices),
         frequencies_hz=sorted({point.frequency_hz for point in points if point.frequency_hz > 0}),
         replays=planned.tape is not None and planned.tape.replays,
         needed=requirers(planned.procedure.model, planned.registry),
         limit_at=_where(planned),
     )
-    return find_no_load(spec, loaded, runs, named)
 
 
 def _where(planned: Planned) -> str:
@@ -90,11 +127,29 @@ def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | N
     name = named or (None if spec.from_ == LATEST else spec.from_)
     if name is not None:
         path = find_run(name, runs)
-        _refuse(path, list(_objections(path, spec, loaded, named=True)))
+        _refuse(path, list(_objections(path, spec, loaded, _named_age)))
         return path
+    names = list(reversed(run_names(runs)))
+    return _first_fit(names, spec, loaded, runs, _earlier_age)
+
+
+def find_no_load_after(
+    spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | None = None
+) -> Path:
+    """Return the named no-load run, or the first after the loaded one; raise DataError."""
+    if named is None:
+        return _first_fit(run_names(runs), spec, loaded, runs, _later_age)
+    path = find_run(named, runs)
+    _refuse(path, list(_objections(path, spec, loaded, _later_age)))
+    return path
+
+
+def _first_fit(
+    names: Iterable[str], spec: NoLoadSpec, loaded: LoadedRun, runs: Path, judge_age: JudgeAge
+) -> Path:
     refused: list[str] = []
-    for candidate in reversed(run_names(runs)):
-        objections = list(_objections(runs / candidate, spec, loaded, named=False))
+    for candidate in names:
+        objections = list(_objections(runs / candidate, spec, loaded, judge_age))
         if not objections:
             return runs / candidate
         if _is_no_load(runs / candidate, spec):
@@ -102,18 +157,20 @@ def find_no_load(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, named: str | N
     raise _none_found(spec, loaded, runs, refused)
 
 
-def _objections(path: Path, spec: NoLoadSpec, loaded: LoadedRun, *, named: bool) -> Iterator[str]:
+def _objections(
+    path: Path, spec: NoLoadSpec, loaded: LoadedRun, judge_age: JudgeAge
+) -> Iterator[str]:
     """Yield why a run cannot serve, in words; the cheap questions first."""
     try:
         info = read_info(path)
-        first = next(_formal_objections(info, spec, loaded, named=named), None)
+        first = next(_formal_objections(info, spec, loaded, judge_age), None)
         yield from (_lacks(path, loaded) if first is None else (first,))
     except RigrunnerError as error:
         yield str(error)
 
 
 def _formal_objections(
-    info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun, *, named: bool
+    info: RunInfo, spec: NoLoadSpec, loaded: LoadedRun, judge_age: JudgeAge
 ) -> Iterator[str]:
     header = info.header
     if header.procedure_id != spec.procedure:
@@ -126,13 +183,32 @@ def _formal_objections(
         parse_station(header.station_text, header.station_id).model, spec, loaded
     )
     age, limit = loaded.started - datetime.fromisoformat(header.started_utc), _max_age(spec)
+    yield from judge_age(age, limit, loaded.limit_at)
+
+
+def _too_old(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
     if age > limit:
-        yield f"it is {_long(age)} old, but at most {_long(limit)} is allowed ({loaded.limit_at})"
-    later = timedelta(0) if not named else -limit
-    if age < later and named:
+        yield f"it is {_long(age)} old, but at most {_long(limit)} is allowed ({at})"
+
+
+def _named_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
+    yield from _too_old(age, limit, at)
+    if age < -limit:
         yield f"it was made {_long(-age)} after this run, by their clocks: is one of them wrong?"
-    elif age < later:
+
+
+def _earlier_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
+    yield from _too_old(age, limit, at)
+    if age < timedelta(0):
         yield f"it was made {_long(-age)} after this run, and 'latest' takes only an earlier one"
+
+
+def _later_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
+    if age >= timedelta(0):
+        yield f"it was made {_long(age)} before this run, and the second one has to come after it"
+    elif -age > limit:
+        most = f"at most {_long(limit)} is allowed ({at})"
+        yield f"it was made {_long(-age)} after this run, but {most}"
 
 
 def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:

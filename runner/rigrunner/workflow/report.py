@@ -74,7 +74,7 @@ def report_input(
         document=document(found),
         truth=truth,
         provenance=_provenance(stored, found),
-        events=(*_let_pass(stored.no_load), *_told(stored)),
+        events=(*_let_pass(stored.no_load), *_let_pass(stored.no_load_after), *_told(stored)),
         later_decisions=tuple(
             each.summary for each in later_decisions(stored, path if path.is_dir() else path.parent)
         ),
@@ -83,7 +83,7 @@ def report_input(
 
 def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
     header = stored.header
-    no_load = result.no_load_run
+    no_load, after = result.no_load_run, stored.no_load_after
     return {
         "run": header.run_id,
         "digest of the recordings (SHA-256)": stored.digest,
@@ -91,6 +91,8 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
         "station": header.station_id,
         **({"no-load run": no_load.run_id} if no_load else {}),
         **({"digest of the no-load recordings (SHA-256)": no_load.digest} if no_load else {}),
+        **({"no-load run after it": after.header.run_id} if after else {}),
+        **({"digest of that run's recordings (SHA-256)": after.digest} if after else {}),
         **header.provenance,
         **{f"import, {name}": text for name, text in header.imported.items()},
         **{f"salvage, {name}": text for name, text in header.salvaged.items()},

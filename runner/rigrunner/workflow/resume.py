@@ -17,7 +17,7 @@ from rigrunner.station import load_station
 from rigrunner.workflow.finish import finish, stoppable
 from rigrunner.workflow.interrupted import has_ended, may_go_on, used_no_load
 from rigrunner.workflow.left_energised import NOBODY
-from rigrunner.workflow.noload import no_load_for
+from rigrunner.workflow.noload import NamedNoLoads, no_load_after_for, no_load_for
 from rigrunner.workflow.overrides import require_still_allowed
 from rigrunner.workflow.record import carry_out, syncs_measurements
 from rigrunner.workflow.sameness import check_same, check_same_instruments
@@ -45,6 +45,8 @@ class ResumableRun:
     no_load: Path | None
     seam: Seam | None
     """None where the run had come to its end, and only its file is to be made."""
+    no_load_after: Path | None = None
+    """The second no-load run, where the procedure asks for one and the run had come to its end."""
 
 
 def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -> tuple[Path, Path]:
@@ -69,17 +71,28 @@ def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -
 
 
 def prepare_resume(
-    folder: Path, stored: StoredRun, planned: Planned, by: str, no_load: str | None = None
+    folder: Path,
+    stored: StoredRun,
+    planned: Planned,
+    by: str,
+    no_loads: NamedNoLoads = NamedNoLoads(),  # noqa: B008  (immutable)
 ) -> ResumableRun:
-    """Check that a run can be taken up and find where; raise DataError with all that differs."""
+    """Check that a run can be taken up and find where; raise DataError with all that differs.
+
+    A run that waits for the no-load run after it is given the first one that fits, or the named.
+    """
     check_same(stored.header, planned)
-    seam = None
+    seam, after = None, None
+    started = datetime.fromisoformat(stored.header.started_utc)
     if may_go_on(stored):
-        require_still_allowed(planned, datetime.fromisoformat(stored.header.started_utc))
+        require_still_allowed(planned, started)
         seam = find_seam(planned.plan.steps, stored.events, by, _subject(stored))
-    named = no_load or (str(used) if (used := used_no_load(stored)) else None)
-    chosen = no_load_for(planned, folder.parent, named)
-    return ResumableRun(folder, stored, planned, chosen, seam)
+    named = no_loads.before or (str(used) if (used := used_no_load(stored)) else None)
+    ended = None if seam is not None else started
+    chosen = no_load_for(planned, folder.parent, named, ended)
+    if ended is not None and stored.info.outcome == Outcome.COMPLETED:
+        after = no_load_after_for(planned, folder.parent, no_loads.after, ended)
+    return ResumableRun(folder, stored, planned, chosen, seam, after)
 
 
 def resume(
@@ -139,7 +152,15 @@ def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
         errors.append(DataError(f"the run had ended by an error: {info.reason}"))
     end = outcome, info.reason, tuple(passed_over(run.stored.events))
     with RunWriter(run.folder) as writer:
-        return finish(run.planned, writer, end, run.no_load, errors, progress=progress)
+        return finish(
+            run.planned,
+            writer,
+            end,
+            run.no_load,
+            errors,
+            progress=progress,
+            no_load_after=run.no_load_after,
+        )
 
 
 def _file(stored: StoredRun, what: str) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
@@ -44,16 +44,19 @@ def analyse_run(
     path: Path,
     registry: Registry,
     no_load: Path | None = None,
+    no_load_after: Path | None = None,
     *,
     acceptance: Acceptance | None = None,
     progress: Progress = unseen,
 ) -> Result:
     """Analyse a stored run as its procedure says; raise DataError.
 
-    The no-load run is the one given, or else the one that is embedded in the file. `acceptance`
+    The no-load runs are those given, or else those that are embedded in the file. `acceptance`
     stands in place of the procedure's own. `progress` is told how far a validation is.
     """
     stored = read(path)
+    if no_load_after is not None:
+        stored = replace(stored, no_load_after=read(no_load_after))
     other = read(no_load) if no_load is not None else stored.no_load
     return analyse_stored(stored, registry, other, acceptance=acceptance, progress=progress)
 
@@ -82,6 +85,7 @@ def analyse_stored(
     analysed = is_analysed(stored, procedure)
     if not analysed:
         spec, limits, no_load = AnalysisSpec(), None, None
+    after = stored.no_load_after if analysed else None
     return analyse(
         run_data(stored),
         run_data(no_load) if no_load is not None else None,
@@ -91,6 +95,7 @@ def analyse_stored(
         lookup=registry,
         progress=progress,
         analyses=procedure.named_analyses if analysed else (),
+        no_load_after=None if after is None else run_data(after),
     )
 
 

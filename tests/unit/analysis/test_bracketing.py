@@ -11,6 +11,7 @@ import pytest
 from helpers_analysis import MEASURAND
 from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.analysis.analyse import analyse
+from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisSpec
 from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
@@ -64,6 +65,23 @@ def found(run, **no_load):
     return analyse(
         run, None, spec, acceptance=None, measurand=MEASURAND, lookup=load_registry()
     ).compensations["template_inverse"]
+
+
+def found_of_three(friction, **no_load):
+    """Return what is found of three runs of their own, at those places between begin and end."""
+    before, loaded, after = (
+        replace(run_of(friction, parts=(name,)), run_id=name, zeros={}) for name in PLACES
+    )
+    spec = AnalysisSpec.model_validate(
+        {
+            "no_load": {"procedure": "N", "after": True, **no_load},
+            "despike": {"hampel": {"window": 11}},
+            "outliers": {"grubbs": {"alpha": 0.05}},
+            "compensations": ["template_inverse"],
+        }
+    )
+    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    return analyse(loaded, before, spec, no_load_after=after, **known)
 
 
 def errors_nm(compensation):
@@ -130,7 +148,32 @@ def test_points_on_one_side_alone_have_no_such_line():
 
 
 def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
-    with pytest.raises(ValueError, match="'drift' needs 'from: this run'"):
+    with pytest.raises(ValueError, match="'drift' needs 'after: true' or 'from: this run'"):
         AnalysisSpec.model_validate(
             {"no_load": {"procedure": "SSPB-NLI", "drift": "tester.temperature"}}
         )
+
+
+def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting):
+    result = found_of_three(STEADY)
+    apart = result.compensations["template_inverse"]
+    np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
+    both = ([line(point).u for point in each.points] for each in (apart, drifting))
+    np.testing.assert_allclose(*both, rtol=1e-3)
+    assert result.no_load_run_after.run_id == "after"
+
+
+def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
+    runs = [replace(run_of(STEADY, parts=(name,)), run_id=name) for name in PLACES]
+    before, loaded, after = runs
+    spec = AnalysisSpec.model_validate(
+        {"no_load": {"procedure": "N"}, "compensations": ["template_inverse"]}
+    )
+    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    with pytest.raises(DataError, match="before and loaded are not before and after after"):
+        analyse(after, before, spec, no_load_after=loaded, **known)
+
+
+def test_this_run_has_no_run_after_it():
+    with pytest.raises(ValueError, match="'after' is for a run of its own"):
+        AnalysisSpec.model_validate({"no_load": {"from": "this run", "after": True}})

@@ -33,6 +33,12 @@ if TYPE_CHECKING:
     help="Another no-load run than the one in the file.",
 )
 @click.option(
+    "--no-load-after",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="Another no-load run after it than the one in the file.",
+)
+@click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     help="Write the result here, as JSON; the file must be new.",
@@ -43,9 +49,10 @@ def command(
     run: str,
     runs: Path,
     station: str | None,
-    no_load: str | None,
-    out: Path | None,
     *,
+    no_load: str | None,
+    no_load_after: str | None,
+    out: Path | None,
     as_json: bool,
 ) -> ExitCode:
     """Analyse a stored run again.
@@ -58,10 +65,10 @@ def command(
     from rigrunner.workflow.lab_plugins import lab_registry
     from rigrunner.workflow.stored import analyse_run
 
-    other = None if no_load is None else find_run(no_load, runs)
+    others = [None if each is None else find_run(each, runs) for each in (no_load, no_load_after)]
     with shown_progress() as progress:
         path, registry = find_run(run, runs), lab_registry(station)
-        found = analyse_run(path, registry, other, progress=progress.analysing)
+        found = analyse_run(path, registry, *others, progress=progress.analysing)
     content = document(found)
     if out is not None:
         _write_new(out, content)

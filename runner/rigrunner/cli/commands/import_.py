@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     help="The no-load run to compensate with.",
 )
 @click.option(
+    "--no-load-after",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="The no-load run made after it, where the procedure asks for one.",
+)
+@click.option(
     "--station",
     shell_complete=stations,
     help="A station in place of the mapping's; needed where it brings plugins of its own.",
@@ -34,6 +40,7 @@ def command(
     mapping: Path,
     runs: Path,
     no_load: str | None,
+    no_load_after: str | None,
     station: str | None,
     *,
     overridden: tuple[str, ...],
@@ -53,7 +60,7 @@ def command(
     from rigrunner.workflow.importing.planning import plan_import
     from rigrunner.workflow.importing.run import import_run
     from rigrunner.workflow.locate import find_station
-    from rigrunner.workflow.noload import no_load_for
+    from rigrunner.workflow.noload import no_load_after_for, no_load_for
     from rigrunner.workflow.overrides import overrides_for
 
     named = None if station is None else find_station(station)
@@ -61,6 +68,7 @@ def command(
     planned = checked.planned
     overrides = overrides_for(planned, overridden, by, reason)
     chosen = no_load_for(planned, runs, no_load)
+    second = no_load_after_for(planned, runs, no_load_after, planned.clock.utc())
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     with shown_progress() as progress:
@@ -68,6 +76,7 @@ def command(
             checked,
             runs=runs,
             no_load=chosen,
+            no_load_after=second,
             overrides=overrides,
             progress=progress.analysing,
         )

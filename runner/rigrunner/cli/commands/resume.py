@@ -34,6 +34,12 @@ if TYPE_CHECKING:
     shell_complete=stored_runs,
     help="The no-load run to compensate with, instead of the one of the start.",
 )
+@click.option(
+    "--no-load-after",
+    metavar="RUN",
+    shell_complete=stored_runs,
+    help="The no-load run made after it, where the procedure asks for one.",
+)
 @click.option("--by", default="", metavar="NAME", help="Who resumes it; else who began it.")
 @click.option("--dry-run", is_flag=True, help="Check, and show where it would go on.")
 @click.option("--unattended", is_flag=True, help="Take the procedure's own answers.")
@@ -44,8 +50,9 @@ def command(
     runs: Path,
     procedure: str | None,
     station: str | None,
-    no_load: str | None,
     *,
+    no_load: str | None,
+    no_load_after: str | None,
     by: str,
     dry_run: bool,
     unattended: bool,
@@ -68,6 +75,7 @@ def command(
     from rigrunner.runfile import run_lock
     from rigrunner.workflow.by_hand.settling import settle_left
     from rigrunner.workflow.interrupted import person, read_interrupted
+    from rigrunner.workflow.noload import NamedNoLoads
     from rigrunner.workflow.planning import planned_run
     from rigrunner.workflow.resume import prepare_resume, resume, run_files
 
@@ -80,7 +88,9 @@ def command(
             find_station(station) if station else None,
         )
         who = by.strip() or person(stored)
-        found = prepare_resume(folder, stored, planned_run(*files, realtime=realtime), who, no_load)
+        planned = planned_run(*files, realtime=realtime)
+        named = NamedNoLoads(no_load, no_load_after)
+        found = prepare_resume(folder, stored, planned, who, named)
         tell_resumable(found)
         if dry_run:
             tell_left(found.planned.station.model.id)

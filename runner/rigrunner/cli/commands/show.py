@@ -149,6 +149,8 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield "recordings", _recordings(info.recording_names)
     if stored.no_load is not None:
         yield "no-load run", stored.no_load.header.run_id
+    if stored.no_load_after is not None:
+        yield "no-load run after it", stored.no_load_after.header.run_id
     yield "SHA-256", stored.digest
 
 

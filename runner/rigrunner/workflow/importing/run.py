@@ -36,6 +36,7 @@ def import_run(
     *,
     runs: Path,
     no_load: Path | None,
+    no_load_after: Path | None = None,
     overrides: Sequence[Override] = (),
     progress: Progress = unseen,
 ) -> FinishedRun:
@@ -60,7 +61,15 @@ def import_run(
             _refuse_changed(mapping, digests)
             is_recorded = True
             end = (Outcome.COMPLETED, "", ())
-            return finish(planned, writer, end, no_load, errors, progress=progress)
+            return finish(
+                planned,
+                writer,
+                end,
+                no_load,
+                errors,
+                progress=progress,
+                no_load_after=no_load_after,
+            )
     except BaseException:
         if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
             shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open

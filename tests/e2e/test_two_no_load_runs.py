@@ -1,0 +1,77 @@
+"""A no-load run before and another after: the loaded one waits for it, and what drifts is out."""
+
+from __future__ import annotations
+
+import json
+from datetime import timedelta
+
+import numpy as np
+import pytest
+
+from helpers_cli import call
+from helpers_workflow import START, quick_procedure, run, station_file
+from rigrunner.api.errors import ExitCode
+from rigrunner.clock import SimulatedClock
+from rigrunner.runfile import read
+
+TRUE_NM = 0.7262
+"""The simulated bearing's starting torque under 1000 N."""
+COLDER = 1.06
+"""The support's friction after the loaded run, of that before it; halfway in between."""
+COULOMB_NM = 0.7597
+PLAIN, AFTER = "max_age: 8 h, ", "max_age: 8 h, after: true, "
+NAMED = "drift between the no-load points (time)"
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Three runs two hours apart on a rig that gets colder; the loaded one waits."""
+    folder = tmp_path_factory.mktemp("bracket")
+    runs, procedures = folder / "runs", {}
+    procedures["no-load"] = quick_procedure(folder, "no_load_inertia_sweep")
+    procedures["loaded"] = quick_procedure(folder, "starting_torque_1000n", (PLAIN, AFTER))
+    made = {}
+    for number, name in enumerate(("before", "loaded", "after")):
+        place = folder / name
+        place.mkdir()
+        torque = COULOMB_NM * (1 + (COLDER - 1) * number / 2)
+        rig = f"{{seed: 1, support: {{friction: {torque:.5f} N·m}}}}"
+        station = station_file(place, ("{seed: 1}", rig))
+        procedure = procedures["loaded" if name == "loaded" else "no-load"]
+        clock = SimulatedClock(START + timedelta(hours=2 * number))
+        made[name] = run(procedure, runs, station=station, clock=clock)
+    return made
+
+
+def test_the_loaded_run_waits_and_says_so(lab):
+    loaded = lab["loaded"]
+    assert loaded.waits
+    assert loaded.exit_code is ExitCode.UNDECIDED
+    assert loaded.result is None
+    assert (loaded.folder / "journal").is_dir()
+
+
+def test_resume_takes_in_the_second_run_and_the_drift_is_out(lab):
+    name, runs = lab["loaded"].folder.name, lab["loaded"].folder.parent
+    said = call("resume", name, "--runs", runs, "--no-load-after", lab["before"].folder.name)
+    assert said.code != 0
+    assert "before this run, and the second one has to come after it" in said.err
+    said = call("resume", name, "--runs", runs)
+    assert said.code in {ExitCode.PASS, ExitCode.FAIL, ExitCode.UNDECIDED}, said.err
+    stored = read(lab["loaded"].folder)
+    assert stored.info.sealed
+    assert stored.no_load.header.run_id == lab["before"].folder.name
+    assert stored.no_load_after.header.run_id == lab["after"].folder.name
+    found = json.loads((lab["loaded"].folder / "result.json").read_text(encoding="utf-8"))
+    assert found["no_load_run_after"]["id"] == lab["after"].folder.name
+    mean = found["headline"]["compensated"]
+    assert abs(mean["value"] - TRUE_NM) < mean["expanded_uncertainty_95"]
+    (drift,) = (each for each in found["headline"]["budget"] if each["name"] == NAMED)
+    assert drift["contribution"]["value"] == pytest.approx(
+        0.5 * (COLDER - 1) * COULOMB_NM * 0.82 / np.sqrt(3), rel=0.25
+    )
+    assert call("verify", lab["loaded"].folder).code == 0
+    shown = call("show", name, "--runs", runs)
+    assert lab["after"].folder.name in shown.out
+    again = call("analyse", name, "--runs", runs, "--json")
+    assert json.loads(again.out)["headline"]["compensated"] == mean
