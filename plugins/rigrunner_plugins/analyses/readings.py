@@ -18,6 +18,7 @@ from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import Findings, MeasurementResult
+from rigrunner.api.member import channel_of
 from rigrunner.api.units import unit
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
@@ -37,6 +38,11 @@ if TYPE_CHECKING:
 SMALL = 1e-6
 """The part of an error by which its effect is found, at which every statistic is a line."""
 
+_SPREAD = ".peak_to_peak"
+"""What a spread of samples is called: an offset cancels in it. In a root mean square an offset acts
+by mean/rms, at most 1, with which it is counted."""
+_WORDS = {"peak_to_peak": "peak to peak value", "rms": "root mean square"}
+
 
 @dataclass(frozen=True)
 class Readings:
@@ -48,9 +54,16 @@ class Readings:
         """Return the statistic of each group; raise DataError where nothing was measured."""
         found = groups(run, self.settings)
         single = [group for group in found if len(group.times_s) == 1]
+        statistic = self.settings.of.removeprefix(channel_of(self.settings.of))[1:]
         extremes = self.settings.statistic in {"minimum", "maximum", "range"}
         told = []
-        if single and self.settings.statistic == "mean":
+        if single and statistic:
+            told.append(
+                f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
+                f" is the {_WORDS.get(statistic, statistic)} of a recording, of which no scatter is"
+                " kept: its uncertainty is the instrument's alone."
+            )
+        elif single and self.settings.statistic == "mean":
             told.append(
                 f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
                 " is a single reading, which shows no scatter: its uncertainty is the"
@@ -140,7 +153,7 @@ class Readings:
                 sensitivity=1.0,
             )
         for channel, values in group.values.items():
-            for error in run.reading_errors(channel, float(np.abs(values).max())):
+            for error in run.reading_errors(channel_of(channel), float(np.abs(values).max())):
                 name = f"{error.name} ({error.source})" if error.source else error.name
                 if error.acts == "each" and self.settings.statistic == "range":
                     # two errors, not a larger one: their sum has another shape, and another k
@@ -173,8 +186,11 @@ class Readings:
         if error.acts == "each":
             step = SMALL * (float(np.abs(group.values[channel]).max()) or 1.0)
             slope = np.abs(self._combined(group, channel, step) - at_rest).max() / step
+            slope *= 2 if channel.endswith(_SPREAD) else 1  # of the highest and the lowest sample
             return float(slope) * self._statistic.bound(group.series(at_rest))
         if self.settings.statistic == "settling_time":
+            return 0.0
+        if error.acts == "offset" and channel.endswith(_SPREAD):
             return 0.0
         size = group.values[channel] if error.acts == "gain" else np.ones(len(at_rest))
         step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(at_rest).max()) or 1.0)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import AfterValidator, Field, TypeAdapter, WithJsonSchema, model_validator
 
 from rigrunner.api.findings import NeededChannel, ResultDefinition
-from rigrunner.api.member import NAME, Member
+from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference, ListOf, PlainText, Ratio, Settings
 from rigrunner.api.units import QuantityError, is_coherent, unit
@@ -30,6 +30,9 @@ Statistic = Literal[
 ]
 _KEY = TypeAdapter(CoordinateKey).json_schema()
 _ONE_OR_SEVERAL = WithJsonSchema({"anyOf": [_KEY, {"type": "array", "items": _KEY}]})
+_VALUE = rf"^{NAME}\.{NAME}(\.(mean|minimum|maximum|peak_to_peak|rms))?$"
+ValueName = Annotated[str, Field(pattern=_VALUE)]
+"""A channel, 'role.name', or a statistic of its samples, 'role.name.rms'."""
 
 
 def _symbol(text: str) -> str:
@@ -52,13 +55,14 @@ class ResultSettings(Settings):
 class ReadingsSettings(Settings):
     """A statistic of a recorded channel, or of a column of measured values."""
 
-    of: Member
-    """The channel, such as meter.voltage."""
+    of: ValueName
+    """The channel, such as meter.voltage; or a statistic that `record` keeps of one, such as
+    tester.torque.rms."""
     statistic: Statistic = "mean"
     """What is taken of its values: over each group of `per`, or over all."""
-    minus: Member | None = None
+    minus: ValueName | None = None
     """A channel that was read with it: the statistic is of the differences, value by value."""
-    divided_by: Member | None = None
+    divided_by: ValueName | None = None
     """A channel that was read with it: the statistic is of the quotients, value by value."""
     per: Annotated[ListOf[CoordinateKey], _ONE_OR_SEVERAL] = ()
     """A result for each value of these set-points or coordinates, such as [load.current]."""
@@ -92,7 +96,7 @@ class ReadingsSettings(Settings):
         return self
 
     @property
-    def other(self) -> Member | None:
+    def other(self) -> str | None:
         """The channel that is subtracted or divided by."""
         return self.minus or self.divided_by
 

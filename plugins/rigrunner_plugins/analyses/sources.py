@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import CoordinateValue
+from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.statistics import Series
 
@@ -106,11 +107,20 @@ def _parts(run: RunData, names: list[str], settings: ReadingsSettings) -> Iterat
             yield _of_recording(recording, run, names)
         return
     for row in run.measurements:
-        if settings.table not in {None, row.name} or row.recording:
+        if settings.table not in {None, row.name}:
+            continue
+        if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):
-            values = {name: np.array([row.values[name] - run.zero("", name)]) for name in names}
+            values = {name: np.array([row.values[name] - _zero(name, row, run)]) for name in names}
             yield _Part(_place(row), values, row.units, datetime.fromisoformat(row.utc), 0.0)
+
+
+def _zero(name: str, row: Measurement, run: RunData) -> float:
+    """Return what is taken off a value: of a spread and a root mean square nothing."""
+    channel = channel_of(name)
+    follows = name.removeprefix(channel) in {"", ".mean", ".minimum", ".maximum"}
+    return run.zero(row.recording, channel) if follows else 0.0
 
 
 def _of_recording(recording: Recording, run: RunData, names: list[str]) -> _Part:

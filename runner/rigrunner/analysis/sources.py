@@ -12,6 +12,7 @@ from rigrunner.analysis.channels import is_set, torque_channels
 from rigrunner.api.coordinates import matches, mixed_labels
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
+from rigrunner.api.member import channel_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -65,7 +66,11 @@ def _as_recordings(measurements: Iterable[Measurement]) -> Iterable[Recording]:
             rate_hz=nan,
             started_utc=one.utc,
             setpoints=one.setpoints,
-            channels={name: np.array([value]) for name, value in one.values.items()},
+            channels={
+                name: np.array([value])
+                for name, value in one.values.items()
+                if name == channel_of(name)  # and no statistic of samples
+            },
             units=one.units,
             conditions=one.values,
             coordinates=one.coordinates,

@@ -30,6 +30,8 @@ class Outcome(StrEnum):
     ERROR = "error"
 
 
+RECORDED = "recorded"
+"""The table of what is found of the samples of recordings: statistics, and values with limits."""
 CONCLUDED = frozenset({Outcome.COMPLETED, Outcome.STOPPED_AT_LIMIT})
 """How a run ends that has a verdict: any other neither passes nor fails."""
 

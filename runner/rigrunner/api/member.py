@@ -64,6 +64,15 @@ class Member(str):
         return found
 
 
+def channel_of(value: str) -> Member:
+    """Return the channel, 'role.name', of a value: itself, or one of its statistics.
+
+    That of 'tester.torque.rms' is tester.torque.
+    """
+    role, name, *_ = value.split(".")
+    return Member(role, name)
+
+
 def role_of(place: Member | str) -> str:
     """Return the role of a member, or the role itself where a whole device is named."""
     return place.role if isinstance(place, Member) else place

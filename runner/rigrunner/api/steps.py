@@ -171,6 +171,11 @@ class Action:
         return ""
 
     @property
+    def statistics(self) -> Sequence[str]:
+        """What of the samples that it records is a row of a table, 'role.name.statistic'."""
+        return ()
+
+    @property
     def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
         """Where the drives stand when it reads, and the units of all that it reads or sets."""
         return NONE, NONE

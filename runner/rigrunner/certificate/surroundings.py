@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.accuracy import AccuracyInParts
 from rigrunner.api.certificate import Condition, InstrumentEntry
 from rigrunner.api.instruments import OtherInstrument, TorqueInstrument
-from rigrunner.api.member import Member
+from rigrunner.api.member import Member, channel_of
 from rigrunner.certificate.numerals import printed
 
 if TYPE_CHECKING:
@@ -33,8 +33,10 @@ def conditions_of(run: RunData) -> Iterator[Condition]:
         for channel, value in recording.conditions.items():
             seen.setdefault(channel, []).append(value)
     for measurement in run.measurements:
-        for channel, value in measurement.values.items():
-            seen.setdefault(channel, []).append(value)
+        for name, value in measurement.values.items():
+            statistic = name.removeprefix(channel_of(name))
+            if statistic in {"", ".mean", ".minimum", ".maximum"}:
+                seen.setdefault(channel_of(name), []).append(value)
     for channel, values in seen.items():
         quantity = Member.parse(channel).name
         if quantity in _SHOWN:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import PluginError
-from rigrunner.api.member import Member
+from rigrunner.api.member import Member, channel_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -134,6 +134,10 @@ def _measured(plan: Plan) -> Iterator[Measured]:
         known: dict[str, str] = {member: record.units[member] for member in members}
         yield known, frozenset(record.setpoints) | frozenset(each.coordinates)
     for step in plan.steps:
+        if found := step.action.statistics:
+            setpoints, symbols = step.action.known
+            units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
+            yield units, frozenset(setpoints) | frozenset(step.coordinates)
         if rows := step.action.rows:
             read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
             for setpoints in rows.setpoints[:1]:
@@ -146,10 +150,11 @@ def _check_register(
     """Add a problem for a channel that enters a result with a limit, and is not in the register."""
     register = {each.channel for each in station.model.instruments}
     for each in needed:
-        if each.name in register:
+        channel = channel_of(each.name)
+        if channel in register:
             continue
-        message = f"{each.name} enters the result '{each.enters}', which has a limit: there is no "
-        hint = "enter its accuracy: {channel: " + each.name + ", measures: ..., accuracy: ...}"
+        message = f"{channel} enters the result '{each.enters}', which has a limit: there is no "
+        hint = "enter its accuracy: {channel: " + channel + ", measures: ..., accuracy: ...}"
         problems.add(
             station.document, ("instruments",), message + "instrument for it", hint, key=True
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.plan.actions import PlannedStep, Terms
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Hashable, Mapping
     from pathlib import Path as Folder
 
     from rigrunner.api.coordinates import Coordinate
@@ -80,6 +81,8 @@ class Draft:
     recordings: list[Recorded] = field(default_factory=list)
     answered: dict[str, Expected] = field(default_factory=dict)
     """The inputs that have an answer by then, and what is allowed as one."""
+    repeated: Counter[Hashable] = field(default_factory=Counter)
+    """How often each step was written down that counts by itself how often it is done."""
     coordinates: dict[str, tuple[str, str]] = field(default_factory=dict)
     """Of each name of a counter or label: what kind its values are, and where it is first given."""
 

@@ -10,7 +10,7 @@ from rigrunner.plan.actions import Recorded
 from rigrunner.plan.terms import planned_limits, recorded_limits, terms_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Hashable, Iterable, Mapping, Sequence
 
     from rigrunner.api.devices import ChannelInfo
     from rigrunner.api.limits import ValueLimit
@@ -135,6 +135,15 @@ class Planning:
     ) -> list[ValueLimit]:
         """Return the limits of samples of channels, and of values that are read `beside`."""
         return list(recorded_limits(bands, channels, beside, self.place, self.scene))
+
+    def times_before(self, *what: Hashable) -> int:
+        """Return how often this step of the file was written down before; of some more, for each.
+
+        To be asked once each time.
+        """
+        asked = (id(self.scene.document), self.place.path, *what)
+        self.scene.draft.repeated[asked] += 1
+        return self.scene.draft.repeated[asked] - 1
 
     def record(self, recording: Recording, beside: Sequence[Member]) -> None:
         """Take note of a recording, and of what is read beside it."""

@@ -45,6 +45,7 @@ OnFail = Annotated[
 ]
 
 
+SampleStatistic = Literal["mean", "minimum", "maximum", "peak_to_peak", "rms"]
 Cycles = Annotated[int, Field(ge=1, le=1_000_000)]
 Channels = Annotated[ListOf[Member], Field(min_length=1)]
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from rigrunner.api.data import Measurement
-from rigrunner.api.events import Scanned, StepEnded, StepStarted
+from rigrunner.api.events import RECORDED, Scanned, StepEnded, StepStarted
+from rigrunner.api.member import channel_of
 from rigrunner.runfile.elapsed import main_began, seconds_since
 
 if TYPE_CHECKING:
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 
     _Step = tuple[str, int]
 
-RECORDED, ZEROED = "recorded", "zeroed"
-"""The tables of the values with limits that recordings and zeros found."""
+ZEROED = "zeroed"
+"""The table of the values with limits that zeros found."""
 
 
 def superseded(events: Iterable[Event]) -> frozenset[str]:
@@ -95,28 +96,30 @@ def _row_of_step(
 ) -> Measurement | None:
     """Return the row that a step makes; None for one that makes none.
 
-    A zero or a recording makes one of its values that have limits.
+    A zero or a recording makes one of its values that have limits; a recording of its statistics
+    too.
     """
     if event.measurement:
         row = _row(event, started, began)
         return _with_readings(row, event, started) if event.readings else row
     limits = started.limits if started is not None else ()
-    if not limits:
+    if not (limits or event.statistics):
         return None
     found = {**event.values, **event.statistics}
     values = {limit.of: found[limit.of] for limit in limits if limit.of in found}
+    values |= event.statistics
     known = {**(started.units if started else {}), **event.units}
     setpoints = started.setpoints if started is not None else {}
     members = (*setpoints, *values)
     units = {name: unit for name in members if (unit := _unit(name, known))}
-    table = RECORDED if event.recording else ZEROED
+    table = ZEROED if event.action == "zero" else RECORDED
     row = Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
     return _placed(row, started, began)
 
 
 def _unit(name: str, known: Mapping[str, str]) -> str:
     """Return the unit of a value, of a drive, or of the channel of a statistic."""
-    return known.get(name) or known.get(name.rpartition(".")[0], "")
+    return known.get(name) or known.get(channel_of(name), "")
 
 
 def _row(

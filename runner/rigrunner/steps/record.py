@@ -1,17 +1,22 @@
-"""`record`: channels of one device are recorded, over whole cycles or for a time."""
+"""`record`: channels of one device are recorded, over whole cycles or for a time.
+
+Of a recording that is done again and again `keep_every` keeps some whole, and of all of them the
+`statistics`: the disk is bounded then, however long the run is.
+"""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
 from rigrunner.api.coordinates import written_text
 from rigrunner.api.events import Samples
 from rigrunner.api.hooks import StepRecord
-from rigrunner.api.settings import PositiveDuration
+from rigrunner.api.member import Member
+from rigrunner.api.settings import ListOf, PositiveDuration
 from rigrunner.api.steps import Action, Found, StepSettings
 from rigrunner.procedure.options import (
     Channels,
@@ -20,14 +25,14 @@ from rigrunner.procedure.options import (
     RecordedLimits,
     Repeatable,
     Retries,
+    SampleStatistic,
     Timeout,
 )
-from rigrunner.procedure.refusals import require_one
+from rigrunner.procedure.refusals import refused, require_one
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
-    from rigrunner.api.member import Member
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
@@ -44,6 +49,13 @@ class RecordStep(StepSettings):
     """How many whole cycles of the motion."""
     duration: PositiveDuration | None = None
     """How long."""
+    statistics: dict[Member, Annotated[ListOf[SampleStatistic], Field(min_length=1)]] = Field(
+        default_factory=dict
+    )
+    """By channel, what of its samples is a row of the table `recorded`."""
+    keep_every: Annotated[int | None, Field(ge=2, le=100_000)] = None
+    """Of this recording, done again and again, the samples of the first are kept and of each so
+    manieth after it; of the others only the statistics. Counted at each set-point by itself."""
     limits: RecordedLimits = Field(default_factory=dict)
     timeout: Timeout = None
     retries: Retries = 0
@@ -55,8 +67,13 @@ class RecordStep(StepSettings):
         return 1
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def _fits_together(self) -> Self:
         require_one(self, "cycles", "duration")
+        if self.keep_every and not self.statistics:
+            raise refused(
+                "the key 'statistics' is missing: without it nothing is kept of the others",
+                "such as statistics: {tester.torque: [mean, rms]}",
+            )
         return self
 
 
@@ -79,7 +96,9 @@ class Record(Action):
     sample_rate_hz: float | None = None
     """As the device states it before it is connected; None where it cannot."""
     statistics: tuple[str, ...] = ()
-    """The statistics of its samples that have limits, as 'role.name.statistic'."""
+    """The statistics of its samples that are kept or have limits, as 'role.name.statistic'."""
+    kept: bool = True
+    """Whether its samples are kept."""
 
     @property
     def streamed(self) -> str:
@@ -88,8 +107,8 @@ class Record(Action):
 
     @property
     def recording(self) -> str:
-        """Its name."""
-        return self.name
+        """Its name; '' where its samples are not kept."""
+        return self.name if self.kept else ""
 
     @property
     def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
@@ -108,7 +127,8 @@ class Record(Action):
         conditions, units = rig.conditions(self.role, self.channels)
         statistics = RecordedStatistics(self.statistics)
         for block in doing.stream(self.role, self.channels, self.duration_s):
-            doing.emit(Samples, recording=self.name, block=block)
+            if self.kept:
+                doing.emit(Samples, recording=self.name, block=block)
             statistics.take(block.channels)
         found, found_units = rig.stream_conditions(self.role)
         known = {**self.units, **units, **found_units}
@@ -126,6 +146,10 @@ def plan(record: RecordStep, planning: Planning) -> None:
     names = tuple(member.name for member in record.channels)
     beside = scene.bench.conditions(role, names)
     limits = planning.recorded_limits(record.limits, record.channels, beside)
+    limited = [each.of for each in limits if each.of not in beside]
+    setpoints = planning.setpoints()
+    every = record.keep_every
+    kept = every is None or planning.times_before(*setpoints.items()) % every == 0
     draft = scene.draft
     digits = max(_LEAST_DIGITS, len(str(draft.wanted)))
     number = f"{len(draft.recordings) + 1:0{digits}d}"
@@ -134,14 +158,17 @@ def plan(record: RecordStep, planning: Planning) -> None:
         role=role,
         channels=names,
         duration_s=duration_s,
-        setpoints=planning.setpoints(),
+        setpoints=setpoints,
         units=planning.drive_units() | units,
         cycle_frequency_hz=frequency_hz,
         sample_rate_hz=scene.bench.sample_rate_hz(role, planning.place.path),
-        statistics=tuple(each.of for each in limits if each.of not in beside),
+        statistics=tuple(dict.fromkeys((*_statistics(record, planning), *limited))),
+        kept=kept,
     )
-    planning.record(action, beside)
-    text = f"Record {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
+    if kept:
+        planning.record(action, beside)
+    what = "Record" if kept else "Keep statistics of"
+    text = f"{what} {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
     planning.emit(action, text, duration_s, limits)
 
 
@@ -154,6 +181,17 @@ def _name(number: str, frequency_hz: float | None, planning: Planning) -> str:
         text = written_text(value, unit, written)
         parts.append(re.sub(r"[^\w.+-]+", "", text if isinstance(value, str) else name + text))
     return "_".join(parts)[:_LONGEST_NAME]
+
+
+def _statistics(record: RecordStep, planning: Planning) -> Iterator[str]:
+    """Yield the statistics that are to be kept; one of what is not recorded is a problem."""
+    for member, names in record.statistics.items():
+        if member not in record.channels:
+            hint = f"recorded: {', '.join(record.channels)}"
+            message = f"{member} is not recorded by this step"
+            planning.scene.complain(planning.path("statistics", member), message, hint, key=True)
+        for name in names:
+            yield f"{member}.{name}"
 
 
 def _one_role(record: RecordStep, planning: Planning) -> tuple[str, dict[Member, str]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.channels import INDEX
 from rigrunner.api.errors import InvalidFileError, Problem
-from rigrunner.api.member import Member
+from rigrunner.api.member import Member, channel_of
 from rigrunner.api.quantity import readable
 from rigrunner.api.units import unit
 from rigrunner.yamlfile.document import dotted
@@ -234,7 +234,7 @@ def entering_channels(planned: Planned) -> tuple[Member, ...]:
 def _of_named_analyses(planned: Planned) -> Iterator[Member]:
     for plugin in planned.procedure.model.named_analyses:
         for each in planned.registry.channels_of(plugin.name, plugin.settings):
-            yield Member.parse(each.name)
+            yield channel_of(each.name)
     for step in planned.plan.steps:
         for limit in step.limits:
             role, name, *_ = limit.of.split(".")  # and a statistic of a recording
