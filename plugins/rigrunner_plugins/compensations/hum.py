@@ -95,17 +95,26 @@ def _power(points: Iterable[SwingPoint], mains_hz: float) -> float:
         if averaged or _apart(mains_hz, frequency, count) < LOCKED:
             continue
         rest = point.torque_nm - point.torque_nm[point.kept].mean(axis=0)
-        rest = np.where(point.kept[:, None], rest, 0.0).ravel()
-        phase = -2j * np.pi * np.arange(count * size) / (size * frequency)
-        powers = [
-            [abs(np.mean(rest * np.exp(phase * (mains_hz + off)))) ** 2 for off in offsets]
-            for offsets in (AROUND_HZ, BESIDE_HZ)
-        ]
-        seen.append(max(powers[0]))
-        noise.append(float(np.mean(powers[1])))
+        rest = np.where(point.kept[:, None], rest, 0.0)
+        rate_hz = size * frequency
+        seen.append(float(_powers(rest, rate_hz, mains_hz + AROUND_HZ).max()))
+        noise.append(float(_powers(rest, rate_hz, mains_hz + BESIDE_HZ).mean()))
     if not seen or np.median(seen) < CLEARLY * np.median(noise):
         return 0.0
     return float(np.median(seen))
+
+
+def _powers(values: Array, rate_hz: float, hertz: Array) -> Array:
+    """Return the power of samples at each of these frequencies, by their Fourier sums.
+
+    `values` has a row for each cycle: a wave over all of them is the wave over the first one, times
+    what it has turned by the beginning of each.
+    """
+    cycles, size = values.shape
+    turn = -2j * np.pi * hertz[:, None] / rate_hz
+    of_each = values @ np.exp(turn * np.arange(size)).T
+    sums = np.sum(np.exp(turn * size * np.arange(cycles)).T * of_each, axis=0)
+    return np.asarray(np.abs(sums / values.size) ** 2)
 
 
 def _apart(mains_hz: float, frequency_hz: float, cycles: int) -> float:
