@@ -137,7 +137,7 @@ def test_a_page_that_was_changed_and_sealed_anew_does_not_follow_from_its_conten
     resealed(page, replacing(b"<td>Example customer</td>", b"<td>Another customer</td>"))
     done = verified(certified, page)
     assert done.code == 1
-    assert "held     seal of" in done.out
+    assert "OK       seal of" in done.out
     assert "(section 'Customer and item') it shows 'Customer Another customer'" in done.out
 
 

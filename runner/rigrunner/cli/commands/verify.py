@@ -102,13 +102,13 @@ def _run(what: str, runs: Path) -> Path:
 
 def _text(found: Verification) -> str:
     groups = {
-        "held     ": found.held,
+        "OK       ": found.held,
         "DIFFERS  ": list(_shortened(found.differences)),
         "REPLACED ": found.replaced,
         "UNPROVEN ": found.unproven,
         "OTHER    ": [f"numbers not recomputed: {each}" for each in found.not_recomputed],
         "OPEN     ": found.unchecked,
-        "note     ": found.information,
+        "info     ": found.information,
     }
     lines = [f"{mark}{each}" for mark, group in groups.items() for each in group]
     return "\n".join([found.conclusion, "", *lines])
