@@ -470,7 +470,7 @@ def test_a_call_that_never_comes_back_is_one_failure_with_its_line(tmp_path):
     found = list(examine(hangs, chosen, longest_s=0.3))
     (failed,) = [each for each in found if each.state is State.FAIL]
     assert "did not come back within 0.3 s: it waits in" in failed.text
-    assert re.search(r"spring.py:3[34]", failed.mend)
+    assert re.search(r"spring.py:3[34]", failed.fix)
     after = found[found.index(failed) + 1 :]
     assert {each.state for each in after} == {State.NOT_JUDGED}
 
@@ -496,7 +496,7 @@ def test_an_entry_point_that_names_another_module_says_so(place, words):
     registry = load_registry([EntryPoint("spring", place, "rigrunner")])
     told = registry.disabled_with("spring")
     assert told is not None
-    assert [word for word in words if word not in f"{told.reason} {told.mend}"] == []
+    assert [word for word in words if word not in f"{told.reason} {told.fix}"] == []
 
 
 def test_what_is_not_judged_says_for_which_failure(tmp_path):

@@ -42,7 +42,7 @@ ROWS = rows_of("What the engine answers")
 
 
 def planned(folder, kind, call, *, once, terms=""):
-    """Plan the short no-load sweep; the fault befalls its first set-point, 1 Hz."""
+    """Plan the short no-load sweep; the fault affects its first set-point, 1 Hz."""
     procedure = moment_procedure(folder, "no_load_inertia_sweep")
     text = procedure.read_text(encoding="utf-8")
     assert RECORD in text

@@ -285,7 +285,7 @@ def test_a_station_whose_device_does_not_answer_cannot_be_started(screen, lab):
     pair = ready(screen, "no_load_inertia_sweep.yaml", "unplugged.yaml")
     (failed,) = [each for each in screen.state["preflight"]["items"] if each["state"] == "fail"]
     assert (failed["kind"], failed["name"], failed["override"]) == ("device", "tester", "")
-    assert failed["mend"]
+    assert failed["fix"]
     screen.post("run/start", 409, **pair)
 
 
@@ -298,7 +298,7 @@ def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed
         code, said = server.end(signal.SIGINT)
         screen.close()
     assert code == 130
-    assert f"{name} is going on. Aborting: teardown" in said
+    assert f"{name} is running. Aborting: teardown" in said
     run = read(lab / "runs" / name)
     assert (run.info.sealed, run.info.outcome) == (True, "aborted")
     assert any("teardown" in getattr(each, "step", "") for each in run.events)

@@ -2,7 +2,7 @@
 
 Prints a table of what became of them. A reader may read a file or refuse it with a RigrunnerError,
 within ten seconds; whatever else happens is a crash, and its file is kept in the folder `--out`,
-from where it goes to tests/fuzz/corpus once it is mended. The readers run in a process of their
+from where it goes to tests/fuzz/corpus once it is fixed. The readers run in a process of their
 own, so that one that brings it down is seen too. The same seed gives the same files.
 """
 

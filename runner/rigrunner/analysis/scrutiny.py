@@ -102,7 +102,7 @@ class _Subject:
     def refuse(self, what: str) -> NoReturn:
         """Raise the PluginError."""
         kind = self.kind.replace("_", " ")
-        hint = f"its author is to mend that; see 'rigrunner check-plugin {self.name}'"
+        hint = f"its author is to fix that; see 'rigrunner check-plugin {self.name}'"
         raise PluginError(f"the {kind} '{self.name}' gave {what}", hint=hint)
 
     def need(self, holds: bool, what: str) -> None:  # noqa: FBT001  (reads as a sentence)

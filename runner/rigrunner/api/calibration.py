@@ -39,7 +39,7 @@ class CalibratedRange(Settings):
 
 
 class CalibrationPoint(Settings):
-    """One line of the certificate's table: what was applied, what was shown, and how surely."""
+    """One line of the certificate's table: applied value, indication and uncertainty."""
 
     applied: AnyQuantity
     """What the standard put on the instrument."""

@@ -120,7 +120,7 @@ class Driver:
         self.is_reconnecting = False
         """Whether `open` is called after a failure: what comes late may still be on the line."""
         self._lost_by = ""
-        """What is to be mended by connecting anew: the error in words; '' for nothing."""
+        """What is to be fixed by connecting anew: the error in words; '' for nothing."""
 
     def open(self, timeout_s: float) -> Identity:
         """Open the connection and say who answers; raise a DeviceError."""

@@ -205,7 +205,7 @@ class RunEnded(Event, frozen=True, kw_only=True):
     read_back: Mapping[str, float] = {}
     """What was read back of each drive after making safe: 'role.drive' in SI units."""
     resumable: bool = False
-    """Whether it may be resumed once its cause is mended.
+    """Whether it may be resumed once its cause is fixed.
 
     That is so where it could not be kept on record, or where a device was lost or did not answer.
     """

@@ -69,7 +69,7 @@ class PluginRecord:
     """Of a method or a page layout: one more with each change that gives another number or page.
 
     Runs and documents carry it. `verify` computes numbers again by the revision that made them, and
-    says so where another one is installed. Also of a change that mends a mistake.
+    says so where another one is installed. Also of a change that fixes a mistake.
     """
 
     @property

@@ -186,7 +186,7 @@ class Action:
         return ()
 
     def again(self, total: int) -> Self:  # noqa: ARG002  (of those that need it)
-        """Return it as it is begun for the so-manieth time, 1 being the first."""
+        """Return it as it is begun for the n-th time, counted from 1."""
         return self
 
 
@@ -252,7 +252,7 @@ class Planning(Protocol):
 
 
 class Doing(Protocol):
-    """What an action does its work with; each call raises what keeps the run from going on."""
+    """What an action does its work with; each call raises what prevents the run from continuing."""
 
     @property
     def clock(self) -> Clock:

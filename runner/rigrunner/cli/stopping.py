@@ -51,7 +51,7 @@ class SignalStop:
         """How the run ended, in words."""
 
     def __call__(self, event: Event) -> None:
-        """Take note of whether a run is going on."""
+        """Take note of whether a run is in progress."""
         if isinstance(event, RunStarted):
             self._running, self._is_let_be = True, False
         elif isinstance(event, RunEnded):

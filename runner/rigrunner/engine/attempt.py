@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class Attempt:
-    """The so-manieth try, from 1, of a step at its place in the plan.
+    """The number of the attempt, from 1, at a step at its place in the plan.
 
-    `total` is the so-manieth all in all, where the step was repeated.
+    `total` is its number over all attempts, where the step was repeated.
     """
 
     def __init__(self, index: int, step: PlannedStep, number: int, total: int) -> None:

@@ -48,7 +48,7 @@ class Guard:
         return [each for each in self._watches if each.tripped and not each.overridden]
 
     def pausing(self) -> str:
-        """Return what is tripped that keeps a paused run from going on, in words."""
+        """Return what is tripped that prevents a paused run from continuing, in words."""
         acting = [each for each in self.tripped if each.interlock.does == "pause"]
         return "; ".join(each.text for each in acting)
 

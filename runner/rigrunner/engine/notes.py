@@ -94,7 +94,7 @@ class Notes:
         return error is not None and error is self._bus.failure
 
     def may_be_resumed(self) -> bool:
-        """Say whether the run may be resumed once its cause is mended: no person has ended it.
+        """Say whether the run may be resumed once its cause is fixed: no person has ended it.
 
         So it is where it could not be kept on record, or where a device was lost or did not answer.
         """

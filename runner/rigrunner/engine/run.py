@@ -63,7 +63,7 @@ class RunSummary:
     passed_over: tuple[str, ...] = ()
     """The failures and skips after which the run went on, as procedure or person said."""
     resumable: bool = False
-    """Whether it may be resumed once its cause is mended, as `RunEnded` says."""
+    """Whether it may be resumed once its cause is fixed, as `RunEnded` says."""
 
     @property
     def safe(self) -> bool:

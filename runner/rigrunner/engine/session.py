@@ -82,7 +82,7 @@ class Session:
                 self.emit(Alarm, source=source, text=f"{each.level}: {each.text}")
 
     def check(self, *, anew: bool = False) -> None:
-        """Raise what keeps the step from going on; `anew`: all interlocks are read.
+        """Raise what prevents the step from continuing; `anew`: all interlocks are read.
 
         AbortedError if the run is asked to stop or an interlock aborts it, PauseWantedError if it
         is to pause, DeviceTimeoutError if its time is over.
@@ -174,7 +174,7 @@ class Session:
             clock.sleep(min(left_s, _NAP_S))
 
     def wait(self, duration_s: float) -> None:
-        """Let a time pass; raise what keeps the step from going on."""
+        """Let a time pass; raise what prevents the step from continuing."""
         for _ in self.naps(duration_s):
             pass
 

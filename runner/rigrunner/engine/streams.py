@@ -61,7 +61,7 @@ class Watched(Protocol):
         ...
 
     def check(self) -> None:
-        """Raise what keeps the step from going on."""
+        """Raise what prevents the step from continuing."""
         ...
 
 

@@ -180,7 +180,7 @@ def _unclear(found: Sequence[_Found]) -> str:
 def _twice(
     run: Mapping[str, Any], found: Sequence[_Found], counted: dict[tuple[str, float], str]
 ) -> str:
-    """Return why a figure is none of its own: what a no-load run told stands in each run on it."""
+    """Return why a figure is excluded: a no-load run's value repeats in each run that uses it."""
     key = (run["no_load_run"] or run["run_id"], found[0].value)
     first = counted.setdefault(key, run["run_id"])
     return "" if first == run["run_id"] else f"its value is that of {first}: the same no-load run"

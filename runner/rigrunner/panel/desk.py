@@ -44,7 +44,7 @@ class Desk:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a job is going on."""
+        """Whether a job is running."""
         with self._lock:
             return self._story is not None and not self._story.is_over
 
@@ -121,7 +121,7 @@ class Desk:
             story.asked("abort")
 
     def stop(self, by: str, reason: str) -> bool:
-        """Let the rig be made safe at once; return whether anything was going on."""
+        """Let the rig be made safe at once; return whether anything was running."""
         process = self._process  # without the lock: nothing may be waited for
         stopped = process is not None and process.send(orders.Stop(by, reason))
         with self._lock:
@@ -192,7 +192,7 @@ class Desk:
 
     def _going(self) -> Story:
         if self._story is None or self._story.is_over:
-            raise wrong_state("nothing is going on")
+            raise wrong_state("nothing is running")
         return self._story
 
     def _send(self, message: object) -> None:

@@ -125,7 +125,7 @@ class Ending:
             self._aborted, self._presses = True, 0
             run = self._panel.desk.name
             self._say(
-                f"{run} is going on. Aborting: teardown, then the rig is made safe."
+                f"{run} is running. Aborting: teardown, then the rig is made safe."
                 " Ctrl-C stops at once."
             )
             with contextlib.suppress(PanelError):  # it has ended just now
@@ -156,7 +156,7 @@ class Ending:
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves the signals to us: with a run going on they do not end it."""
+    """A server that leaves the signals to us: with a run in progress they do not end it."""
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:

@@ -160,7 +160,7 @@ class Bench:
                 message, hint = f"{member} is a {told.kind}, no number", "'measure' reads it"
         elif not _is_unit(info.unit):
             message = f"the device gives {what} '{name}' in '{info.unit}', which is no known unit"
-            hint = "this is for the author of the device's plugin to mend"
+            hint = "this is for the author of the device's plugin to fix"
         if not message:
             return info
         self._problems.add(self._document, path, message, hint, key=key)

@@ -51,7 +51,7 @@ class Place:
         return replace(self, path=(*self.path, index), label=f"{self.label}[{index}]")
 
     def time(self, index: int) -> Place:
-        """Return the place of steps done for the so-manieth time; in the file it is the same."""
+        """Return the place of steps repeated for the n-th time; in the file it is the same."""
         label = f"{self.label}[{index}]"
         return replace(self, label=label, points=(*self.points, label))
 

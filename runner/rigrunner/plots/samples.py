@@ -41,7 +41,7 @@ def samples(
 def extremes(values: Array) -> tuple[Array, Array]:
     """Return places and values to draw: all, or of very many the least and greatest of each part.
 
-    So no peak is lost, as it would be if every so-manieth sample were taken.
+    So no peak is lost, as it would be if every n-th sample were taken.
     """
     if len(values) <= 2 * _BUCKETS:
         return np.arange(len(values), dtype=float), np.asarray(values, float)

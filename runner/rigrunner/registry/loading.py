@@ -134,7 +134,7 @@ def _disabled(source: _Source, error: BaseException) -> DisabledPlugin:
         return DisabledPlugin(source.provider, str(error), error.hint, text)
     place, said = _place(error), " ".join(str(getattr(error, "message", error)).split())
     reason = f"{type(error).__name__}: {said}{f' ({place})' if place else ''}"
-    return DisabledPlugin(source.provider, reason, _mend(source, error, place), text)
+    return DisabledPlugin(source.provider, reason, _fix(source, error, place), text)
 
 
 def _place(error: BaseException) -> str:
@@ -145,7 +145,7 @@ def _place(error: BaseException) -> str:
     return culprit(error) or (f"{frames[-1].filename}:{frames[-1].lineno}" if frames else "")
 
 
-def _mend(source: _Source, error: BaseException, place: str) -> str:
+def _fix(source: _Source, error: BaseException, place: str) -> str:
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.partition(".")[0]
         if package == source.place.partition(":")[0].partition(".")[0]:

@@ -66,7 +66,7 @@ class DisabledPlugin:
 
     provider: Provider
     reason: str
-    mend: str = ""
+    fix: str = ""
     """What to do about it, where that is known."""
     text: str = ""
     """Of the file that could not be loaded; '' where that is not known."""
@@ -109,7 +109,7 @@ class Registry:
     def disabled_with(self, name: str) -> DisabledPlugin | None:
         """Return the provider that could not be loaded and has a plugin of that name, or seems to.
 
-        It is called so itself, as the file of a lab's plugin is, or the name stands in its text.
+        It has this name itself, as the file of a lab's plugin does, or the name stands in its text.
         """
         for each in self.disabled:
             is_called_so = PurePath(each.provider.name).stem.replace("-", "_") == name
@@ -250,7 +250,7 @@ class Registry:
         with _named(self.find("device", plugin)):
             problems = tuple(declaration_problems(device))
         if problems:
-            hint = f"its author is to mend that; see 'rigrunner check-plugin {plugin}'"
+            hint = f"its author is to fix that; see 'rigrunner check-plugin {plugin}'"
             raise PluginError(f"device '{plugin}': {'; '.join(problems)}", hint=hint)
         return device  # type: ignore[no-any-return]  # just looked at
 

@@ -39,7 +39,7 @@ _GIVEN = {"device": ("context",), "step": ("planning",)}
 
 
 def check_hook_names(module: object, known: Collection[str]) -> None:
-    """Raise PluginError for a function that is marked as a hook, and no hook is called so."""
+    """Raise PluginError for a function that is marked as a hook, and there is no such hook."""
     for key, value in vars(module).items():
         if key in known or getattr(value, f"{hooks.PROJECT}_impl", None) is None:
             continue

@@ -29,7 +29,7 @@ def run_lock(folder: Path) -> Iterator[None]:
             lock.acquire()
         except Timeout as error:  # it is an OSError as well
             raise DataError(
-                f"{folder.name} is still going on: another process writes to it",
+                f"{folder.name} is still running: another process writes to it",
                 hint="wait for its end, or stop that process: it makes the rig safe first",
             ) from error
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.member import Member
-from rigrunner.station.mending import as_if_mended
+from rigrunner.station.fixing import as_if_fixed
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
@@ -72,7 +72,7 @@ def parse_station(text: str, name: str) -> LoadedStation:
         model = validate(Station, document)
     except InvalidFileError as error:
         problems = list(error.problems)
-        model, more = as_if_mended(document, problems)
+        model, more = as_if_fixed(document, problems)
         problems += more
     sure = not any(each.field.startswith("devices") for each in problems)
     problems += _register_problems(document, sure_of_roles=sure)

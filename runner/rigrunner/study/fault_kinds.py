@@ -25,7 +25,7 @@ class DataFault:
     unseen: str = ""
     """Why no data can show it, where that is so."""
     both_runs: bool = False
-    """It befalls both runs alike, at every set-point."""
+    """It affects both runs alike, at every set-point."""
 
 
 def _logarithmic(rng: Generator, low: float, high: float) -> float:

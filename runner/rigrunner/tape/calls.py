@@ -1,4 +1,4 @@
-"""Whether a call of a device is going on in this thread: only then does it read the time on tape.
+"""Whether a call of a device is running in this thread: only then does it read the time on tape.
 
 A driver may have a thread of its own, such as one that listens to a serial line. When that looks at
 the clock is left to chance, and no replay could be in step with it.
@@ -19,7 +19,7 @@ _T = TypeVar("_T")
 
 
 class Calls(threading.local):
-    """A Wire for the calls of a device, which keeps nothing but that one is going on."""
+    """A Wire for the calls of a device, which keeps nothing but that one is running."""
 
     going_on = False
 

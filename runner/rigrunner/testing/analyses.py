@@ -27,7 +27,7 @@ PLACES, ROWS = 3, 4
 START = "2026-01-05T10:00:{second:02d}+00:00"
 
 
-@check(mend="give `yields` one ResultDefinition for each result, with a name and a unit")
+@check(fix="give `yields` one ResultDefinition for each result, with a name and a unit")
 def says_what_it_yields(subject: Subject) -> None:
     """From its settings alone it says which results it names, each in a unit."""
     named = _definitions(subject)
@@ -42,7 +42,7 @@ def says_what_it_yields(subject: Subject) -> None:
     demand(not twice, f"it yields '{twice[:1]}' twice")
 
 
-@check(mend="give `requires` one NeededChannel for each channel that it reads, as 'role.name'")
+@check(fix="give `requires` one NeededChannel for each channel that it reads, as 'role.name'")
 def says_what_it_requires(subject: Subject) -> None:
     """From its settings alone it says which channels must be measured."""
     needed = _needed(subject)
@@ -55,7 +55,7 @@ def says_what_it_requires(subject: Subject) -> None:
 
 
 @check(
-    mend="give each result that `yields` names, in its unit, and u as its budget has it",
+    fix="give each result that `yields` names, in its unit, and u as its budget has it",
     needs=("says_what_it_yields", "says_what_it_requires"),
 )
 def gives_what_it_yields(subject: Subject) -> None:
@@ -66,7 +66,7 @@ def gives_what_it_yields(subject: Subject) -> None:
     demand(given == due, f"it gave {sorted(given)}, and yields {sorted(due)}")
 
 
-@check(mend="raise DataError with what is missing", needs=("gives_what_it_yields",))
+@check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
     """Of a run without what it requires it raises DataError."""
     for each in _needed(subject):
@@ -80,7 +80,7 @@ def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
         raise Nonconformity(f"it gives a result without {each.name}")
 
 
-@check(mend="keep nothing between two calls, and change no array", needs=("gives_what_it_yields",))
+@check(fix="keep nothing between two calls, and change no array", needs=("gives_what_it_yields",))
 def is_pure(subject: Subject) -> None:
     """Asked twice it gives the same, whatever it was asked between."""
     analysis, run = _made(subject), _run(subject)
@@ -89,7 +89,7 @@ def is_pure(subject: Subject) -> None:
     demand(_numbers(analysis(run)) == first, "it gives other numbers when it is asked again")
 
 
-@check(mend="use the register: see `RunData.reading_errors`", needs=("is_pure",))
+@check(fix="use the register: see `RunData.reading_errors`", needs=("is_pure",))
 def a_worse_instrument_is_no_surer(subject: Subject) -> None:
     """With limits of error that are ten times as wide, no result has a smaller uncertainty."""
     good, bad = (_found(subject, _run(subject, widen=w)).results for w in (1.0, 10.0))
@@ -139,7 +139,7 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
     if missing:
         raise Nonconformity(
             f"nothing says in which unit {missing[0]} is",
-            mend="give the record `trial_units`: the SI unit of each channel of its `trial`",
+            fix="give the record `trial_units`: the SI unit of each channel of its `trial`",
         )
     places = [name for each in _definitions(subject) for name in each.per]
     rows = tuple(

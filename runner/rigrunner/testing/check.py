@@ -15,12 +15,12 @@ SubjectT = TypeVar("SubjectT")
 class Nonconformity(AssertionError):  # noqa: N818  (the word of ISO 9000, 3.6.9)
     """A demand is not met; the text says what was found, with numbers.
 
-    `mend` says what to do, where that is known better than the check knows it.
+    `fix` says what to do, where that is known better than the check knows it.
     """
 
-    def __init__(self, text: str, *, mend: str = "") -> None:
+    def __init__(self, text: str, *, fix: str = "") -> None:
         super().__init__(text)
-        self.mend = mend
+        self.fix = fix
 
 
 class NotApplicable(Exception):  # noqa: N818  (it is no error)
@@ -44,7 +44,7 @@ class Check(Generic[SubjectT]):
     name: str
     holds: str
     """What is demanded, in one sentence."""
-    mend: str
+    fix: str
     """What to do where it is not met."""
     work: Callable[[SubjectT], None]
     """Raises Nonconformity or NotApplicable; whatever else it raises is a failure too."""
@@ -71,13 +71,13 @@ class Finding:
     state: State
     text: str = ""
     """What was found wrong, or why there was nothing to look at."""
-    mend: str = ""
+    fix: str = ""
     """What to do about it, where something failed."""
 
 
 def check(
     *,
-    mend: str,
+    fix: str,
     moves: bool = False,
     needs: tuple[str, ...] = ("can_be_made",),
     always: bool = False,
@@ -86,15 +86,15 @@ def check(
 
     def made(work: Callable[[SubjectT], None]) -> Check[SubjectT]:
         holds = " ".join((work.__doc__ or "").split())
-        return Check(work.__name__, holds, mend, work, moves, needs, always)
+        return Check(work.__name__, holds, fix, work, moves, needs, always)
 
     return made
 
 
-def demand(holds: object, otherwise: str, *, mend: str = "") -> None:
+def demand(holds: object, otherwise: str, *, fix: str = "") -> None:
     """Raise Nonconformity with that text unless it holds."""
     if not holds:
-        raise Nonconformity(otherwise, mend=mend)
+        raise Nonconformity(otherwise, fix=fix)
 
 
 def applies(holds: object, otherwise: str) -> None:

@@ -32,7 +32,7 @@ CLOSE = 0.02
 """What counted draws and the steps between values may differ from a stated risk."""
 
 
-@check(mend="give a list of Zone of rigrunner.api.verdict, the best verdict first")
+@check(fix="give a list of Zone of rigrunner.api.verdict, the best verdict first")
 def gives_zones(subject: Subject) -> None:
     """It gives zones with falling margins and ever worse verdicts, none of them `fail`."""
     for limits in (*LIMITS, NARROW):
@@ -43,7 +43,7 @@ def gives_zones(subject: Subject) -> None:
                 raise Nonconformity(error.message) from error
 
 
-@check(mend="give `words` a sentence in English: {'en': '...'}, and others that you know")
+@check(fix="give `words` a sentence in English: {'en': '...'}, and others that you know")
 def says_what_it_does(subject: Subject) -> None:
     """It says in one sentence what it does, in English at least."""
     try:
@@ -55,7 +55,7 @@ def says_what_it_does(subject: Subject) -> None:
 
 
 @check(
-    mend="pass what is far within the limits, and give zones that end: what is in none fails",
+    fix="pass what is far within the limits, and give zones that end: what is in none fails",
     needs=("gives_zones",),
 )
 def passes_the_good_and_fails_the_bad(subject: Subject) -> None:
@@ -70,7 +70,7 @@ def passes_the_good_and_fails_the_bad(subject: Subject) -> None:
 
 
 @check(
-    mend="let the zones depend on the uncertainty, not on `estimate.value`",
+    fix="let the zones depend on the uncertainty, not on `estimate.value`",
     needs=("gives_zones",),
 )
 def farther_within_is_no_worse(subject: Subject) -> None:
@@ -87,7 +87,7 @@ def farther_within_is_no_worse(subject: Subject) -> None:
             before = rank
 
 
-@check(mend="treat lower and upper limit alike", needs=("gives_zones",))
+@check(fix="treat lower and upper limit alike", needs=("gives_zones",))
 def lower_and_upper_limit_are_alike(subject: Subject) -> None:
     """Mirrored, value and limits get the same verdict."""
     rule = _rule(subject)
@@ -102,7 +102,7 @@ def lower_and_upper_limit_are_alike(subject: Subject) -> None:
             )
 
 
-@check(mend="take no absolute distances: a unit of the limits may be any", needs=("gives_zones",))
+@check(fix="take no absolute distances: a unit of the limits may be any", needs=("gives_zones",))
 def the_unit_does_not_matter(subject: Subject) -> None:
     """In another unit, value, uncertainty and limits get the same verdict."""
     rule = _rule(subject)
@@ -115,7 +115,7 @@ def the_unit_does_not_matter(subject: Subject) -> None:
 
 
 @check(
-    mend="give the verdict `pass` no negative margin, or say `passes_outside=True` in the record",
+    fix="give the verdict `pass` no negative margin, or say `passes_outside=True` in the record",
     needs=("gives_zones",),
 )
 def passes_nothing_outside_the_limits(subject: Subject) -> None:
@@ -129,7 +129,7 @@ def passes_nothing_outside_the_limits(subject: Subject) -> None:
             demand(not (outside and found is Verdict.PASS), f"{value:g} passes {limits}")
 
 
-@check(mend="let no margin within the limits fall with the uncertainty", needs=("gives_zones",))
+@check(fix="let no margin within the limits fall with the uncertainty", needs=("gives_zones",))
 def less_certain_is_no_better(subject: Subject) -> None:
     """Of the same value within its limits, a greater uncertainty never makes a better verdict."""
     rule = _rule(subject)
@@ -146,7 +146,7 @@ def less_certain_is_no_better(subject: Subject) -> None:
 
 
 @check(
-    mend="let the zones depend on nothing but limits and uncertainty: the risks are those of them",
+    fix="let the zones depend on nothing but limits and uncertainty: the risks are those of them",
     needs=("farther_within_is_no_worse",),
 )
 def stated_risks_are_those_of_its_verdicts(subject: Subject) -> None:

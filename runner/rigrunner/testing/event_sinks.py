@@ -23,7 +23,7 @@ RATE_HZ, SAMPLES = 10_000.0, 1000
 BLOCKS = 50
 
 
-@check(mend="take every Event, also one that you have no use for")
+@check(fix="take every Event, also one that you have no use for")
 def takes_every_event(subject: Subject) -> None:
     """It takes each kind of event, those of a run that fails as well, in the order of a run."""
     sink = _sink(subject)
@@ -32,7 +32,7 @@ def takes_every_event(subject: Subject) -> None:
 
 
 @check(
-    mend="hand long work to a thread of your own; keep what you need, not the samples",
+    fix="hand long work to a thread of your own; keep what you need, not the samples",
     needs=("takes_every_event",),
 )
 def comes_back_at_once(subject: Subject) -> None:
@@ -50,7 +50,7 @@ def comes_back_at_once(subject: Subject) -> None:
 
 
 @check(
-    mend="copy what you change: other listeners and the run file get the same block",
+    fix="copy what you change: other listeners and the run file get the same block",
     needs=("takes_every_event",),
 )
 def leaves_samples_alone(subject: Subject) -> None:
@@ -64,7 +64,7 @@ def leaves_samples_alone(subject: Subject) -> None:
             demand(same, "it changes the samples that it is given")
 
 
-@check(mend="end threads and close files when RunEnded comes", needs=("takes_every_event",))
+@check(fix="end threads and close files when RunEnded comes", needs=("takes_every_event",))
 def lets_go_when_the_run_ends(subject: Subject) -> None:
     """After the run has ended it holds no thread, no file and no socket."""
     _listen(subject)  # what is loaded once is loaded now

@@ -47,7 +47,7 @@ def examine(
             causes[check.name] = cause
             if cause != check.name and not always:
                 same = f"it fails as '{cause}' does"
-                finding = replace(finding, state=State.NOT_JUDGED, text=same, mend="")
+                finding = replace(finding, state=State.NOT_JUDGED, text=same, fix="")
         yield finding
 
 
@@ -69,11 +69,11 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
         case NotApplicable():
             return Finding(check, State.NOT_APPLICABLE, str(raised))
         case Nonconformity():
-            return Finding(check, State.FAIL, str(raised), raised.mend or check.mend)
+            return Finding(check, State.FAIL, str(raised), raised.fix or check.fix)
         case RigrunnerError():  # it is in words, and says what to do
-            return Finding(check, State.FAIL, raised.message, useful_hint(raised) or check.mend)
+            return Finding(check, State.FAIL, raised.message, useful_hint(raised) or check.fix)
     place = culprit(raised)
-    return Finding(check, State.FAIL, _crash(raised), f"correct {place}" if place else check.mend)
+    return Finding(check, State.FAIL, _crash(raised), f"correct {place}" if place else check.fix)
 
 
 def conform(subject: Subject, check: AnyCheck) -> str:
@@ -83,7 +83,7 @@ def conform(subject: Subject, check: AnyCheck) -> str:
     """
     finding = examine_one(subject, check)
     if finding.state is State.FAIL:
-        raise Nonconformity(f"{check.holds}\nfound: {finding.text}\nmend: {finding.mend}")
+        raise Nonconformity(f"{check.holds}\nfound: {finding.text}\nfix: {finding.fix}")
     return finding.text
 
 
@@ -120,8 +120,8 @@ def _hangs(thread: threading.Thread, longest_s: float) -> Nonconformity:
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (Python's own way)
     place = whereabouts(frame) if frame else ""
     waits = f": it waits in {place}" if place else ""
-    mend = f"wait no longer than its time-out in {place}" if place else ""
-    return Nonconformity(f"it did not come back within {longest_s:g} s{waits}", mend=mend)
+    fix = f"wait no longer than its time-out in {place}" if place else ""
+    return Nonconformity(f"it did not come back within {longest_s:g} s{waits}", fix=fix)
 
 
 def _crash(error: BaseException) -> str:

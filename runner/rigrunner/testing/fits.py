@@ -45,7 +45,7 @@ def no_load_torque_nm(frequency_hz: Array) -> Array:
 
 
 @check(
-    mend="fit without bias: least squares of the curve's own values gives its parameters",
+    fix="fit without bias: least squares of the curve's own values gives its parameters",
     needs=("curve_is_whole",),
 )
 def recovers_its_own_curve(subject: Subject) -> None:
@@ -61,7 +61,7 @@ def recovers_its_own_curve(subject: Subject) -> None:
     _same_curve(first, again, "data from its own curve give")
 
 
-@check(mend="correct the formula, or the example that the record states", needs=("curve_is_whole",))
+@check(fix="correct the formula, or the example that the record states", needs=("curve_is_whole",))
 def published_examples_hold(subject: Subject) -> None:
     """The examples that the record states, such as certified data sets, give what is stated."""
     record = subject.record_as(FitRecord)
@@ -80,7 +80,7 @@ def _near(source: str, what: str, found: Array, stated: Array) -> None:
     demand(same, f"{source}: {what} are {found}, stated are {stated}")
 
 
-@check(mend="give one name, one unit and one row of the covariance for each coefficient")
+@check(fix="give one name, one unit and one row of the covariance for each coefficient")
 def curve_is_whole(subject: Subject) -> None:
     """Names, units, coefficients and covariance belong together; residuals are the curve's own."""
     given = _noisy(1)
@@ -89,7 +89,7 @@ def curve_is_whole(subject: Subject) -> None:
     demand(
         not missing,
         f"it gave a {type(curve).__name__}, which has no {', '.join(missing)}",
-        mend="return a Curve, as rigrunner.api.analysis has it: is there a `return`?",
+        fix="return a Curve, as rigrunner.api.analysis has it: is there a `return`?",
     )
     p = len(curve.coefficients)
     demand(p, "the curve has no coefficients")
@@ -108,7 +108,7 @@ def curve_is_whole(subject: Subject) -> None:
 
 
 @check(
-    mend="derive the units of the coefficients from `points.x_unit` and `points.y_unit`",
+    fix="derive the units of the coefficients from `points.x_unit` and `points.y_unit`",
     needs=("curve_is_whole",),
 )
 def units_are_kept(subject: Subject) -> None:
@@ -131,7 +131,7 @@ def units_are_kept(subject: Subject) -> None:
 
 
 @check(
-    mend="state the covariance of the coefficients by the law of propagation (GUM 5.2)",
+    fix="state the covariance of the coefficients by the law of propagation (GUM 5.2)",
     needs=("curve_is_whole",),
 )
 def uncertainty_is_the_scatter(subject: Subject) -> None:
@@ -160,7 +160,7 @@ def _scatters(what: str, found: Array, stated: Array) -> None:
     )
 
 
-@check(mend="let nothing depend on the order in which points come", needs=("curve_is_whole",))
+@check(fix="let nothing depend on the order in which points come", needs=("curve_is_whole",))
 def order_does_not_matter(subject: Subject) -> None:
     """The order of the points does not matter."""
     fit, given = _fit(subject), _noisy(3)
@@ -171,7 +171,7 @@ def order_does_not_matter(subject: Subject) -> None:
     _same_curve(fit(given), fit(shuffled), "in another order the points give")
 
 
-@check(mend="use no absolute tolerances or limits on y and u(y)", needs=("curve_is_whole",))
+@check(fix="use no absolute tolerances or limits on y and u(y)", needs=("curve_is_whole",))
 def scale_does_not_matter(subject: Subject) -> None:
     """Points three times as high give a curve three times as high; larger u(y) alone, the same."""
     fit, given = _fit(subject), _noisy(4)
@@ -193,7 +193,7 @@ def scale_does_not_matter(subject: Subject) -> None:
 
 
 @check(
-    mend="state `valid_x`, and raise DataError from `predict` outside of it",
+    fix="state `valid_x`, and raise DataError from `predict` outside of it",
     needs=("curve_is_whole",),
 )
 def never_extrapolates(subject: Subject) -> None:
@@ -211,7 +211,7 @@ def never_extrapolates(subject: Subject) -> None:
 
 
 @check(
-    mend="compare the number of points with that of coefficients, and raise DataError with both",
+    fix="compare the number of points with that of coefficients, and raise DataError with both",
     needs=("curve_is_whole",),
 )
 def too_few_points_refused(subject: Subject) -> None:
@@ -231,7 +231,7 @@ def too_few_points_refused(subject: Subject) -> None:
         demand(finite, f"of {n} points it gives coefficients or a covariance that are not finite")
 
 
-@check(mend="raise DataError where x or y are not finite", needs=("curve_is_whole",))
+@check(fix="raise DataError where x or y are not finite", needs=("curve_is_whole",))
 def not_a_number_refused(subject: Subject) -> None:
     """A point that is not a finite number is refused."""
     fit = _fit(subject)
@@ -246,7 +246,7 @@ def not_a_number_refused(subject: Subject) -> None:
             raise Nonconformity(f"it fits points of which one has {what} = {bad}")
 
 
-@check(mend="copy what you change", needs=("curve_is_whole",))
+@check(fix="copy what you change", needs=("curve_is_whole",))
 def leaves_the_points_alone(subject: Subject) -> None:
     """The points are the same afterwards."""
     given = _noisy(7)

@@ -45,7 +45,7 @@ FOREIGN = {
 }
 
 
-@check(mend="catch OSError and raise DataError with the file's name")
+@check(fix="catch OSError and raise DataError with the file's name")
 def missing_file_refused(subject: Subject) -> None:
     """A file that is not there, or is a folder, is refused by its name."""
     with TemporaryDirectory() as folder:
@@ -56,7 +56,7 @@ def missing_file_refused(subject: Subject) -> None:
 
 
 @check(
-    mend="look at the first bytes, and map what the library raises to DataError",
+    fix="look at the first bytes, and map what the library raises to DataError",
     needs=("missing_file_refused",),
 )
 def foreign_files_refused(subject: Subject) -> None:
@@ -70,7 +70,7 @@ def foreign_files_refused(subject: Subject) -> None:
             demand(not told or path.name in told, f"{what}: it does not name the file: {told}")
 
 
-@check(mend="close the file in every case: `with open(...)`", needs=("foreign_files_refused",))
+@check(fix="close the file in every case: `with open(...)`", needs=("foreign_files_refused",))
 def closes_its_files(subject: Subject) -> None:
     """It leaves no file open, of those that it refuses as well."""
     importer = _importer(subject)
@@ -89,7 +89,7 @@ def closes_its_files(subject: Subject) -> None:
 
 
 @check(
-    mend="correct the importer, or the example that the record states",
+    fix="correct the importer, or the example that the record states",
     needs=("missing_file_refused",),
 )
 def examples_are_read(subject: Subject) -> None:
@@ -104,7 +104,7 @@ def examples_are_read(subject: Subject) -> None:
 
 
 @check(
-    mend="raise NotInFileError with `wanted`, and the columns that are there as its hint",
+    fix="raise NotInFileError with `wanted`, and the columns that are there as its hint",
     needs=("examples_are_read",),
 )
 def missing_columns_are_named(subject: Subject) -> None:
@@ -126,7 +126,7 @@ def missing_columns_are_named(subject: Subject) -> None:
 
 
 @check(
-    mend="check lengths before you read, and map what the library raises to DataError",
+    fix="check lengths before you read, and map what the library raises to DataError",
     needs=("examples_are_read",),
 )
 def cut_files_refused(subject: Subject) -> None:
@@ -188,7 +188,7 @@ def _whole(found: Mapping[str, Column], wanted: Wanted, what: str) -> None:
     demand(
         isinstance(found, Mapping) and all(isinstance(each, Column) for each in found.values()),
         f"{what}: `read` gave {found!r:.80}, needed is a Column for each name that is wanted",
-        mend="return `{name: Column(values), ...}`: is there a `return`?",
+        fix="return `{name: Column(values), ...}`: is there a `return`?",
     )
     demand(set(found) == set(wanted), f"{what}: wanted {[*wanted]}, it gives {[*found]}")
     for name, column in found.items():

@@ -24,7 +24,7 @@ _TAKES = {
 """What a function of these kinds is called with."""
 
 
-@check(needs=(), mend="let the factory return what it makes of its settings, and raise nothing")
+@check(needs=(), fix="let the factory return what it makes of its settings, and raise nothing")
 def can_be_made(subject: Subject) -> None:
     """Its factory makes something of its settings; of a device, with the methods it must have."""
     factory: Any = subject.any_record.factory  # type: ignore[attr-defined]  # every kind has one
@@ -33,18 +33,18 @@ def can_be_made(subject: Subject) -> None:
     except MissingPackageError:
         raise
     except PluginError as error:
-        mend = useful_hint(error) or f"correct {_named(factory)}"
-        raise Nonconformity(error.message, mend=mend) from error
+        fix = useful_hint(error) or f"correct {_named(factory)}"
+        raise Nonconformity(error.message, fix=fix) from error
     except OSError as error:
         raise Nonconformity(
             f"making it raises {type(error).__name__}: {error} (in {culprit(error) or factory})",
-            mend="open files, sockets and ports in `open` of a Driver, or in `connect`; the"
+            fix="open files, sockets and ports in `open` of a Driver, or in `connect`; the"
             " constructor keeps what it is given",
         ) from error
 
     problem = _not_usable(made, subject.kind)
     if problem:
-        raise Nonconformity(problem, mend=f"correct what {_named(factory)} gives")
+        raise Nonconformity(problem, fix=f"correct what {_named(factory)} gives")
 
 
 def _not_usable(made: Any, kind: str) -> str:

@@ -23,7 +23,7 @@ PLANTED, GROSS = 20, 7.0
 SAMPLES = 200
 
 
-@check(mend="return a list of Rejection of rigrunner.api.analysis, an empty one for no gross error")
+@check(fix="return a list of Rejection of rigrunner.api.analysis, an empty one for no gross error")
 def gives_rejections(subject: Subject) -> None:
     """It gives a list of what it rejects, each a Rejection."""
     found = _rule(subject)(np.append(_normal(1), GROSS))
@@ -33,7 +33,7 @@ def gives_rejections(subject: Subject) -> None:
 
 
 @check(
-    mend="reject nothing where the scatter is zero, or of the size of rounding",
+    fix="reject nothing where the scatter is zero, or of the size of rounding",
     needs=("gives_rejections",),
 )
 def nothing_of_constant_values(subject: Subject) -> None:
@@ -52,7 +52,7 @@ def _keeps(subject: Subject, values: Array, what: str) -> None:
 
 
 @check(
-    mend="scale the statistic by the scatter of the other values, and compare it with a limit",
+    fix="scale the statistic by the scatter of the other values, and compare it with a limit",
     needs=("gives_rejections",),
 )
 def finds_a_gross_error(subject: Subject) -> None:
@@ -70,7 +70,7 @@ def finds_a_gross_error(subject: Subject) -> None:
         demand(beyond, f"statistic {each.statistic} is not beyond {each.critical}")
 
 
-@check(mend="correct the rule, or the example that the record states", needs=("gives_rejections",))
+@check(fix="correct the rule, or the example that the record states", needs=("gives_rejections",))
 def published_rejections_hold(subject: Subject) -> None:
     """The examples that the record states, such as a standard's, give what is stated."""
     examples = subject.record_as(OutlierRuleRecord).examples
@@ -84,7 +84,7 @@ def published_rejections_hold(subject: Subject) -> None:
         )
 
 
-@check(mend="let nothing depend on the order of the values", needs=("gives_rejections",))
+@check(fix="let nothing depend on the order of the values", needs=("gives_rejections",))
 def order_of_values_does_not_matter(subject: Subject) -> None:
     """In another order the same values are rejected, for the same numbers."""
     rule = _rule(subject)
@@ -96,7 +96,7 @@ def order_of_values_does_not_matter(subject: Subject) -> None:
         _same(found, again, "in another order")
 
 
-@check(mend="use no absolute tolerances", needs=("gives_rejections",))
+@check(fix="use no absolute tolerances", needs=("gives_rejections",))
 def shift_and_scale_do_not_matter(subject: Subject) -> None:
     """Shifted, scaled or mirrored, the same values are rejected, for the same numbers."""
     rule = _rule(subject)
@@ -109,7 +109,7 @@ def shift_and_scale_do_not_matter(subject: Subject) -> None:
 
 
 @check(
-    mend="stop rejecting in time, or state `leaves_at_least` of the record as it is",
+    fix="stop rejecting in time, or state `leaves_at_least` of the record as it is",
     needs=("gives_rejections",),
 )
 def leaves_as_many_as_it_says(subject: Subject) -> None:
@@ -131,7 +131,7 @@ def leaves_as_many_as_it_says(subject: Subject) -> None:
         )
 
 
-@check(mend="copy what you change", needs=("gives_rejections",))
+@check(fix="copy what you change", needs=("gives_rejections",))
 def leaves_the_values_alone(subject: Subject) -> None:
     """The values are the same afterwards."""
     values = np.append(_normal(1), GROSS)

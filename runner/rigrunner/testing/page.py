@@ -45,7 +45,7 @@ def _section(title: str, checks: Iterable[AnyCheck]) -> Iterator[str]:
     yield "|---|---|---|"
     for each in checks:
         mark = MOVES if each.moves else ""
-        yield f"| {mark}`{each.name}` | {_cell(each.holds)} | {_cell(each.mend)} |"
+        yield f"| {mark}`{each.name}` | {_cell(each.holds)} | {_cell(each.fix)} |"
     yield ""
 
 

@@ -22,13 +22,13 @@ NO_SUCH = "no_such_setting"
 WRONG = ["a list", ["where none can stand"]]
 
 
-@check(needs=(), mend="give the record a name such as 'spring_scale'")
+@check(needs=(), fix="give the record a name such as 'spring_scale'")
 def name_fits_yaml(subject: Subject) -> None:
     """The name is of small letters, digits and '_', so that YAML needs no quotes for it."""
     demand(re.fullmatch(NAME, subject.name), f"the name is '{subject.name}'")
 
 
-@check(needs=(), mend="write one line of at most 100 characters into the record's `help`")
+@check(needs=(), fix="write one line of at most 100 characters into the record's `help`")
 def help_line(subject: Subject) -> None:
     """There is one line of help, for the list of plugins."""
     text = subject.any_record.help
@@ -37,9 +37,7 @@ def help_line(subject: Subject) -> None:
     demand(len(text) <= LONGEST_HELP, f"the record's help has {len(text)} characters")
 
 
-@check(
-    needs=(), mend="write a docstring under the field, or Annotated[..., Field(description=...)]"
-)
+@check(needs=(), fix="write a docstring under the field, or Annotated[..., Field(description=...)]")
 def settings_explained(subject: Subject) -> None:
     """Every setting is explained, and editors get a JSON Schema of them."""
     model = subject.any_record.settings_model
@@ -50,14 +48,14 @@ def settings_explained(subject: Subject) -> None:
 
 @check(
     needs=(),
-    mend="derive the settings from rigrunner.api.settings.Settings, which forbids other keys",
+    fix="derive the settings from rigrunner.api.settings.Settings, which forbids other keys",
 )
 def unknown_setting_refused(subject: Subject) -> None:
     """A setting that is not known, such as a mistyped one, is refused by its name."""
     _refused(subject, NO_SUCH, 1, {**subject.settings, NO_SUCH: 1})
 
 
-@check(needs=(), mend="annotate the field with its type, and let validators raise ValueError alone")
+@check(needs=(), fix="annotate the field with its type, and let validators raise ValueError alone")
 def wrong_type_refused(subject: Subject) -> None:
     """A value of the wrong type is refused, naming the setting."""
     fields = [field for field in fields_of(subject.any_record.settings_model) if _is_typed(field)]
@@ -66,7 +64,7 @@ def wrong_type_refused(subject: Subject) -> None:
         _refused(subject, field.key, WRONG, {**subject.settings, field.key: WRONG})
 
 
-@check(needs=(), mend="annotate quantities with the types of rigrunner.api.settings: `load: Force`")
+@check(needs=(), fix="annotate quantities with the types of rigrunner.api.settings: `load: Force`")
 def wrong_unit_refused(subject: Subject) -> None:
     """A quantity of another kind, or a number without a unit, is refused, naming the setting."""
     fields = [field for field in fields_of(subject.any_record.settings_model) if field.units]

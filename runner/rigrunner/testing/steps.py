@@ -94,7 +94,7 @@ def _planned(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
         plan = make_plan(procedure, parse_station(STATION, "trial station"), {ROLE: device})
     except InvalidFileError as error:
         raise Nonconformity(
-            str(error), mend="give the record a `trial` for a swing tester in the role 'tester'"
+            str(error), fix="give the record a `trial` for a swing tester in the role 'tester'"
         ) from error
     return plan, Rig({ROLE: device}, clock)
 
@@ -121,7 +121,7 @@ def _done(subject: Subject, stop_after_s: float = math.inf) -> Done:
     return Done(plan, summary, events, seconds, late_s)
 
 
-@check(mend="call planning.emit with each action, a frozen dataclass of numbers and text", needs=())
+@check(fix="call planning.emit with each action, a frozen dataclass of numbers and text", needs=())
 def is_planned(subject: Subject) -> None:
     """It plans at least one action, each a frozen dataclass with a keyword, in words and time."""
     plan, _ = _planned(subject, SimulatedClock())
@@ -140,7 +140,7 @@ def is_planned(subject: Subject) -> None:
         raise Nonconformity(f"its actions cannot be kept with the plan: {error}") from error
 
 
-@check(mend="let the planned time be what the step takes", needs=("is_planned",))
+@check(fix="let the planned time be what the step takes", needs=("is_planned",))
 def takes_its_time(subject: Subject) -> None:
     """It is done, and takes as long as it is planned, within 5 % or half a second."""
     done = _done(subject)
@@ -152,7 +152,7 @@ def takes_its_time(subject: Subject) -> None:
     )
 
 
-@check(mend="let time pass by doing.wait, or call doing.check often", needs=("takes_its_time",))
+@check(fix="let time pass by doing.wait, or call doing.check often", needs=("takes_its_time",))
 def stops_when_asked(subject: Subject) -> None:
     """Asked to stop in the middle, it ends within a second, and the run is aborted."""
     planned_s = _planned(subject, SimulatedClock())[0].estimated_s
@@ -163,7 +163,7 @@ def stops_when_asked(subject: Subject) -> None:
 
 
 @check(
-    mend="let what `doing` raises pass, and move drives by doing.set alone", needs=("is_planned",)
+    fix="let what `doing` raises pass, and move drives by doing.set alone", needs=("is_planned",)
 )
 def leaves_the_rig_safe(subject: Subject) -> None:
     """Done, or stopped before and in the middle of it, the rig is read back as safe."""
@@ -173,7 +173,7 @@ def leaves_the_rig_safe(subject: Subject) -> None:
         demand(done.summary.safe, f"the rig was left: {done.summary.unsafe}")
 
 
-@check(mend="say `repeatable: no` of a step that must not be done twice", needs=("takes_its_time",))
+@check(fix="say `repeatable: no` of a step that must not be done twice", needs=("takes_its_time",))
 def is_resumed_or_refuses(subject: Subject) -> None:
     """Stopped in the middle, a run goes on by doing it again, or refuses to be resumed."""
     planned_s = _planned(subject, SimulatedClock())[0].estimated_s

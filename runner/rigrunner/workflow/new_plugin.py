@@ -166,7 +166,7 @@ def _check(plugin: NewPlugin, registry: Registry) -> None:
     twice = [bound for bound, times in Counter(_bound(plugin.module())).items() if times > 1]
     if twice:
         raise UsageError(
-            f"'{name}' would make a class {twice[0]}, and something else is called so",
+            f"'{name}' would make a class {twice[0]}, and that name is taken",
             hint="give the plugin another name",
         )
 

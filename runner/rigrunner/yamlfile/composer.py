@@ -177,7 +177,7 @@ class _Composer:
         location = Location(self._name, *_place(event))
         self._problems.append(Problem(message, location, dotted(path), hint))
         if len(self._problems) >= MAX_PROBLEMS:
-            self._stop("more problems follow; mend these first", event)
+            self._stop("more problems follow; fix these first", event)
 
     def _report_comma(self, before: object, after: str, event: yaml.Event, path: Path) -> None:
         whole = before if isinstance(before, int) else ""

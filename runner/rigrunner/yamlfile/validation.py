@@ -46,7 +46,7 @@ def validate(
         found = _of_another_kind(found) or found
         problems = [_problem(model_type, document, at, details) for details in found[:MAX_PROBLEMS]]
         if len(found) > MAX_PROBLEMS:
-            rest = f"{len(found) - MAX_PROBLEMS} more problems follow; mend these first"
+            rest = f"{len(found) - MAX_PROBLEMS} more problems follow; fix these first"
             problems.append(Problem(rest, document.where(at)))
         raise InvalidFileError(_merged(problems)) from error
 

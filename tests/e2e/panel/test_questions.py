@@ -86,7 +86,7 @@ def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     write("41")
     press("Enter")
     expect(page.locator(".notice")).to_contain_text(RANGE)
-    expect(field).to_be_focused()  # to be mended where it stands
+    expect(field).to_be_focused()  # to be fixed where it stands
     press("Control+A")
     write("22.5")
     press("Enter")

@@ -140,7 +140,7 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
     red = page.locator(".light.fail")
     expect(red).to_have_count(1)
     expect(red).to_contain_text("was due on 2021-01-01")
-    expect(red.locator(".mend")).not_to_be_empty()
+    expect(red.locator(".fix")).not_to_be_empty()
     start = page.get_by_role("button", name="Start", exact=True)
     expect(start).to_be_disabled()
     red.get_by_role("checkbox").check()
@@ -200,7 +200,7 @@ def test_what_the_server_says_is_german_too(new_screen):
     screen.say_name()
     red = page.locator(".light.fail")
     expect(red).to_contain_text("war am 2021-01-01 fällig")
-    expect(red.locator(".mend")).to_have_text(
+    expect(red.locator(".fix")).to_have_text(
         "kalibrieren lassen und den neuen Kalibrierschein eintragen"
     )
     expect(page.locator(".light", has_text="Nullpunkt")).to_contain_text("zulässig ist 0.05 N·m")

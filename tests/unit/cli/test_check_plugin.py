@@ -64,7 +64,7 @@ def test_what_does_not_ends_with_1_and_says_what_to_do(folder):
     assert called.code == ExitCode.FAIL
     assert "FAIL  help_line" in called.out
     assert "found: the record's help is empty" in called.out
-    assert "mend: write one line" in called.out
+    assert "fix: write one line" in called.out
 
 
 def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, monkeypatch):

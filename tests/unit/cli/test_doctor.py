@@ -24,10 +24,10 @@ def test_what_is_needed_and_broken_decides(monkeypatch, findings, code):
     assert call("doctor", "--json").code == code
 
 
-def test_findings_are_listed_with_how_to_mend_them(monkeypatch):
+def test_findings_are_listed_with_how_to_fix_them(monkeypatch):
     monkeypatch.setattr(doctor, "examine", lambda _: [FINE, BROKEN])
     assert call("doctor").out == (
-        "ok    Python  3.11\nfail  HDF5    broken\n              mend: reinstall it\n\n"
+        "ok    Python  3.11\nfail  HDF5    broken\n              fix: reinstall it\n\n"
         "1 ok, 0 warn, 1 fail\n"
     )
 
@@ -35,5 +35,5 @@ def test_findings_are_listed_with_how_to_mend_them(monkeypatch):
 def test_programs_get_them_as_json(monkeypatch):
     monkeypatch.setattr(doctor, "examine", lambda _: [POOR])
     assert json.loads(call("doctor", "--json").out) == [
-        {"name": "browser", "state": "warn", "found": "none", "mend": "install one"}
+        {"name": "browser", "state": "warn", "found": "none", "fix": "install one"}
     ]

@@ -171,7 +171,7 @@ def test_a_scan_that_must_not_be_done_twice_is_aborted_by_a_pause():
 
 
 def test_a_drive_that_cannot_be_read_back_while_paused_ends_nothing():
-    """Who mends a cable while the run is paused goes on."""
+    """Who fixes a cable while the run is paused goes on."""
 
     def before(call):
         if call == "read_back load" and broken:

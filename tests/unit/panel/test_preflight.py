@@ -57,7 +57,7 @@ def test_a_tripped_interlock_is_red_with_what_it_would_do(shipped, overridable):
     (found,) = [each for each in looked_at(shipped, FakeTester(), lock) if each.kind == "interlock"]
     assert found.state == "fail"
     assert found.text == "tester.load is 1000 N, above it"
-    assert "make safe" in found.mend
+    assert "make safe" in found.fix
     assert found.override == ("interlock load" if overridable else "")
 
 
@@ -68,7 +68,7 @@ def test_a_zero_that_is_off_is_red_and_says_how_far(shipped):
     (found,) = [each for each in looked_at(shipped, FakeTester(spoil=off)) if each.kind == "zero"]
     assert (found.state, found.override) == ("fail", "zero tester.torque")
     assert found.text.startswith("reads 0.19")
-    assert "adjust" in found.mend
+    assert "adjust" in found.fix
 
 
 @pytest.mark.parametrize("call", ["connect", "stream", "read load"])
@@ -81,7 +81,7 @@ def test_a_device_that_fails_is_red_and_still_made_safe(shipped, call):
     items = list(looked_at(shipped, device, load_lock(2000.0)))
     (failed,) = [each for each in items if each.state == "fail"]
     assert "no answer" in failed.text
-    assert failed.mend == "look at its cable"
+    assert failed.fix == "look at its cable"
     assert "make_safe" in device.calls or call == "connect"
     assert device.calls[-1] == "close"
 
@@ -99,7 +99,7 @@ def test_the_disk_is_looked_at(shipped, monkeypatch, tmp_path):
         monkeypatch.setattr(preflight.shutil, "disk_usage", lambda _, b=free: Usage(0, 0, b))
         found = preflight._disk(shipped, tmp_path / "not" / "there" / "yet")
         assert (found.state, found.override) == (state, override)
-        assert bool(found.mend) == (state != "ok")
+        assert bool(found.fix) == (state != "ok")
 
 
 def test_a_calibration_that_is_soon_due_is_yellow(tmp_path):

@@ -259,4 +259,4 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     story.take(news.Failed("no such file", "look", "invalid"))
     found = board.get("preflight")
     assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
-    assert found.items[0].mend == "look"
+    assert found.items[0].fix == "look"

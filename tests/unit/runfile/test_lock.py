@@ -23,7 +23,7 @@ def test_who_comes_second_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "PATIENCE_S", 0.01)
     with (
         run_lock(tmp_path),
-        pytest.raises(DataError, match="is still going on"),
+        pytest.raises(DataError, match="is still running"),
         run_lock(tmp_path),
     ):
         pass

@@ -35,7 +35,7 @@ class Person:
 
 
 class Watch:
-    """Interlocks that trip at the so-manieth look."""
+    """Interlocks that trip at the n-th look."""
 
     def __init__(self, trips_at=0):
         self.trips_at = trips_at

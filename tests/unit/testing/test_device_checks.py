@@ -121,7 +121,7 @@ def test_what_hangs_is_given_up():
 
 def test_what_to_do_is_told():
     known = subject("device", "press", registry=press(help=""))
-    with pytest.raises(Nonconformity, match=r"(?s)found: the record's help is empty.*mend: write"):
+    with pytest.raises(Nonconformity, match=r"(?s)found: the record's help is empty.*fix: write"):
         conform(known, CHECKS["help_line"])
 
 

@@ -55,7 +55,7 @@ def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
     pytester.mkdir("plugins").joinpath("hollow.py").write_text(HOLLOW)
     done = pytester.runpytest_subprocess(*PLUGIN, "-k", "help_line or name_fits")
     done.assert_outcomes(passed=1, failed=1)
-    done.stdout.fnmatch_lines(["*found: the record's help is empty*", "*mend: write one line*"])
+    done.stdout.fnmatch_lines(["*found: the record's help is empty*", "*fix: write one line*"])
 
 
 def test_without_a_marker_it_says_how_to_write_one(pytester):

@@ -42,20 +42,20 @@ def test_here_nothing_that_is_needed_is_missing(tmp_path):
     assert len(names) == len(doctor.CHECKS) - 1
 
 
-def test_whatever_is_not_ok_says_how_to_mend_it(tmp_path, monkeypatch):
+def test_whatever_is_not_ok_says_how_to_fix_it(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     broken = Registry([], [DisabledPlugin(Provider("lab", "1"), "ImportError: no driver")])
     findings = examine(Surroundings(tmp_path, broken, datetime(1970, 1, 1, tzinfo=UTC)))
     assert {finding.state for finding in findings} == {"ok", "warn", "fail"}
     assert [
-        finding.name for finding in findings if (finding.state == "ok") == bool(finding.mend)
+        finding.name for finding in findings if (finding.state == "ok") == bool(finding.fix)
     ] == []
 
 
 def test_a_python_that_is_too_old_fails(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "version_info", (3, 10, 9))
     finding = only("Python", tmp_path)
-    assert (finding.state, finding.mend) == ("fail", "install Python 3.11 or newer")
+    assert (finding.state, finding.fix) == ("fail", "install Python 3.11 or newer")
 
 
 def test_a_package_that_is_missing_or_too_old_fails(tmp_path, monkeypatch):
@@ -205,7 +205,7 @@ def test_each_extra_is_compared_with_what_it_asks_for(  # noqa: PLR0917
     finding = only(f"extra {extra}", tmp_path)
     assert (finding.state, finding.found) == (state, text)
     if state == "warn":
-        assert finding.mend == f"pip install 'rigrunner[{extra}]', for {extras.PURPOSES[extra]}"
+        assert finding.fix == f"pip install 'rigrunner[{extra}]', for {extras.PURPOSES[extra]}"
 
 
 def test_extras_for_who_changes_rigrunner_are_nobodys_concern(tmp_path, monkeypatch):
@@ -234,7 +234,7 @@ def test_weasyprint_without_its_library_only_warns(tmp_path, monkeypatch, capsys
     finding = only("extra pdf", tmp_path)
     assert finding.state == "warn"
     assert finding.found.startswith("WeasyPrint does not find the library Pango: cannot load")
-    assert finding.mend.startswith("on Debian: apt install libpango")
+    assert finding.fix.startswith("on Debian: apt install libpango")
     assert capsys.readouterr().out == ""  # the output is ours, and may be JSON
 
 
@@ -296,7 +296,7 @@ def test_the_driver_of_national_instruments_is_asked(tmp_path, monkeypatch):
     System.local = classmethod(absent)
     finding = only("NI-DAQmx", tmp_path)
     assert finding.found == "no driver (optional): Could not find an installation of NI-DAQmx"
-    assert finding.mend.startswith("install NI-DAQmx from ni.com")
+    assert finding.fix.startswith("install NI-DAQmx from ni.com")
 
 
 def test_serial_ports_that_may_not_be_opened_say_in_which_group_to_be(tmp_path, monkeypatch):
@@ -309,7 +309,7 @@ def test_serial_ports_that_may_not_be_opened_say_in_which_group_to_be(tmp_path, 
     assert (usable.state, usable.found) == ("ok", "/dev/ttyUSB0")
     assert barred.state == "warn"
     assert barred.found == "you may not open /dev/ttyUSB1, which belongs to the group dialout"
-    assert barred.mend == "sudo usermod -aG dialout jones, then log in anew"
+    assert barred.fix == "sudo usermod -aG dialout jones, then log in anew"
     ports.clear()
     assert only("serial ports", tmp_path).found == "none is seen"
 
@@ -327,4 +327,4 @@ def test_the_devices_of_a_station_can_be_made_here_or_it_says_why_not(tmp_path):
     (wrong,) = station_finding(broken, tmp_path)
     assert wrong.state == "fail"
     assert "there is no device 'swing_tester_smi'" in wrong.found
-    assert "did you mean 'swing_tester_sim'?" in wrong.mend
+    assert "did you mean 'swing_tester_sim'?" in wrong.fix

@@ -130,7 +130,7 @@ def test_all_problems_come_at_once_up_to_a_limit():
     problems = problems_of(validate, Model, document(text))
 
     assert len(problems) == 51
-    assert problems[-1].message == "150 more problems follow; mend these first"
+    assert problems[-1].message == "150 more problems follow; fix these first"
 
 
 @pytest.mark.parametrize("text", ["inner: {speed: 5 Hz}", "quiet: yes", "quiet: true"])

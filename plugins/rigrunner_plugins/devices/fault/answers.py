@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 HINT = "a fault that the station injects"
 
 
-def befall(fault: FaultSettings, call: Call, clock: Clock) -> None:
+def affect(fault: FaultSettings, call: Call, clock: Clock) -> None:
     """Let a call fail or wait as the fault says; nothing where the fault is of another kind."""
     if fault.kind in ("timeout", "late"):
         clock.sleep(fault.extent_si)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import ceil
 from typing import TYPE_CHECKING
 
-from rigrunner_plugins.devices.fault.answers import befall
+from rigrunner_plugins.devices.fault.answers import affect
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -43,7 +43,7 @@ def spoilt_blocks(
         return
     for index, block in enumerate(whole):
         if index == chosen:
-            befall(fault, "stream", clock)
+            affect(fault, "stream", clock)
         yield block
 
 

@@ -1,4 +1,4 @@
-"""Whether the faults of a station fit the device that they are to befall."""
+"""Whether the faults of a station fit their device."""
 
 from __future__ import annotations
 

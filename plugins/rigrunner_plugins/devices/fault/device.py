@@ -18,7 +18,7 @@ from rigrunner.api.devices import (
 )
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
 from rigrunner.api.samples import as_samples
-from rigrunner_plugins.devices.fault.answers import HINT, befall
+from rigrunner_plugins.devices.fault.answers import HINT, affect
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
 from rigrunner_plugins.devices.fault.checking import check_faults
 from rigrunner_plugins.devices.fault.samples import Stream, spoil_for
@@ -100,7 +100,7 @@ class FaultyDevice:
         self._lost = False
         self._occasions.begin()
         self._connected_s = self._clock.monotonic_s()
-        self._befall("connect")
+        self._apply("connect")
         identity = cast("Identity", self._inner.connect(timeout_s))
         if not self._faults:
             return identity
@@ -108,7 +108,7 @@ class FaultyDevice:
 
     def make_safe(self) -> Mapping[str, float]:
         """Make the wrapped device safe, unless a fault is in the way."""
-        self._befall("make safe")
+        self._apply("make safe")
         self._scales.clear()
         self._set_points = self._safe_points()
         return cast("Mapping[str, float]", self._inner.make_safe())
@@ -120,8 +120,8 @@ class FaultyDevice:
     def _safe_points(self) -> dict[str, float]:
         return {info.name: info.safe_value for info in self._inner.drives}
 
-    def _befall(self, call: Call, drive: str = "") -> list[FaultSettings]:
-        """Let the faults that are due befall a call that is no stream; return them."""
+    def _apply(self, call: Call, drive: str = "") -> list[FaultSettings]:
+        """Apply the faults that are due to a call that is no stream; return them."""
         self._need_connection(call)
         due = [fault for fault, _ in self._occasions.due(call, self._set_points, drive)]
         for fault in due:
@@ -130,7 +130,7 @@ class FaultyDevice:
 
     def _answer(self, fault: FaultSettings, call: Call) -> None:
         self._lost |= fault.kind == "lost"
-        befall(fault, call, self._clock)
+        affect(fault, call, self._clock)
 
     def _need_connection(self, call: str) -> None:
         if self._lost:
@@ -140,7 +140,7 @@ class FaultyDevice:
 class _FaultyReadable(FaultyDevice):
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return the present value of each channel."""
-        due = self._befall("read")
+        due = self._apply("read")
         values = dict(self._inner.read(channels))
         for fault in due:
             if fault.kind == "nan" and fault.channel in values:
@@ -151,7 +151,7 @@ class _FaultyReadable(FaultyDevice):
 class _FaultySettable(FaultyDevice):
     def set(self, drive: str, value: float) -> None:
         """Give the drive a new set-point, unless it is stuck or takes it for another one."""
-        due = {fault.kind: fault for fault in self._befall("set", drive)}
+        due = {fault.kind: fault for fault in self._apply("set", drive)}
         if "stuck" in due:
             return
         given = value
@@ -165,7 +165,7 @@ class _FaultySettable(FaultyDevice):
 
     def read_back(self, drive: str) -> float:
         """Return the drive's value as it believes it to be."""
-        due = self._befall("read back", drive)
+        due = self._apply("read back", drive)
         actual = float(self._inner.read_back(drive)) / self._scales.get(drive, 1.0)
         return math.nan if any(fault.kind == "nan" for fault in due) else actual
 

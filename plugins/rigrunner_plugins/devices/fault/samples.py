@@ -23,7 +23,7 @@ class Spoil(Protocol):
     """Spoils the samples of a recording, block after block."""
 
     def __call__(self, first: int, values: Array) -> Array:
-        """Return samples (n,) spoilt, of which the first is the so-manieth of the recording."""
+        """Return samples (n,) spoilt, of which the first has this index in the recording."""
         ...
 
 
@@ -112,7 +112,7 @@ _SPOILS: dict[Kind, Callable[[FaultSettings, Stream, np.random.Generator], Spoil
 
 
 def _places(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Return which samples it befalls, sorted: at least one, where there is any."""
+    """Return which samples it affects, sorted: at least one, where there is any."""
     count = min(max(1, round(fault.part * stream.samples)), stream.samples)
     return np.sort(rng.choice(stream.samples, count, replace=False))
 

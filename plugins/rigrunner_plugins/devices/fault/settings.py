@@ -37,7 +37,7 @@ CHANNELS_UNIT = "of the channel"
 
 @dataclass(frozen=True)
 class Nature:
-    """Of one kind of fault: which calls it may befall, the first by default, and its extent."""
+    """Of one kind of fault: which calls it may affect, the first by default, and its extent."""
 
     calls: tuple[Call, ...] = ("stream",)
     dimension: str = ""
@@ -45,7 +45,7 @@ class Nature:
     default_si: float | None = None
     """Of the extent; None where the station has to say."""
     share: float = 0.0
-    """How much of a recording it befalls, where nothing else is said."""
+    """How much of a recording it affects, where nothing else is said."""
 
 
 _ANSWERS: tuple[Call, ...] = ("stream", "connect", "set", "read back", "read", "make safe")
@@ -78,7 +78,7 @@ class FaultSettings(Settings):
     on: Annotated[
         Call | None, Field(description="in which call; left out, in what is usual for the kind")
     ] = None
-    channel: Annotated[str, Field(description="of a stream, whose samples it befalls")] = "torque"
+    channel: Annotated[str, Field(description="the channel of a stream that it affects")] = "torque"
     drive: Annotated[str, Field(description="of set and read back; left out, any")] = ""
     at: Annotated[
         dict[str, AnyQuantity],
@@ -86,19 +86,19 @@ class FaultSettings(Settings):
     ] = Field(default_factory=dict)
     calls: Annotated[
         ListOf[Annotated[int, Field(ge=1)]],
-        Field(description="the so-manieth of these calls, from 1; left out, each"),
+        Field(description="the numbers of the affected calls, from 1; default: all"),
     ] = ()
-    probability: Ratio = quantity("100 %", "with which it befalls such a call", ge=0, le=1)
+    probability: Ratio = quantity("100 %", "with which it affects a call", ge=0, le=1)
     extent: Annotated[
         AnyQuantity | None, Field(description="how much; its unit goes with the kind")
     ] = None
     share: Annotated[
-        Ratio | None, Field(ge=0, le=1, description="how much of a recording it befalls")
+        Ratio | None, Field(ge=0, le=1, description="how much of a recording it affects")
     ] = None
 
     @property
     def call(self) -> Call:
-        """The call that it befalls."""
+        """The call that it affects."""
         return self.on or NATURES[self.kind].calls[0]
 
     @property
@@ -110,7 +110,7 @@ class FaultSettings(Settings):
 
     @property
     def part(self) -> float:
-        """How much of a recording it befalls, from 0 to 1."""
+        """How much of a recording it affects, from 0 to 1."""
         return NATURES[self.kind].share if self.share is None else self.share
 
     @model_validator(mode="after")
@@ -118,7 +118,7 @@ class FaultSettings(Settings):
         nature = NATURES[self.kind]
         if self.call not in nature.calls:
             allowed = ", ".join(nature.calls)
-            raise ValueError(f"'{self.kind}' does not befall '{self.call}', allowed: {allowed}")
+            raise ValueError(f"'{self.kind}' does not affect '{self.call}', allowed: {allowed}")
         if self.extent is None and nature.dimension and nature.default_si is None:
             what = nature.dimension.replace("of the channel", "quantity in the channel's unit")
             raise ValueError(f"'{self.kind}' needs an extent: a {what}")

@@ -1,4 +1,4 @@
-"""Which faults befall a call: by set-point, by number, or by chance."""
+"""Which faults affect a call: by set-point, by number, or by chance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Occasions:
-    """Counts the calls that a fault may befall, since the device was connected.
+    """Counts the calls that a fault may affect, since the device was connected.
 
     What is left to chance follows from the seed, the call, the set-points and how often the call
     was made there: the order in which set-points come does not matter.
@@ -36,7 +36,7 @@ class Occasions:
     def due(
         self, call: Call, set_points: Mapping[str, float], drive: str = ""
     ) -> Iterator[tuple[FaultSettings, np.random.Generator]]:
-        """Yield the faults that befall this call, each with its source of random numbers."""
+        """Yield the faults that affect this call, each with its source of random numbers."""
         place = f"{call} {drive} " + " ".join(f"{k}={v:.6g}" for k, v in set_points.items())
         for index, fault in enumerate(self._faults):
             if fault.call != call or fault.drive not in ("", drive) or not _at(fault, set_points):

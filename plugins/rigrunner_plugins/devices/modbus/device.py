@@ -195,7 +195,7 @@ class ModbusDevice(Driver):
             meant = fault.codes.get(f"{code:.0f}", "see its manual")
             raise DeviceRejectedError(
                 f"{self._settings.where} is in fault {code:.0f}: {meant}",
-                hint="mend the cause and reset it at the instrument",
+                hint="fix the cause and reset it at the instrument",
             )
 
     def _write_one(self, write: Write) -> None:

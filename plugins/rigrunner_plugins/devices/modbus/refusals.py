@@ -43,7 +43,7 @@ _MEANINGS = {
 
 
 def counted(table: Table, address: int) -> str:
-    """Return a hint on how an address is counted, for who took it as a manual has it."""
+    """Return a hint on how an address is counted, where it was copied from a manual."""
     digit = {Table.DISCRETE: "1", Table.INPUT: "3", Table.HOLDING: "4"}.get(table, "")
     reference = f", or {digit}{address + 1:0{_DIGITS}}" if digit else ""
     return (

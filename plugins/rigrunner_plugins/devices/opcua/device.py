@@ -153,7 +153,7 @@ class OpcUa(Driver):
             raise DeviceRejectedError(
                 f"{node.node} is in {symbol}, as its EngineeringUnits say;"
                 f" the station says {node.unit}",
-                hint="mend `unit`, or the server: then `check_units: no` passes over it",
+                hint="fix `unit`, or the server: then `check_units: no` passes over it",
             )
         return rights
 

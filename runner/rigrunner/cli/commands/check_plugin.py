@@ -127,16 +127,16 @@ def _kinds(registry: Registry, name: str) -> list[str]:
 
 def _not_loaded(name: str, unloaded: DisabledPlugin, *, as_json: bool) -> ExitCode:
     """Say why a plugin cannot be loaded, in the form of a check that failed."""
-    found = unloaded.reason.removesuffix(f" ({unloaded.mend})")
-    mend = unloaded.mend or "see where its hooks are, and what they return"
+    found = unloaded.reason.removesuffix(f" ({unloaded.fix})")
+    fix = unloaded.fix or "see where its hooks are, and what they return"
     provider = str(unloaded.provider)
     if as_json:
-        told = _told("is_loaded", "fail", LOADED, found, mend)
+        told = _told("is_loaded", "fail", LOADED, found, fix)
         result_json([{"kind": "", "name": name, "provider": provider, "findings": [told]}])
     else:
         result(f"'{name}' of {provider}")
-        result(_failure("is_loaded", LOADED, found, mend))
-        result("\n0 pass, 1 fail, 0 not applicable; nothing else is judged until that is mended")
+        result(_failure("is_loaded", LOADED, found, fix))
+        result("\n0 pass, 1 fail, 0 not applicable; nothing else is judged until that is fixed")
     return ExitCode.FAIL
 
 
@@ -246,11 +246,11 @@ def _line(finding: Finding) -> str:
         return head
     if finding.state == "not applicable":
         return f"{head}: {finding.text}"
-    return _failure(finding.check.name, finding.check.holds, finding.text, finding.mend)
+    return _failure(finding.check.name, finding.check.holds, finding.text, finding.fix)
 
 
-def _failure(name: str, holds: str, found: str, mend: str) -> str:
-    told = (holds, f"found: {found}", f"mend: {mend}")
+def _failure(name: str, holds: str, found: str, fix: str) -> str:
+    told = (holds, f"found: {found}", f"fix: {fix}")
     return "\n".join([f"FAIL  {name}", *(_wrapped(text) for text in told)])
 
 
@@ -270,7 +270,7 @@ def _summary(findings: Sequence[Finding], left_out: int) -> str:
     words = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
     more = f"; {left_out} left out, as they set drives" if left_out else ""
     not_judged = count["not judged"]  # type: ignore[index]  # a StrEnum
-    more += f"; {not_judged} not judged until what failed is mended" if not_judged else ""
+    more += f"; {not_judged} not judged until what failed is fixed" if not_judged else ""
     return f"\n{', '.join(words)}{more}"
 
 
@@ -280,11 +280,11 @@ def _document(subject: Subject, findings: Sequence[Finding]) -> dict[str, Any]:
         "name": subject.name,
         "provider": str(subject.plugin.provider),
         "findings": [
-            _told(each.check.name, each.state, each.check.holds, each.text, each.mend)
+            _told(each.check.name, each.state, each.check.holds, each.text, each.fix)
             for each in findings
         ],
     }
 
 
-def _told(name: str, state: str, holds: str, found: str, mend: str) -> dict[str, str]:
-    return {"check": name, "state": str(state), "holds": holds, "found": found, "mend": mend}
+def _told(name: str, state: str, holds: str, found: str, fix: str) -> dict[str, str]:
+    return {"check": name, "state": str(state), "holds": holds, "found": found, "fix": fix}

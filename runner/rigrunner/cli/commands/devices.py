@@ -109,7 +109,7 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
     for text in report.problems:
         yield "", f"problem: {text}"
     if report.hint:
-        yield "", f"mend: {report.hint}"
+        yield "", f"fix: {report.hint}"
     for drive in report.drives:
         at = f"{drive.drive} stands at {drive.found:.6g} {drive.unit}"
         safe = f"safe is {drive.safe_value:g} {drive.unit}"
@@ -120,8 +120,8 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
         yield "", f"reading all of these once took {_MILLI * report.read_s:.3g} ms"
     for each in report.calibrated:
         named = f" by {each.instrument}" if each.instrument else ""
-        mend = "; have it calibrated, or enter its certificate" if each.state != "ok" else ""
-        yield "", f"{each.channel}{named}: {each.text}{mend}"
+        fix = "; have it calibrated, or enter its certificate" if each.state != "ok" else ""
+        yield "", f"{each.channel}{named}: {each.text}{fix}"
 
 
 def _part(role: str, place: str) -> str:

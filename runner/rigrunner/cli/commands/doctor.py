@@ -51,8 +51,8 @@ def _report(findings: Sequence[Finding]) -> str:
     rows = []
     for finding in findings:
         rows.append((f"{finding.state:4}  {finding.name}", finding.found))
-        if finding.mend:
-            rows.append(("", f"mend: {finding.mend}"))
+        if finding.fix:
+            rows.append(("", f"fix: {finding.fix}"))
     count = Counter(finding.state for finding in findings)
     total = ", ".join(f"{count[state]} {state}" for state in ("ok", "warn", "fail"))
     return f"{pairs(rows)}\n\n{total}"

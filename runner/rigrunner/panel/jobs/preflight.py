@@ -47,7 +47,7 @@ def _items(planned: Planned, job: Job) -> Iterator[PreflightItem]:
             yield from rig_items(planned, marks)
     except RigrunnerError as error:
         yield PreflightItem(
-            kind="device", name="rig", state="fail", text=error.message, mend=error.hint
+            kind="device", name="rig", state="fail", text=error.message, fix=error.hint
         )
 
 
@@ -58,7 +58,7 @@ def _approval(planned: Planned) -> PreflightItem:
         name=model.id,
         state="warn" if planned.approval.is_draft else "ok",
         text=f"revision {model.revision}: {planned.approval.sentence()}",
-        mend="'rigrunner approve' approves a procedure" if planned.approval.is_draft else "",
+        fix="'rigrunner approve' approves a procedure" if planned.approval.is_draft else "",
     )
 
 
@@ -67,7 +67,7 @@ def _no_load(planned: Planned, job: Job) -> Iterator[PreflightItem]:
         found = no_load_for(planned, job.runs, job.no_load)
     except RigrunnerError as error:
         yield PreflightItem(
-            kind="no_load", name="no-load run", state="fail", text=error.message, mend=error.hint
+            kind="no_load", name="no-load run", state="fail", text=error.message, fix=error.hint
         )
         return
     if found is not None:
@@ -78,14 +78,14 @@ def _disk(planned: Planned, runs: Path) -> PreflightItem:
     free, need = free_bytes(runs), _TWICE * planned.prediction().disk_bytes
     text = f"{free / 1e9:.1f} GB free, the run needs {need / 1e9:.2f} GB"
     if free < need:
-        mend = f"make room where {runs.absolute()} is, or choose another folder with --runs"
+        fix = f"make room where {runs.absolute()} is, or choose another folder with --runs"
         return PreflightItem(
-            kind="disk", name="disk", state="fail", text=text, mend=mend, override="disk"
+            kind="disk", name="disk", state="fail", text=text, fix=fix, override="disk"
         )
     short = free < need + _PLENTY_BYTES
-    mend = "little is left for the next run: make room" if short else ""
+    fix = "little is left for the next run: make room" if short else ""
     state = "warn" if short else "ok"
-    return PreflightItem(kind="disk", name="disk", state=state, text=text, mend=mend)
+    return PreflightItem(kind="disk", name="disk", state=state, text=text, fix=fix)
 
 
 def free_bytes(folder: Path) -> int:

@@ -27,7 +27,7 @@ def calibrations(planned: Planned) -> Iterator[PreflightItem]:
             name=finding.channel,
             state="fail",
             text=finding.problem.message,
-            mend=finding.problem.hint.split("; or start with")[0],
+            fix=finding.problem.hint.split("; or start with")[0],
             override=finding.channel,
         )
     refused = {finding.channel for finding in findings}
@@ -44,7 +44,7 @@ def _good(each: Instrument, today: date) -> PreflightItem:
         name=each.channel,
         state="warn" if soon else "ok",
         text=f"{each.name}: {_paper(each)}",
-        mend="have it calibrated soon" if soon else "",
+        fix="have it calibrated soon" if soon else "",
     )
 
 

@@ -65,14 +65,14 @@ def _connected(role: str, identity: Identity) -> PreflightItem:
 
 
 def _left(text: str) -> PreflightItem:
-    mend = "each drive is made safe here before anything else; see the items below"
-    return PreflightItem(kind="device", name="rig", state="warn", text=text, mend=mend)
+    fix = "each drive is made safe here before anything else; see the items below"
+    return PreflightItem(kind="device", name="rig", state="warn", text=text, fix=fix)
 
 
 def _unconfirmed(marks: RigMarks, station_file: str) -> PreflightItem:
     text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
-    mend = what_to_do(station_file)
-    return PreflightItem(kind="device", name="rig", state="fail", text=text, mend=mend)
+    fix = what_to_do(station_file)
+    return PreflightItem(kind="device", name="rig", state="fail", text=text, fix=fix)
 
 
 def _turn(order: Sequence[Member | str], role: str) -> int:
@@ -87,20 +87,20 @@ def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
     reports = rig.make_safe()
     if problem := unsafe_text(reports):
         text = "; ".join((*found, f"it could not be made safe: {problem}"))
-        mend = "switch it off by hand before anybody touches the rig"
-        yield PreflightItem(kind="device", name=role, state="fail", text=text, mend=mend)
+        fix = "switch it off by hand before anybody touches the rig"
+        yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
     elif found:
         read = ", ".join(
             f"{name} {value:g}" for each in reports for name, value in each.read_back.items()
         )
         text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
-        mend = "find out what left it on before anybody touches the rig"
-        yield PreflightItem(kind="device", name=role, state="warn", text=text, mend=mend)
+        fix = "find out what left it on before anybody touches the rig"
+        yield PreflightItem(kind="device", name=role, state="warn", text=text, fix=fix)
 
 
 def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:
-    mend = error.hint or "look at its power, its cable and its settings in the station"
-    return PreflightItem(kind="device", name=role, state="fail", text=error.message, mend=mend)
+    fix = error.hint or "look at its power, its cable and its settings in the station"
+    return PreflightItem(kind="device", name=role, state="fail", text=error.message, fix=fix)
 
 
 def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
@@ -117,14 +117,14 @@ def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
         value = rig.read(member.role, (member.name,))[member]
     except RigrunnerError as error:
         text = f"{interlock.member} cannot be read: {error.message}"
-        return PreflightItem(**known, state="fail", text=text, mend=error.hint, override=override)
+        return PreflightItem(**known, state="fail", text=text, fix=error.hint, override=override)
     shown = interlock.shown
     reads = f"{interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
     if interlock.minimum <= value <= interlock.maximum:
         return PreflightItem(**known, state="ok", text=reads)
     text = f"{reads}, {interlock.condition}"
-    mend = f"clear it: otherwise the run will {interlock.does.replace('_', ' ')} at once"
-    return PreflightItem(**known, state="fail", text=text, mend=mend, override=override)
+    fix = f"clear it: otherwise the run will {interlock.does.replace('_', ' ')} at once"
+    return PreflightItem(**known, state="fail", text=text, fix=fix, override=override)
 
 
 def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
@@ -142,15 +142,15 @@ def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
     try:
         mean = _mean(zero, rig)
     except RigrunnerError as error:
-        mend = error.hint or "look at the device"
-        return PreflightItem(kind="zero", name=name, state="fail", text=error.message, mend=mend)
+        fix = error.hint or "look at the device"
+        return PreflightItem(kind="zero", name=name, state="fail", text=error.message, fix=fix)
     text = f"reads {mean:.4g} {zero.unit} at rest (limit: ±{zero.within:g} {zero.unit})"
     if abs(mean) <= zero.within:
         return PreflightItem(kind="zero", name=name, state="ok", text=text)
-    mend = "is the rig at rest and unloaded? if so, adjust the instrument's zero"
+    fix = "is the rig at rest and unloaded? if so, adjust the instrument's zero"
     override = f"zero {name}"
     return PreflightItem(
-        kind="zero", name=name, state="fail", text=text, mend=mend, override=override
+        kind="zero", name=name, state="fail", text=text, fix=fix, override=override
     )
 
 

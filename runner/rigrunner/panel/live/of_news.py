@@ -66,4 +66,4 @@ def failed_run(failed: Failed, run: str) -> Finished:
 def failed_item(failed: Failed) -> PreflightItem:
     """Return the same as a part of the preflight."""
     text = "; ".join(str(each) for each in failed.problems) or failed.message
-    return PreflightItem(kind="procedure", name="files", state="fail", text=text, mend=failed.hint)
+    return PreflightItem(kind="procedure", name="files", state="fail", text=text, fix=failed.hint)

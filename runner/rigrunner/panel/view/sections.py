@@ -68,7 +68,7 @@ class PreflightItem(Section):
     name: str
     state: Light
     text: str
-    mend: str = ""
+    fix: str = ""
     override: str = ""
 
 

@@ -220,7 +220,7 @@ def _overridden(found: Preflight, override: Overridden | None) -> tuple[Prefligh
     left = [each for each in failed if each.override not in words]
     if left:
         message = "; ".join(f"{each.name}: {each.text}" for each in left)
-        hint = "mend it, or override what has a word for it, with a name and a reason"
+        hint = "fix it, or override what has a word for it, with a name and a reason"
         raise PanelError(409, "wrong_state", message, hint)
     return tuple(each for each in failed if each.override in words)
 

@@ -25,14 +25,14 @@ LATER, LITTLE = 0.6, 0.03
 TORQUE = "tester.torque"
 
 
-@check(mend="take the phase from the angle, not from the first sample", needs=("points_are_whole",))
+@check(fix="take the phase from the angle, not from the first sample", needs=("points_are_whole",))
 def time_shift_does_not_matter(subject: CompensationSubject) -> None:
     """When a recording begins does not matter, within its uncertainty."""
     _stated(subject, Influence.TIME_SHIFT)
     _unmoved(subject, replace(subject.runs, loaded=_later(subject.runs.loaded)), LATER)
 
 
-@check(mend="work in seconds and radians, not in samples", needs=("points_are_whole",))
+@check(fix="work in seconds and radians, not in samples", needs=("points_are_whole",))
 def sample_rate_does_not_matter(subject: CompensationSubject) -> None:
     """Sampled faster it gives the same, within both uncertainties."""
     _stated(subject, Influence.SAMPLE_RATE)
@@ -40,9 +40,7 @@ def sample_rate_does_not_matter(subject: CompensationSubject) -> None:
     _unmoved(subject, subject.recorded(0, OTHER_RATE * rate_hz), np.sqrt(2))
 
 
-@check(
-    mend="compare loaded with no-load recordings of the same set-up", needs=("points_are_whole",)
-)
+@check(fix="compare loaded with no-load recordings of the same set-up", needs=("points_are_whole",))
 def common_offset_falls_out(subject: CompensationSubject) -> None:
     """A torque channel that is off by the same in both runs gives the same."""
     applies(subject.runs.no_load, "it takes no no-load run in which the offset could show")
@@ -51,7 +49,7 @@ def common_offset_falls_out(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="look no-load points up by their frequency, not by their place",
+    fix="look no-load points up by their frequency, not by their place",
     needs=("points_are_whole",),
 )
 def order_of_recordings_does_not_matter(subject: CompensationSubject) -> None:

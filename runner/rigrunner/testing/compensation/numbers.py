@@ -36,7 +36,7 @@ MOST_MISSES = 1
 
 
 @check(
-    mend="give the record `yields`, and the Compensation the measurand's name",
+    fix="give the record `yields`, and the Compensation the measurand's name",
     needs=("points_are_whole",),
 )
 def measurand_stated(subject: CompensationSubject) -> None:
@@ -45,7 +45,7 @@ def measurand_stated(subject: CompensationSubject) -> None:
     demand(subject.plain.measurand.strip(), "its result does not name the measurand")
 
 
-@check(mend="give one CompensatedPoint for each point of `sweep.loaded`, with torque = raw - rig")
+@check(fix="give one CompensatedPoint for each point of `sweep.loaded`, with torque = raw - rig")
 def points_are_whole(subject: CompensationSubject) -> None:
     """There is a finite torque for each set-point, and it is raw torque less the rig's part."""
     points = subject.plain.points
@@ -68,7 +68,7 @@ def points_are_whole(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="make the point with `rigrunner.signal.propagation.compensated_point`",
+    fix="make the point with `rigrunner.signal.propagation.compensated_point`",
     needs=("points_are_whole",),
 )
 def uncertainty_is_made_of_its_parts(subject: CompensationSubject) -> None:
@@ -94,7 +94,7 @@ def _budget(point: CompensatedPoint) -> None:
 
 
 @check(
-    mend="bring the register's accuracy in: `rigrunner.signal.sensor.gain`, `reading_effects`",
+    fix="bring the register's accuracy in: `rigrunner.signal.sensor.gain`, `reading_effects`",
     needs=("points_are_whole",),
 )
 def sensor_is_in_the_budget(subject: CompensationSubject) -> None:
@@ -109,7 +109,7 @@ def sensor_is_in_the_budget(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="add `rigrunner.signal.transducer.transducer_effects` to the effects of each point",
+    fix="add `rigrunner.signal.transducer.transducer_effects` to the effects of each point",
     needs=("points_are_whole",),
 )
 def transducer_errors_are_in_the_budget(subject: CompensationSubject) -> None:
@@ -128,7 +128,7 @@ def transducer_errors_are_in_the_budget(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="let nothing depend on chance, or on what was analysed before", needs=("points_are_whole",)
+    fix="let nothing depend on chance, or on what was analysed before", needs=("points_are_whole",)
 )
 def same_recordings_same_numbers(subject: CompensationSubject) -> None:
     """The same recordings give the same numbers."""
@@ -138,7 +138,7 @@ def same_recordings_same_numbers(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="find what the budget lacks; state a known bias in `not_covered`",
+    fix="find what the budget lacks; state a known bias in `not_covered`",
     needs=("points_are_whole",),
 )
 def truth_is_within_its_interval(subject: CompensationSubject) -> None:
@@ -149,7 +149,7 @@ def truth_is_within_its_interval(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="find what the method takes from the closed form, which this rig does not share",
+    fix="find what the method takes from the closed form, which this rig does not share",
     needs=("points_are_whole",),
 )
 def truth_is_within_it_on_another_rig(subject: CompensationSubject) -> None:

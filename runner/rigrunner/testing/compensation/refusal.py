@@ -22,7 +22,7 @@ ANGLE = "tester.angle"
 
 
 @check(
-    mend="without `sweep.no_load` raise DataError, or say it in `not_applicable`",
+    fix="without `sweep.no_load` raise DataError, or say it in `not_applicable`",
     needs=("points_are_whole",),
 )
 def without_no_load_run_it_refuses(subject: CompensationSubject) -> None:
@@ -36,7 +36,7 @@ def without_no_load_run_it_refuses(subject: CompensationSubject) -> None:
 
 
 @check(
-    mend="look at `point.motion`: without an angle refuse, or widen the uncertainty",
+    fix="look at `point.motion`: without an angle refuse, or widen the uncertainty",
     needs=("points_are_whole",),
 )
 def without_angle_it_refuses_or_doubts(subject: CompensationSubject) -> None:
@@ -60,7 +60,7 @@ def _own_u(point: CompensatedPoint) -> float:
 
 
 @check(
-    mend="look at the points' type: SwingPoint, StartPoint, or the peaks alone",
+    fix="look at the points' type: SwingPoint, StartPoint, or the peaks alone",
     needs=("points_are_whole",),
 )
 def other_motion_is_refused(subject: CompensationSubject) -> None:

@@ -22,7 +22,7 @@ GRACE_S = 1.0
 ROUNDS = 3
 
 
-@check(mend="open sockets, ports and threads in `connect`; the constructor keeps what it is given")
+@check(fix="open sockets, ports and threads in `connect`; the constructor keeps what it is given")
 def construction_touches_nothing(subject: DeviceSubject) -> None:
     """Making the device opens no connection: a plan is made without the rig."""
     subject.make()  # what the factory imports is loaded now
@@ -34,16 +34,14 @@ def construction_touches_nothing(subject: DeviceSubject) -> None:
     demand(not more, f"making it left behind: {more}")
 
 
-@check(
-    mend="fill in `maker`, `model` and `serial` of the Identity; `simulated=True` of a simulator"
-)
+@check(fix="fill in `maker`, `model` and `serial` of the Identity; `simulated=True` of a simulator")
 def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
     """It connects, and says maker, model and serial number, and whether it is simulated."""
     device = subject.make()
     try:
         identity = device.connect(5.0)
     except DeviceError as error:
-        raise Nonconformity(f"it does not connect: {error.message}", mend=error.hint) from error
+        raise Nonconformity(f"it does not connect: {error.message}", fix=error.hint) from error
     demand(
         isinstance(identity, Identity),
         f"connecting gave {identity!r}{at(device, 'open') or at(device, 'connect')}, needed is an"
@@ -65,7 +63,7 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="hand the time-out on to the back end; say in `absent` with what settings nobody is there",
+    fix="hand the time-out on to the back end; say in `absent` with what settings nobody is there",
     needs=("connects_and_says_who_it_is",),
 )
 def gives_up_in_time(subject: DeviceSubject) -> None:
@@ -84,7 +82,7 @@ def gives_up_in_time(subject: DeviceSubject) -> None:
     device.close()
 
 
-@check(mend="raise DeviceLostError where it is not connected; `Driver` does that by itself")
+@check(fix="raise DeviceLostError where it is not connected; `Driver` does that by itself")
 def needs_a_connection(subject: DeviceSubject) -> None:
     """Without a connection everything but making safe and closing is refused."""
     device = subject.make()
@@ -103,7 +101,7 @@ def needs_a_connection(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="let `close` do nothing where nothing is open, and forget the connection",
+    fix="let `close` do nothing where nothing is open, and forget the connection",
     needs=("connects_and_says_who_it_is",),
 )
 def closes_in_every_state(subject: DeviceSubject) -> None:
@@ -117,7 +115,7 @@ def closes_in_every_state(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="end threads and close files and sockets in `close`, also after a failed `connect`",
+    fix="end threads and close files and sockets in `close`, also after a failed `connect`",
     needs=(
         "connects_and_says_who_it_is",
         "construction_touches_nothing",

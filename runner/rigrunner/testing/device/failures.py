@@ -68,7 +68,7 @@ def nonsense(answer: Any) -> Any:
 
 @check(
     moves=True,
-    mend="do every exchange through `self.exchange(request, perform)`, or say `wired=False`",
+    fix="do every exchange through `self.exchange(request, perform)`, or say `wired=False`",
     needs=("readings_are_true", "drives_go_where_they_are_set"),
 )
 def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
@@ -90,7 +90,7 @@ def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="map the back end's exceptions in `errors` of Driver; check what you parse",
+    fix="map the back end's exceptions in `errors` of Driver; check what you parse",
     needs=("exchanges_go_over_the_wire",),
 )
 def only_device_errors_leave_it(subject: DeviceSubject) -> None:

@@ -39,7 +39,7 @@ GRACE_S = 1.0
 
 
 @check(
-    mend="give ChannelInfo and DriveInfo the SI unit, and convert in `get` and `put`",
+    fix="give ChannelInfo and DriveInfo the SI unit, and convert in `get` and `put`",
     needs=("connects_and_says_who_it_is",),
 )
 def quantities_declared(subject: DeviceSubject) -> None:
@@ -98,7 +98,7 @@ def _stays_declared(subject: DeviceSubject, device: Device) -> None:
 
 
 @check(
-    mend="return one finite float for each channel that is asked, in that order, in its SI unit",
+    fix="return one finite float for each channel that is asked, in that order, in its SI unit",
     needs=("quantities_declared",),
 )
 def readings_are_true(subject: DeviceSubject) -> None:
@@ -115,7 +115,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
             demand(
                 finite,
                 f"{name} reads {value!r}{at(device, 'get')}, needed is a finite float",
-                mend=_made_a_float(value),
+                fix=_made_a_float(value),
             )
         units = {info.name: info.unit for info in device.channels}
         for info in device.drives:
@@ -124,7 +124,7 @@ def readings_are_true(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="let `observe` return a str, a bool or a tuple of finite numbers, as the kind says",
+    fix="let `observe` return a str, a bool or a tuple of finite numbers, as the kind says",
     needs=("quantities_declared",),
 )
 def readings_are_told(subject: DeviceSubject) -> None:
@@ -171,7 +171,7 @@ def _within(info: DriveInfo, value: float) -> None:
 
 @check(
     moves=True,
-    mend="return from `set` once the drive is there; state rate, settling, tolerance",
+    fix="return from `set` once the drive is there; state rate, settling, tolerance",
     needs=("readings_are_true",),
 )
 def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
@@ -203,14 +203,14 @@ def _moved(subject: DeviceSubject, device: Device, part: float) -> dict[str, flo
     except DeviceError as error:
         raise Nonconformity(
             error.message,
-            mend=f"send the set-point in `put`{at(device, 'put')}, in the unit of the DriveInfo;"
+            fix=f"send the set-point in `put`{at(device, 'put')}, in the unit of the DriveInfo;"
             " state its rate, settling time and tolerance",
         ) from error
 
 
 @check(
     moves=True,
-    mend="let `begin` send the set-point and return, and `arrived` compare the read-back",
+    fix="let `begin` send the set-point and return, and `arrived` compare the read-back",
     needs=("drives_go_where_they_are_set",),
 )
 def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
@@ -241,7 +241,7 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="compare with DriveInfo before anything is sent: `if not low <= value <= high`",
+    fix="compare with DriveInfo before anything is sent: `if not low <= value <= high`",
     needs=("drives_go_where_they_are_set",),
 )
 def limits_hold(subject: DeviceSubject) -> None:
@@ -271,7 +271,7 @@ def _refused_in_place(
 
 
 @check(
-    mend="raise DeviceRejectedError with the known names as its hint",
+    fix="raise DeviceRejectedError with the known names as its hint",
     needs=("readings_are_true",),
 )
 def unknown_names_refused(subject: DeviceSubject) -> None:

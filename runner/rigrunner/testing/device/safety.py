@@ -35,7 +35,7 @@ NO_SUCH = "no_such_name"
 
 @check(
     moves=True,
-    mend="return every drive's read-back; where nothing is known raise DeviceLostError",
+    fix="return every drive's read-back; where nothing is known raise DeviceLostError",
 )
 def safe_before_connecting(subject: DeviceSubject) -> None:
     """Before it is connected, making safe does no harm: it says where drives stand, or cannot."""
@@ -48,7 +48,7 @@ def safe_before_connecting(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="set every drive to its safe value, read each back, and return these",
+    fix="set every drive to its safe value, read each back, and return these",
     needs=("drives_go_where_they_are_set",),
 )
 def safe_is_confirmed(subject: DeviceSubject) -> None:
@@ -63,7 +63,7 @@ def safe_is_confirmed(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="let `make_safe` need nothing of a stream, and a stream end when left",
+    fix="let `make_safe` need nothing of a stream, and a stream end when left",
     needs=("safe_is_confirmed", "blocks_are_whole"),
 )
 def safe_while_streaming(subject: DeviceSubject) -> None:
@@ -84,7 +84,7 @@ def safe_while_streaming(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="keep no state of a call that failed; see `Driver`",
+    fix="keep no state of a call that failed; see `Driver`",
     needs=("safe_is_confirmed",),
 )
 def safe_after_a_failed_call(subject: DeviceSubject) -> None:
@@ -104,7 +104,7 @@ def safe_after_a_failed_call(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="try every drive whatever one of them raises, as `rigrunner.api.cleanup.do_all` does",
+    fix="try every drive whatever one of them raises, as `rigrunner.api.cleanup.do_all` does",
     needs=("safe_is_confirmed",),
 )
 def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
@@ -156,7 +156,7 @@ def _raising(device: Device, method: str, broken: str, error: BaseException) -> 
 
 @check(
     moves=True,
-    mend="raise DeviceLostError where `make_safe` cannot reach the instrument any more",
+    fix="raise DeviceLostError where `make_safe` cannot reach the instrument any more",
     needs=("safe_is_confirmed",),
 )
 def safe_after_closing(subject: DeviceSubject) -> None:
@@ -174,7 +174,7 @@ def safe_after_closing(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="`resume` goes back to what `pause` has kept, and `make_safe` forgets that",
+    fix="`resume` goes back to what `pause` has kept, and `make_safe` forgets that",
     needs=("safe_is_confirmed",),
 )
 def pauses_and_goes_on(subject: DeviceSubject) -> None:
@@ -202,7 +202,7 @@ def pauses_and_goes_on(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="see to it that `make_safe` works after all that was done before",
+    fix="see to it that `make_safe` works after all that was done before",
     needs=("safe_is_confirmed",),
     always=True,
 )

@@ -30,7 +30,7 @@ BUSY = 3.0
 
 @check(
     moves=True,
-    mend="draw from a generator that the settings' `seed` alone determines",
+    fix="draw from a generator that the settings' `seed` alone determines",
     needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
 )
 def same_seed_same_samples(subject: DeviceSubject) -> None:
@@ -44,7 +44,7 @@ def same_seed_same_samples(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="seed the generator with the settings' `seed`",
+    fix="seed the generator with the settings' `seed`",
     needs=("same_seed_same_samples",),
 )
 def other_seed_other_samples(subject: DeviceSubject) -> None:
@@ -61,7 +61,7 @@ def other_seed_other_samples(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="let `continue_after` count each stream as if it had been given",
+    fix="let `continue_after` count each stream as if it had been given",
     needs=("blocks_are_whole",),
 )
 def continues_after_streams(subject: DeviceSubject) -> None:
@@ -82,7 +82,7 @@ def continues_after_streams(subject: DeviceSubject) -> None:
     demand(differ, "resumed after one stream, it gives the samples of the first once more")
 
 
-@check(mend="leave `truth` out of what is not simulated")
+@check(fix="leave `truth` out of what is not simulated")
 def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
     """Only a simulator tells true values, and they are finite numbers."""
     with subject.connected() as device:
@@ -96,7 +96,7 @@ def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
 
 @check(
     moves=True,
-    mend="let only what never waits say `non_blocking = True`; wait by `context.clock`",
+    fix="let only what never waits say `non_blocking = True`; wait by `context.clock`",
     needs=("readings_are_true", "drives_go_where_they_are_set", "blocks_are_whole"),
 )
 def non_blocking_is_true(subject: DeviceSubject) -> None:

@@ -22,7 +22,7 @@ TIME_OFF_S, TIME_OFF_PART = 0.5, 0.25
 
 
 @check(
-    mend="count samples, not blocks: `first_sample` goes on by the samples of each block",
+    fix="count samples, not blocks: `first_sample` goes on by the samples of each block",
     needs=("quantities_declared",),
 )
 def streams_are_gapless(subject: DeviceSubject) -> None:
@@ -43,7 +43,7 @@ def streams_are_gapless(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="give each Block float64 arrays of one length, in SI units, for the channels asked",
+    fix="give each Block float64 arrays of one length, in SI units, for the channels asked",
     needs=("streams_are_gapless",),
 )
 def blocks_are_whole(subject: DeviceSubject) -> None:
@@ -80,7 +80,7 @@ def _whole(block: Block, wanted: list[str], rate_hz: float) -> None:
 
 
 @check(
-    mend="wait for the samples' time by `context.clock`; state the true `sample_rate_hz`",
+    fix="wait for the samples' time by `context.clock`; state the true `sample_rate_hz`",
     needs=("blocks_are_whole",),
 )
 def streams_take_their_time(subject: DeviceSubject) -> None:
@@ -99,7 +99,7 @@ def streams_take_their_time(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="look at `stop.is_set()` before each block, and state `stop_latency_s` of the record",
+    fix="look at `stop.is_set()` before each block, and state `stop_latency_s` of the record",
     needs=("blocks_are_whole",),
 )
 def stops_in_time(subject: DeviceSubject) -> None:
@@ -122,7 +122,7 @@ def stops_in_time(subject: DeviceSubject) -> None:
 
 
 @check(
-    mend="free what a stream holds in `finally`, so that it may be left at any block",
+    fix="free what a stream holds in `finally`, so that it may be left at any block",
     needs=("blocks_are_whole",),
 )
 def streams_may_be_left(subject: DeviceSubject) -> None:

@@ -23,7 +23,7 @@ FETCHED = re.compile(
 """What a browser would load from elsewhere as soon as the page is shown."""
 
 
-@check(mend="return `bytes`, not `str`; give the record a suffix such as '.html'")
+@check(fix="return `bytes`, not `str`; give the record a suffix such as '.html'")
 def makes_a_file(subject: FormatSubject) -> None:
     """It makes bytes of every run, one with a verdict and one without, for a file with a suffix."""
     record = subject.any_record
@@ -36,7 +36,7 @@ def makes_a_file(subject: FormatSubject) -> None:
 
 
 @check(
-    mend="write no date of today, no random names, and nothing in the order of a set",
+    fix="write no date of today, no random names, and nothing in the order of a set",
     needs=("makes_a_file",),
 )
 def same_run_same_bytes(subject: FormatSubject) -> None:
@@ -46,7 +46,7 @@ def same_run_same_bytes(subject: FormatSubject) -> None:
 
 
 @check(
-    mend="escape what was typed: jinja2 with autoescape=True, or html.escape",
+    fix="escape what was typed: jinja2 with autoescape=True, or html.escape",
     needs=("makes_a_file",),
 )
 def names_are_escaped(subject: FormatSubject) -> None:
@@ -58,7 +58,7 @@ def names_are_escaped(subject: FormatSubject) -> None:
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
 
 
-@check(mend="put styles, fonts and pictures into the file itself", needs=("makes_a_file",))
+@check(fix="put styles, fonts and pictures into the file itself", needs=("makes_a_file",))
 def nothing_is_fetched(subject: FormatSubject) -> None:
     """Neither making it nor showing it asks another computer for anything."""
     for each in subject.written:
@@ -68,7 +68,7 @@ def nothing_is_fetched(subject: FormatSubject) -> None:
             demand(found is None, f"showing it would load {found and found[0][:120]}")
 
 
-@check(mend="close what is opened; end threads", needs=("makes_a_file",))
+@check(fix="close what is opened; end threads", needs=("makes_a_file",))
 def leaves_nothing_open(subject: FormatSubject) -> None:
     """It leaves no thread and no open file behind."""
     subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now

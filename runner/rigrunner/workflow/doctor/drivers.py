@@ -40,8 +40,8 @@ def visa(_: Surroundings) -> Iterator[Finding]:
     if paths:
         yield Finding(_VISA, "ok", f"{', '.join(paths)} (backend @ivi)")
         return
-    mend = "where pyvisa-py will not do: install NI-VISA or Keysight IO Libraries"
-    yield Finding(_VISA, "warn", "no vendor's library (optional; backend @ivi)", mend)
+    fix = "where pyvisa-py will not do: install NI-VISA or Keysight IO Libraries"
+    yield Finding(_VISA, "warn", "no vendor's library (optional; backend @ivi)", fix)
 
 
 def daqmx(_: Surroundings) -> Iterator[Finding]:
@@ -52,21 +52,21 @@ def daqmx(_: Surroundings) -> Iterator[Finding]:
     except ImportError:
         yield _not_looked_for(_DAQMX, "daq")
         return
-    mend = "install NI-DAQmx from ni.com, for the plugin 'daq'; without such hardware leave it out"
+    fix = "install NI-DAQmx from ni.com, for the plugin 'daq'; without such hardware leave it out"
     try:
         system = system_class.local()
         driver = system.driver_version
         devices = [f"{each.name} ({each.product_type})" for each in system.devices]
     except (problem, OSError) as error:
         first = str(error).strip().partition("\n")[0].partition(". ")[0]
-        yield Finding(_DAQMX, "warn", f"no driver (optional): {first}", mend)
+        yield Finding(_DAQMX, "warn", f"no driver (optional): {first}", fix)
         return
     numbers = ".".join(str(part) for part in driver)
     if devices:
         yield Finding(_DAQMX, "ok", f"{numbers}; {', '.join(devices)}")
         return
-    mend = "is it plugged in and on? NI MAX, or 'nilsdev' on Linux, lists what the driver sees"
-    yield Finding(_DAQMX, "warn", f"{numbers} sees no device", mend)
+    fix = "is it plugged in and on? NI MAX, or 'nilsdev' on Linux, lists what the driver sees"
+    yield Finding(_DAQMX, "warn", f"{numbers} sees no device", fix)
 
 
 def serial_ports(_: Surroundings) -> Iterator[Finding]:
@@ -83,9 +83,9 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
         yield Finding(_SERIAL, "ok", ", ".join(usable) or "none is seen")
     if barred:
         group = _group(barred[0])
-        mend = f"sudo usermod -aG {group} {getpass.getuser()}, then log in anew"
+        fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in anew"
         found = f"you may not open {', '.join(barred)}, which belongs to the group {group}"
-        yield Finding(_SERIAL, "warn", found, mend)
+        yield Finding(_SERIAL, "warn", found, fix)
 
 
 def _not_looked_for(name: str, extra: str) -> Finding:

@@ -47,21 +47,21 @@ def each_extra(_: Surroundings) -> Iterator[Finding]:
     for extra, packages in sorted(asked.items()):
         yield _extra(extra, packages)
     if not asked:
-        mend = "install Rigrunner anew: its metadata are of an older version"
-        yield Finding("extras", "warn", "its own metadata name none", mend)
+        fix = "install Rigrunner anew: its metadata are of an older version"
+        yield Finding("extras", "warn", "its own metadata name none", fix)
 
 
 def _extra(extra: str, packages: dict[str, str]) -> Finding:
     name, purpose = f"extra {extra}", PURPOSES.get(extra, "a plugin")
-    mend = f"pip install 'rigrunner[{extra}]', for {purpose}"
+    fix = f"pip install 'rigrunner[{extra}]', for {purpose}"
     found = {package: _installed(package) for package in packages}
     if not any(found.values()):
-        return Finding(name, "warn", f"not installed (optional): {', '.join(packages)}", mend)
+        return Finding(name, "warn", f"not installed (optional): {', '.join(packages)}", fix)
     wrong = [
         text for package, bounds in packages.items() if (text := _wrong(package, found, bounds))
     ]
     if wrong:
-        return Finding(name, "warn", ", ".join(wrong), mend)
+        return Finding(name, "warn", ", ".join(wrong), fix)
     broken = _broken(extra)
     if broken is not None:
         return Finding(name, "warn", *broken)
@@ -88,13 +88,13 @@ def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
 
 
 def _broken(extra: str) -> tuple[str, str] | None:
-    """Return what is wrong with a package that is there, and how to mend it."""
+    """Return what is wrong with a package that is there, and how to fix it."""
     if extra != "pdf":
         return None
     try:
         with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say below
             import weasyprint  # noqa: F401, PLC0415  (optional, heavy, and loads libraries)
     except OSError as error:
-        mend = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
-        return f"WeasyPrint does not find the library Pango: {error}", mend
+        fix = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
+        return f"WeasyPrint does not find the library Pango: {error}", fix
     return None

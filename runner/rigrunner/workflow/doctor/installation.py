@@ -25,8 +25,8 @@ def python(_: Surroundings) -> Iterator[Finding]:
     oldest = ".".join(map(str, OLDEST_PYTHON))
     fit = sys.version_info[:2] >= OLDEST_PYTHON
     found = f"{platform.python_implementation()} {platform.python_version()} at {sys.executable}"
-    mend = "" if fit else f"install Python {oldest} or newer"
-    yield Finding("Python", "ok" if fit else "fail", found, mend)
+    fix = "" if fit else f"install Python {oldest} or newer"
+    yield Finding("Python", "ok" if fit else "fail", found, fix)
 
 
 def packages(_: Surroundings) -> Iterator[Finding]:
@@ -59,9 +59,9 @@ def plugins(of: Surroundings) -> Iterator[Finding]:
     state: State = "ok" if count else "fail"
     yield Finding("plugins", state, listing or "none", "" if count else "reinstall Rigrunner")
     for disabled in of.registry.disabled:
-        mend = "mend or uninstall it; its plugins are not there"
+        fix = "fix or uninstall it; its plugins are not there"
         text = f"{disabled.provider} is disabled: {disabled.reason}"
-        yield Finding("plugins", "warn", text, mend)
+        yield Finding("plugins", "warn", text, fix)
     yield from _claimed_twice(of.registry)
 
 

@@ -25,9 +25,9 @@ def station(of: Surroundings) -> Iterator[Finding]:
         ready = ready_station(of.station)
     except InvalidFileError as error:
         for each in error.problems:
-            mend = each.hint or "'rigrunner check' tells all that is wrong in it"
+            fix = each.hint or "'rigrunner check' tells all that is wrong in it"
             where = f"{each.location}: " if each.location else ""
-            yield Finding(_NAME, "fail", f"{where}{each.message}", mend)
+            yield Finding(_NAME, "fail", f"{where}{each.message}", fix)
         return
     except RigrunnerError as error:
         yield Finding(_NAME, "fail", error.message, error.hint or "correct the file")

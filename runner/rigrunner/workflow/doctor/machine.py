@@ -32,12 +32,12 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge",
 def clock(of: Surroundings) -> Iterator[Finding]:
     """Look whether the clock is right, as far as a machine can tell by itself."""
     text = f"{of.now:%Y-%m-%d %H:%M:%S} UTC"
-    mend = "set the clock; let it be kept by NTP"
+    fix = "set the clock; let it be kept by NTP"
     newest = _newest_run(of.runs)
     if of.now < RELEASED:
-        yield Finding("clock", "fail", f"{text} is before this program was written", mend)
+        yield Finding("clock", "fail", f"{text} is before this program was written", fix)
     elif newest is not None and newest > of.now + AHEAD:
-        yield Finding("clock", "warn", f"{text} is before the newest run in {of.runs}", mend)
+        yield Finding("clock", "warn", f"{text} is before the newest run in {of.runs}", fix)
     else:
         yield Finding("clock", "ok", text)
 
@@ -56,8 +56,8 @@ def runs_folder(of: Surroundings) -> Iterator[Finding]:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        mend = "give yourself the right to write there, or name another folder with --runs"
-        yield Finding("runs folder", "fail", f"{folder}: {error.strerror or error}", mend)
+        fix = "give yourself the right to write there, or name another folder with --runs"
+        yield Finding("runs folder", "fail", f"{folder}: {error.strerror or error}", fix)
     else:
         made = "can be written" if there else "will be made by the first run"
         yield Finding("runs folder", "ok", f"{of.runs.absolute()} {made}")
@@ -67,8 +67,8 @@ def disk(of: Surroundings) -> Iterator[Finding]:
     """Look how much room there is for runs."""
     free = shutil.disk_usage(_nearest_folder(of.runs)).free
     state: State = "ok" if free >= SCARCE_BYTES else "warn" if free >= FULL_BYTES else "fail"
-    mend = "" if state == "ok" else "move old runs elsewhere, or name another disk with --runs"
-    yield Finding("disk", state, f"{free / 1e9:.1f} GB free for runs", mend)
+    fix = "" if state == "ok" else "move old runs elsewhere, or name another disk with --runs"
+    yield Finding("disk", state, f"{free / 1e9:.1f} GB free for runs", fix)
 
 
 def _nearest_folder(path: Path) -> Path:
@@ -85,8 +85,8 @@ def hdf5(_: Surroundings) -> Iterator[Finding]:
         read = list(file["values"][()])
     state: State = "ok" if read == [1.0, 2.0] else "fail"
     versions = f"HDF5 {h5py.version.hdf5_version}, h5py {h5py.version.version}"
-    mend = "" if state == "ok" else "reinstall h5py: pip install --force-reinstall h5py"
-    yield Finding("HDF5", state, versions, mend)
+    fix = "" if state == "ok" else "reinstall h5py: pip install --force-reinstall h5py"
+    yield Finding("HDF5", state, versions, fix)
 
 
 def fonts(_: Surroundings) -> Iterator[Finding]:
@@ -96,8 +96,8 @@ def fonts(_: Surroundings) -> Iterator[Finding]:
     try:
         found = font_manager.findfont(FONT, fallback_to_default=False)
     except ValueError:
-        mend = "reinstall matplotlib, which brings it"
-        yield Finding("fonts", "fail", f"{FONT}, of the report's plots, is missing", mend)
+        fix = "reinstall matplotlib, which brings it"
+        yield Finding("fonts", "fail", f"{FONT}, of the report's plots, is missing", fix)
     else:
         yield Finding("fonts", "ok", f"{FONT} at {found}")
 
@@ -108,8 +108,8 @@ def text(_: Surroundings) -> Iterator[Finding]:
     try:
         "N·m µ ± °".encode(encoding)
     except UnicodeEncodeError:
-        mend = "set the environment variable PYTHONUTF8=1"
-        yield Finding("text", "warn", f"{encoding} cannot show N·m, µ, ± and °", mend)
+        fix = "set the environment variable PYTHONUTF8=1"
+        yield Finding("text", "warn", f"{encoding} cannot show N·m, µ, ± and °", fix)
     else:
         yield Finding("text", "ok", f"{encoding} on stdout")
 
@@ -123,12 +123,12 @@ def browser(_: Surroundings) -> Iterator[Finding]:
 
 def editor(_: Surroundings) -> Iterator[Finding]:
     """Look for the language server that helps editors with YAML."""
-    mend = "npm install --global yaml-language-server, for an editor that helps with procedures"
-    yield _optional("editor support", ("yaml-language-server",), mend)
+    fix = "npm install --global yaml-language-server, for an editor that helps with procedures"
+    yield _optional("editor support", ("yaml-language-server",), fix)
 
 
-def _optional(name: str, programs: tuple[str, ...], mend: str) -> Finding:
+def _optional(name: str, programs: tuple[str, ...], fix: str) -> Finding:
     found = next((path for path in map(shutil.which, programs) if path), None)
     if found:
         return Finding(name, "ok", found)
-    return Finding(name, "warn", f"none found (optional): {', '.join(programs)}", mend)
+    return Finding(name, "warn", f"none found (optional): {', '.join(programs)}", fix)

@@ -1,1 +1,1 @@
-"""Analysing many stored runs again, each once: on all cores or a cluster, and going on later."""
+"""Analysing many stored runs again, each once: on all cores or a cluster, and resuming later."""

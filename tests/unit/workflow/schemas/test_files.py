@@ -36,15 +36,15 @@ def procedure(shipped):
 def test_the_committed_copy_is_current(language, shipped):
     path = ROOT / "procedures" / f"{language}.schema.json"
     committed = json.loads(path.read_text(encoding="utf-8"))
-    mend = f"run: rigrunner schema {language} > procedures/{language}.schema.json"
-    assert committed == language_schema(language, shipped), mend
+    fix = f"run: rigrunner schema {language} > procedures/{language}.schema.json"
+    assert committed == language_schema(language, shipped), fix
 
 
 def test_the_committed_schema_of_certificates_is_current():
     path = ROOT / "docs" / "reference" / "certificate.schema.json"
     committed = json.loads(path.read_text(encoding="utf-8"))
-    mend = f"run: rigrunner schema certificate > {path.relative_to(ROOT)}"
-    assert committed == certificate_schema(), mend
+    fix = f"run: rigrunner schema certificate > {path.relative_to(ROOT)}"
+    assert committed == certificate_schema(), fix
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -121,7 +121,7 @@ function checks(found) {
     const [kind, sign] = !check.ok ? ["warn", "!"] : check.consequence === "note" ? ["note", "\u00b7"] : skipped.includes(check) ? ["skipped", "\u2013"] : ["ok", "✓"];
     return h("li", { class: `light ${kind}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`check.${kind}`) }, sign),
-      h("div", { class: "light-text" }, h("strong", {}, check.name), h("span", {}, check.text ?? ""), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: check.effect })) : null, check.advice ? h("span", { class: "mend" }, check.advice) : null));
+      h("div", { class: "light-text" }, h("strong", {}, check.name), h("span", {}, check.text ?? ""), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: check.effect })) : null, check.advice ? h("span", { class: "fix" }, check.advice) : null));
   };
   return h("section", { class: "card" }, h("h2", {}, t("result.checks")),
     failed.length ? h("ul", { class: "lights" }, failed.map(item)) : made ? h("p", { class: "good-text" }, t("result.all_good", { count: made })) : null,

@@ -47,7 +47,7 @@ export function setupPage() {
       const ready = inputs.ready();
       const may = card.may();
       start.disabled = !(ready && may);
-      setText(why, !ready ? t("setup.needs_inputs") : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_mending") : t("setup.ready"));
+      setText(why, !ready ? t("setup.needs_inputs") : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
     }
 
     inputs.onchange = update;

@@ -1,4 +1,4 @@
-// The preflight: what was looked at, each with the way to mend it, and what may be let pass.
+// The preflight: what was looked at, each with the way to fix it, and what may be let pass.
 
 import { personName } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
@@ -67,7 +67,7 @@ export function preflightCard({ procedure, station }) {
     } }), h("span", {}, t("preflight.let_pass"))) : null;
     return h("li", { class: `light ${item.state}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
-      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, said(item.text)), item.mend ? h("span", { class: "mend" }, said(item.mend)) : null, pass));
+      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, said(item.text)), item.fix ? h("span", { class: "fix" }, said(item.fix)) : null, pass));
   }
 
   return card;

@@ -1,4 +1,4 @@
-"""A station of which some parts are wrong, as if these were mended: for what else is wrong in it.
+"""A station of which some parts are wrong, as if these were fixed: for what else is wrong in it.
 
 What a model looks at comes in rounds: its values one by one, then how they fit together, then the
 plugins, the devices and the plan. A new station has mistakes of all these sorts, and they are told
@@ -47,7 +47,7 @@ _TOGETHER = ("calibrated", "due", "range", "points")
 """What an instrument's parts are compared with each other for."""
 
 
-def as_if_mended(
+def as_if_fixed(
     document: Document, found: Sequence[Problem]
 ) -> tuple[Station | None, list[Problem]]:
     """Return the station with other parts for the wrong ones, and what else is wrong in it.
@@ -57,7 +57,7 @@ def as_if_mended(
     data, wrong = deepcopy(document.data), list(found)
     more: list[Problem] = []
     for _ in range(_ROUNDS):
-        if not all(_mended(data, problem.field) for problem in wrong):
+        if not all(_fixed(data, problem.field) for problem in wrong):
             return None, more
         try:
             return validate(Station, replace(document, data=data)), more
@@ -73,11 +73,11 @@ def _is_new(problem: Problem) -> bool:
     return match is not None and match["key"] is None
 
 
-def _mended(data: Any, field: str) -> bool:
+def _fixed(data: Any, field: str) -> bool:
     """Put something else in the place of a wrong part; say whether there is something."""
     entry = _ENTRY.match(field)
     if entry:
-        return _mended_instrument(data["instruments"], int(entry["at"]), entry["key"])
+        return _fixed_instrument(data["instruments"], int(entry["at"]), entry["key"])
     part = _PART.match(field)
     if part is None:
         return False
@@ -90,7 +90,7 @@ def _mended(data: Any, field: str) -> bool:
     return True
 
 
-def _mended_instrument(instruments: Any, at: int, key: str | None) -> bool:
+def _fixed_instrument(instruments: Any, at: int, key: str | None) -> bool:
     entry = instruments[at]
     if not isinstance(entry, dict):
         instruments[at] = dict(_INSTRUMENT)
