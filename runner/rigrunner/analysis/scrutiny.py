@@ -244,20 +244,23 @@ class _Verdicts:
         return words
 
     def __call__(self, limits: Limits, estimate: Estimate) -> tuple[Zone, ...]:
-        need = self.subject.need
+        refuse = self.subject.refuse
         with self.subject.named():
             found = self.rule(limits, estimate)
-        need(isinstance(found, (list, tuple)) and bool(found), f"{_shown(found)}, needed are zones")
+        if not (isinstance(found, (list, tuple)) and found):
+            refuse(f"{_shown(found)}, needed are zones")
         for each in found:
-            need(isinstance(each, Zone), f"{_shown(each)}, needed is a Zone")
-            need(_is_finite(each.margin), f"the margin {each.margin!r} of a zone")
-            known = each.verdict in WORST_FIRST and each.verdict is not Verdict.FAIL
-            need(known, f"the verdict {_shown(each.verdict)} of a zone")
+            if not isinstance(each, Zone):
+                refuse(f"{_shown(each)}, needed is a Zone")
+            if not _is_finite(each.margin):
+                refuse(f"the margin {each.margin!r} of a zone")
+            if each.verdict not in WORST_FIRST or each.verdict is Verdict.FAIL:
+                refuse(f"the verdict {_shown(each.verdict)} of a zone")
         for better, worse in pairwise(found):
-            falling = better.margin > worse.margin
-            need(falling, f"zones whose margins do not fall: {better.margin:g}, {worse.margin:g}")
-            worsens = WORST_FIRST.index(better.verdict) > WORST_FIRST.index(worse.verdict)
-            need(worsens, f"'{worse.verdict}' farther out than '{better.verdict}', which is worse")
+            if better.margin <= worse.margin:
+                refuse(f"zones whose margins do not fall: {better.margin:g}, {worse.margin:g}")
+            if WORST_FIRST.index(better.verdict) <= WORST_FIRST.index(worse.verdict):
+                refuse(f"'{worse.verdict}' farther out than '{better.verdict}', which is worse")
         return tuple(found)
 
 

@@ -160,7 +160,7 @@ def stated_risks_are_those_of_its_verdicts(subject: Subject) -> None:
             for value in _values(limits):
                 found, _ = rule.verdict(limits, Estimate(value, U, dof))
                 if found in {Verdict.PASS, Verdict.FAIL}:
-                    conforming = _share_within(limits, value + errors)
+                    conforming = _share_within(limits, value, errors)
                     (passed if found is Verdict.PASS else failed).append(conforming)
             counted = 1 - min(passed) if passed else None
             estimate = Estimate(0.0, U, dof)
@@ -200,10 +200,10 @@ def _errors(dof: float) -> Array:
     return np.sort(U * drawn)
 
 
-def _share_within(limits: Limits, sorted_values: Array) -> float:
-    """Return which part of sorted values is within the limits."""
-    low, high = np.searchsorted(sorted_values, [limits.lower, limits.upper])
-    return float(high - low) / len(sorted_values)
+def _share_within(limits: Limits, value: float, sorted_errors: Array) -> float:
+    """Return for which part of its sorted errors a value is within the limits."""
+    low, high = np.searchsorted(sorted_errors, [limits.lower - value, limits.upper - value])
+    return float(high - low) / len(sorted_errors)
 
 
 CHECKS: tuple[AnyCheck, ...] = (
