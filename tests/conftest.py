@@ -6,6 +6,7 @@ import atexit
 import gc
 import json
 import os
+import pickle
 import shutil
 import signal
 import tempfile
@@ -131,6 +132,19 @@ def made_once(tmp_path_factory, worker_id):
         return folder
 
     return made
+
+
+@pytest.fixture(scope="session")
+def computed_once(made_once):
+    """Return what a function gives, by a name; the first worker that asks for it computes it."""
+
+    def computed(name, function):
+        def fill(folder) -> None:
+            (folder / "value").write_bytes(pickle.dumps(function()))
+
+        return pickle.loads((made_once(name, fill) / "value").read_bytes())  # noqa: S301  (our own)
+
+    return computed
 
 
 @pytest.fixture(scope="session")

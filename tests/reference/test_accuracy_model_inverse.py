@@ -38,13 +38,13 @@ def study(parameters, seeds, change=lambda made: made):
 
 
 @pytest.fixture(scope="module")
-def closed_form():
-    return study(RigParameters(), SEEDS)
+def closed_form(computed_once):
+    return computed_once("model-inverse-closed-form", lambda: study(RigParameters(), SEEDS))
 
 
 @pytest.fixture(scope="module")
-def time_domain():
-    return study(OdeParameters(), range(4))
+def time_domain(computed_once):
+    return computed_once("model-inverse-time-domain", lambda: study(OdeParameters(), range(4)))
 
 
 def rmse(errors):

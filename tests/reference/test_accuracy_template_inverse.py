@@ -29,13 +29,15 @@ def study(parameters, seeds):
 
 
 @pytest.fixture(scope="module")
-def closed_form():
-    return study(RigParameters(), SEEDS)
+def closed_form(computed_once):
+    return computed_once("template-inverse-closed-form", lambda: study(RigParameters(), SEEDS))
 
 
 @pytest.fixture(scope="module")
-def time_domain():
-    return study(OdeParameters(), SEEDS_OF_TIME)
+def time_domain(computed_once):
+    return computed_once(
+        "template-inverse-time-domain", lambda: study(OdeParameters(), SEEDS_OF_TIME)
+    )
 
 
 @pytest.fixture(params=["closed_form", "time_domain"])
