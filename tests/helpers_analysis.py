@@ -12,7 +12,7 @@ from rigrunner.api.analysis import SwingPoint
 from rigrunner.api.data import Estimate, Recording, RunData
 from rigrunner.api.instruments import TorqueInstrument
 from rigrunner.api.rig import RigDescription
-from rigrunner.procedure import Acceptance, AnalysisSpec, Limit, Measurand
+from rigrunner.procedure import Acceptance, AnalysisSpec, Measurand
 from rigrunner.registry import load_registry
 from rigrunner.signal.kinematics import swing_angle
 
@@ -129,8 +129,10 @@ def no_load_spec(**changes) -> AnalysisSpec:
 
 
 def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Acceptance:
-    limit = Limit(max=maximum, min=minimum, source="a test", measurand=AT_REVERSAL)
-    return Acceptance(limit=limit, rule=rule)
+    limit = {"of": "torque", "mean": True, "source": "a test", "measurand": AT_REVERSAL}
+    ends = {"max": maximum, "min": minimum}
+    given = {name: value for name, value in ends.items() if value is not None}
+    return Acceptance.model_validate({"limits": [limit | given], "rule": rule})
 
 
 def analysed(run, no_load=None, analysis_spec=None, accept=None):

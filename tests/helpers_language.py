@@ -51,10 +51,12 @@ analysis:
         - energy
       primary: template
 acceptance:
-  limit:
-    max: 0.95 N·m
-    source: nobody
-    measurand: {nature: load_induced, condition: at_reversal}
+  limits:
+    - of: torque
+      mean: yes
+      max: 0.95 N·m
+      source: nobody
+      measurand: {nature: load_induced, condition: at_reversal}
   rule: guard_band_u
 """
 

@@ -12,21 +12,24 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.workflow.locate import find_procedure
 
 AS14101 = """\
-    min: 0.25 in·lbf
-    max: 8.0 in·lbf
-    source: AS14101, dash -9
-    measurand: {nature: no_load, condition: from_rest}
+      min: 0.25 in·lbf
+      max: 8.0 in·lbf
+      source: AS14101, dash -9
+      measurand: {nature: no_load, condition: from_rest}
 """
 SEVERAL = """\
 rigrunner: acceptance/1
 acceptance:
   limits:
-    - max: 0.95 N·m
+    - of: torque
+      mean: yes
+      max: 0.95 N·m
       source: drawing
       measurand: {nature: load_induced, condition: at_reversal}
     - max: 0.2 N·m
-      of: each_frequency
-      at: [35 Hz]
+      of: torque
+      each: frequency
+      where: {frequency: [35 Hz]}
       source: drawing
       measurand: {nature: load_induced, condition: at_reversal}
   rule: non_binary
@@ -45,13 +48,14 @@ def folder(tmp_path_factory):
 def test_the_no_load_limits_of_as14101_are_refused_for_a_loaded_swing(tmp_path, station):
     text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
     mixed = tmp_path / "mixed.yaml"
-    start, end = text.index("    max: 0.95"), text.index("  rule:")
+    start, end = text.index("      max: 0.95"), text.index("  rule:")
     mixed.write_text(text[:start] + AS14101 + text[end:], encoding="utf-8")
 
     called = call("check", mixed, *station)
     assert called.code == ExitCode.INVALID
-    assert "error: acceptance.limit.measurand: the limit is for the no-load torque from rest, " in (
-        called.err
+    assert (
+        "acceptance.limits[0].measurand: the limit is for the no-load torque from rest"
+        in called.err
     )
     assert "the result is the load-induced torque at the reversals of a swing" in called.err
 
@@ -113,4 +117,4 @@ def test_a_file_that_is_no_acceptance_is_told_with_its_line(folder, tmp_path):
     limits.write_text(SEVERAL.replace("rule: non_binary", "rule: none"), encoding="utf-8")
     called = call("decide", folder, "--acceptance", limits, *WHO)
     assert called.code == ExitCode.INVALID
-    assert f"{limits}:12:9: error: acceptance.rule: there is no decision rule 'none'" in called.err
+    assert f"{limits}:15:9: error: acceptance.rule: there is no decision rule 'none'" in called.err

@@ -56,10 +56,12 @@ analysis:
         - energy
       primary: template_inverse
 acceptance:
-  limit:
-    max: 0.95 N·m
-    source: nobody
-    measurand: {nature: load_induced, condition: at_reversal}
+  limits:
+    - of: torque
+      mean: yes
+      max: 0.95 N·m
+      source: nobody
+      measurand: {nature: load_induced, condition: at_reversal}
   rule: guard_band_u
 """
 STATION = """\

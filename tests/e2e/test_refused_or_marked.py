@@ -100,7 +100,7 @@ def test_a_limit_of_another_measurand(tmp_path):
     refused = call("check", other, "--station", "simulated")
     assert refused.code == ExitCode.INVALID
     assert refused.err == (
-        f"{other}:64:16: error: acceptance.limit.measurand: the limit is for the no-load torque"
+        f"{other}:66:18: error: acceptance.limits[0].measurand: the limit is for the no-load torque"
         " from rest, and the result is the load-induced torque at the reversals of a swing"
         " under 1000 N\n"
         "  hint: limits and results of two measurands have nothing to say to each other\n"

@@ -63,11 +63,12 @@ def _mean(axes: Axes, results: Results, wording: Wording) -> None:
 
 
 def _limits(axes: Axes, certificate: Certificate, wording: Wording) -> None:
-    if certificate.conformity is None:
+    stated = certificate.conformity.statements if certificate.conformity else ()
+    first = next((each for each in stated if each.measurand), None)
+    if first is None:
         return
-    first = certificate.conformity.statements[0]
     label = f"{wording.texts('figure.limit')} {wording.number(first.limit[:LONGEST])}"
-    for limit in (first.lower_nm, first.upper_nm):
+    for limit in (first.lower, first.upper):
         if limit is not None:
             axes.axhline(limit, color=VERMILION, linestyle="--", linewidth=1.4, label=label)
             label = "_nolegend_"

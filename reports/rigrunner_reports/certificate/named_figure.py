@@ -76,5 +76,5 @@ def _limits(certificate: Certificate, name: str) -> list[float]:
     if certificate.conformity is None:
         return []
     own = [each for each in certificate.conformity.statements if each.named == name]
-    ends = {end for each in own for end in (each.lower_nm, each.upper_nm) if end is not None}
+    ends = {end for each in own for end in (each.lower, each.upper) if end is not None}
     return sorted(ends)

@@ -129,7 +129,7 @@ class DecisionView:
     @property
     def all_named(self) -> bool:
         """Whether every limit is one of a result by its name, which has its own table."""
-        return all(part.named for part in self.found.parts)
+        return all(part.uncompensated is None for part in self.found.parts)
 
     @property
     def parts(self) -> tuple[LimitView, ...]:

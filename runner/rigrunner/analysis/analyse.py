@@ -25,13 +25,7 @@ from rigrunner.analysis.starts import prepare_starts
 from rigrunner.analysis.torque_results import mean_torque, torque_at
 from rigrunner.analysis.validation import validate
 from rigrunner.analysis.verdict.decision import decide
-from rigrunner.analysis.verdict.evidence import (
-    Evidence,
-    Judged,
-    JudgedPoint,
-    forbidden,
-    without_scatter,
-)
+from rigrunner.analysis.verdict.evidence import Evidence, forbidden, without_scatter
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.analysis import Compensation, Sweep
 from rigrunner.api.errors import DataError
@@ -162,8 +156,19 @@ class _Analysis:
             why = forbidden((*checks, *primary.checks))
             if problem:
                 why = f"There is no result to decide on: {problem}"
-            mean = Judged(headline, raw, why or without_scatter(loaded, no_load, primary))
-            evidence = self._evidence(loaded, primary, mean, named)
+            others = forbidden(named.checks)
+            evidence = Evidence(
+                results=named.results,
+                means=named.means,
+                problems={
+                    **{each.name: others for each in named.results},
+                    self.spec.name: why or without_scatter(loaded, no_load, primary),
+                },
+                torque=self.spec.name if self.spec.compensations else "",
+                method=self.spec.primary,
+                kind=self._kind(),
+                loads_n=tuple(point.load_n for point in loaded),
+            )
             rule = AppliedRule.of(self.acceptance, self.lookup)
             decision = decide(self.acceptance, rule, evidence)
         return Result(
@@ -185,6 +190,7 @@ class _Analysis:
             validation=self._validation(loaded, no_load, compensations, headline),
             name=self.spec.name,
             results=named.results,
+            means=named.means,
             checks=(*checks, *named.checks),
             notes=((problem,) if problem else ()) + named.notes,
             settings=settings_as_asked(self.spec, self.lookup, self.analyses),
@@ -379,27 +385,6 @@ class _Analysis:
         plugin = self.spec.primary_plugin
         kind = None if plugin is None else self.lookup.yields(plugin.name)
         return None if kind is None else self.spec.measured(kind)
-
-    def _evidence(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        primary: Compensation,
-        mean: Judged,
-        named: Findings,
-    ) -> Evidence:
-        """Return all results that a limit may be for; what forbids one forbids all."""
-        return Evidence(
-            method=self.spec.primary,
-            kind=self._kind(),
-            loads_n=tuple(point.load_n for point in loaded),
-            mean=mean,
-            points=tuple(
-                JudgedPoint(found.torque, self._raw([point]), mean.problem, point.set_frequency_hz)
-                for point, found in zip(loaded, primary.points, strict=False)
-            ),
-            results=named.results,
-            results_problem=forbidden(named.checks),
-        )
 
 
 def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)

@@ -14,6 +14,7 @@ from rigrunner.analysis.document_budget import budget
 from rigrunner.analysis.document_fits import curve_of, fit
 from rigrunner.analysis.document_validation import validation
 from rigrunner.analysis.document_values import (
+    coordinates_of,
     estimate,
     number,
     plain,
@@ -76,10 +77,7 @@ def _named(result: MeasurementResult) -> Json:
         "symbol": result.of.symbol or None,
         "text": result.of.text or None,
         **_identity(result.of),
-        "coordinates": {
-            name: each.value if isinstance(each.value, str) else quantity(each.value, each.unit)
-            for name, each in result.coordinates.items()
-        },
+        "coordinates": coordinates_of(result.coordinates),
         "estimate": estimate(result.estimate),
         "readings": result.readings,
         "budget": budget(result.components, result.of.unit),

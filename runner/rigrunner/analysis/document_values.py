@@ -10,7 +10,10 @@ import numpy as np
 from rigrunner.signal.coverage import factor
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rigrunner.api.data import Estimate
+    from rigrunner.api.findings import CoordinateValue
 
 Json = dict[str, object]
 
@@ -54,3 +57,11 @@ def plain(value: object) -> object:
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     return number(value) if isinstance(value, float) else value
+
+
+def coordinates_of(found: Mapping[str, CoordinateValue]) -> Json:
+    """Return where a result holds: a text as it is, a number with its unit."""
+    return {
+        name: each.value if isinstance(each.value, str) else quantity(each.value, each.unit)
+        for name, each in found.items()
+    }

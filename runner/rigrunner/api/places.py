@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 from math import isclose
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,8 @@ from rigrunner.api.texts import plain
 from rigrunner.api.units import QuantityError, unit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner.api.findings import CoordinateValue
 
 SAME = 1e-6
@@ -42,6 +45,45 @@ CoordinateKey = Annotated[str, Field(pattern=f"^{_COORDINATE}$")]
 """A drive, 'role.name', or the name of a counter or label."""
 Place = Annotated[Mapping[CoordinateKey, PlaceValue], AfterValidator(dict)]
 """A value for each coordinate that is named: {load.current: 2 A, phase: final}."""
+
+
+def _read_several(value: object) -> object:
+    if isinstance(value, list | tuple):
+        if not value:
+            raise QuantityError("got an empty list, allowed is one value or several")
+        return tuple(map(_read, value))
+    return (_read(value),)
+
+
+PlaceValues = Annotated[
+    tuple[Quantity | str, ...],
+    BeforeValidator(_read_several),
+    WithJsonSchema({"anyOf": [*_SCHEMA["anyOf"], {"type": "array", "items": _SCHEMA}]}),
+]
+"""One value of a coordinate, or several: 2 A, [1 A, 2 A]."""
+Places = Annotated[Mapping[CoordinateKey, PlaceValues], AfterValidator(dict)]
+"""One value or several for each coordinate that is named: {load.current: [1 A, 2 A]}."""
+
+
+def each_of(places: Mapping[str, tuple[Quantity | str, ...]]) -> Iterator[Place]:
+    """Yield each place, one value for each coordinate; of nothing named the one that is all."""
+    for values in product(*places.values()):
+        yield dict(zip(places, values, strict=True))
+
+
+def is_in(
+    places: Mapping[str, tuple[Quantity | str, ...]], coordinates: Mapping[str, CoordinateValue]
+) -> bool:
+    """Say whether coordinates are those of one of the places."""
+    return any(is_at(place, coordinates) for place in each_of(places))
+
+
+def places_text(places: Mapping[str, tuple[Quantity | str, ...]]) -> str:
+    """Return places in words, equal for equal places: 'load.current = 1 A or 2 A'."""
+    return ", ".join(
+        f"{name} = {' or '.join(sorted(map(str, values)))}"
+        for name, values in sorted(places.items())
+    )
 
 
 def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:

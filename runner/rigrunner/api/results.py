@@ -136,6 +136,8 @@ class Result:
     """By which limits name the compensated torque."""
     results: tuple[MeasurementResult, ...] = ()
     """All results by their names: the torque of each set-point, then what other analyses found."""
+    means: tuple[MeasurementResult, ...] = ()
+    """The means that analyses give of their results by themselves: of the torque, the headline."""
     decision: Decision | None = None
     validation: Validation | None = None
     """The Monte Carlo check of the headline, where the procedure asks for one."""

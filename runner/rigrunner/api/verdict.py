@@ -18,6 +18,7 @@ from rigrunner.api.units import unit
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from rigrunner.api.findings import CoordinateValue
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.quantity import Estimate
 
@@ -178,7 +179,7 @@ class LimitDecision:
     of: str = MEAN
     """What is judged: 'mean', one set-point, such as '35 Hz', or a named result and its place."""
     named: str = ""
-    """The name of the result, of an analysis that names its results."""
+    """The name of the result."""
     verdict: Verdict
     reason: str
     """One sentence."""
@@ -188,6 +189,8 @@ class LimitDecision:
     """Who says so."""
     result: Estimate | None = None
     """What was judged; None where there is nothing to judge."""
+    coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
+    """Where that result holds; empty of a mean, and of the only result of its name."""
     guard_band: float = nan
     """w: a result passes that is within the limits by at least w; nan where unknown."""
     false_accept_risk: float = nan
@@ -249,6 +252,7 @@ class Decision:
         """
         worst_part = min(self.parts, key=lambda part: part.badness)
         raw = worst(part.uncompensated for part in self.parts)
+        raw = None if worst_part.uncompensated is None else raw
         return replace(worst_part, reason=self._reason(worst_part), uncompensated=raw)
 
     @property
@@ -262,7 +266,7 @@ class Decision:
         return self.deciding.reason
 
     def _reason(self, part: LimitDecision) -> str:
-        if part.named:
+        if part.uncompensated is None:
             return f"{part.of[:1].upper()}{part.of[1:]}: {part.reason}"
         if len(self.parts) == 1 and part.of == MEAN:
             return part.reason

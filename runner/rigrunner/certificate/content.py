@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from rigrunner.certificate.order import Order
     from rigrunner.runfile import StoredRun
 
-REVISION = 2
+REVISION = 3
 """Of what is taken from a run and its result: one more where the same run gives another content.
 
 A new revision of a method has its own number, and is none of this one.

@@ -21,10 +21,11 @@ from rigrunner.certificate.numerals import finite, percent, printed, stated
 from rigrunner.signal.peaks import mean_peak
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.certificate import DecisionRecord
+    from rigrunner.api.findings import CoordinateValue
     from rigrunner.api.results import JudgedValue, Result
     from rigrunner.api.verdict import Decision, LimitDecision
 
@@ -102,15 +103,19 @@ def named_of(result: Result) -> tuple[NamedResult, ...]:
             name=each.name,
             symbol=each.of.symbol,
             text=each.of.words,
-            coordinates={
-                name: CoordinatePart(value=value.value, unit=value.unit, printed=str(value))
-                for name, value in each.coordinates.items()
-            },
+            coordinates=_coordinates(each.coordinates),
             found=stated(each.estimate, f"{each.name} {each.place}".strip()),
             readings=each.readings,
         )
         for each in result.other_results
     )
+
+
+def _coordinates(found: Mapping[str, CoordinateValue]) -> dict[str, CoordinatePart]:
+    return {
+        name: CoordinatePart(value=each.value, unit=each.unit, printed=str(each))
+        for name, each in found.items()
+    }
 
 
 def conformity_of(
@@ -121,7 +126,11 @@ def conformity_of(
         return None
     name, _, words = decision.rule.partition(": ")
     first = decision.deciding
-    others = (each for each in decision.parts if each.of != first.of)
+    others = (
+        each
+        for each in decision.parts
+        if (each.of, each.limits, each.source) != (first.of, first.limits, first.source)
+    )
     return Conformity(
         verdict=str(decision.verdict),
         rule=name,
@@ -138,16 +147,17 @@ def _statement(found: LimitDecision) -> LimitStatement:
     return LimitStatement(
         of=found.of,
         named=found.named,
+        coordinates=_coordinates(found.coordinates),
         unit=found.limits.unit,
         verdict=str(found.verdict),
         reason=found.reason,
         limit=str(found.limits),
-        lower_nm=finite(found.limits.lower),
-        upper_nm=finite(found.limits.upper),
+        lower=finite(found.limits.lower),
+        upper=finite(found.limits.upper),
         source=found.source,
         measurand="" if found.measurand is None else str(found.measurand),
         load_n=found.load_n,
-        guard_band_nm=band,
+        guard_band=band,
         printed_guard_band="" if band is None else f"{printed(band, decimals)} {found.limits.unit}",
         stated_risk=finite(found.false_accept_risk),
         probability_of_conformity=probability,

@@ -47,7 +47,7 @@ def check_analyses(
     """Raise InvalidFileError with all that the analyses need and the run would not give."""
     problems = Problems()
     measured = tuple(_measured(plan))
-    judged = procedure.model.acceptance.result_limits if procedure.model.acceptance else ()
+    judged = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in judged}
     for path, plugin in procedure.model.named_analyses_at:
         try:

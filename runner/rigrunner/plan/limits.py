@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.findings import CoordinateValue
 from rigrunner.api.member import Member
+from rigrunner.api.places import matches
 from rigrunner.api.units import unit
 from rigrunner.plan.selection import analysed
-from rigrunner.procedure.limits import add_other_measurands, limits_of
+from rigrunner.procedure import FREQUENCY
+from rigrunner.procedure.limits import add_other_measurands, torque_limits
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -35,12 +38,14 @@ def _check_frequencies(procedure: LoadedProcedure, plan: Plan, problems: Problem
     if any(step.action.rows for step in plan.steps):
         return
     there = sorted({hz for each in plan.recordings for hz in _frequencies(each.record)})
-    for path, limit in limits_of(procedure):
-        missing = limit.missing(there)
+    known = [CoordinateValue(hz, "Hz") for hz in there]
+    for path, limit in torque_limits(procedure):
+        wanted = limit.where.get(FREQUENCY, ())
+        missing = [each for each in wanted if not any(matches(each, hz) for hz in known)]
         if missing:
-            message = f"nothing is recorded at {', '.join(f'{hz:g} Hz' for hz in missing)}"
-            hint = f"recorded: {', '.join(f'{hz:g} Hz' for hz in there) or 'nothing'}"
-            problems.add(procedure.document, (*path, "at"), message, hint)
+            message = f"nothing is recorded at {', '.join(map(str, missing))}"
+            hint = f"recorded: {', '.join(map(str, known)) or 'nothing'}"
+            problems.add(procedure.document, (*path, "where", FREQUENCY), message, hint)
 
 
 def _loads(procedure: LoadedProcedure, plan: Plan | None) -> list[float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
 from rigrunner.plan.needs import channels_of
+from rigrunner.procedure.limits import torque_limits
 
 if TYPE_CHECKING:
     from rigrunner.api.rig import RigDescription
@@ -49,9 +50,8 @@ class Prediction:
 
 def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> Prediction:
     """Return the torque to be expected in each recording, and the disk that the run needs."""
-    acceptance = procedure.model.acceptance
-    limits = acceptance.torque_limits if acceptance else ()
-    bearing_nm = max((each.max or 0.0 for each in limits), default=0.0)
+    highest = (limit.max for _, limit in torque_limits(procedure) if limit.max is not None)
+    bearing_nm = max((each.si for each in highest), default=0.0)
     records = [each.record for each in plan.recordings]
     torques = tuple(
         PredictedTorque(record.name, frequency_hz, rig_nm + bearing_nm, known.full_scale)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile, Limit, LimitMeasurand
+from rigrunner.procedure.acceptance import Acceptance, AcceptanceFile
 from rigrunner.procedure.analysis_file import AnalysisFile
 from rigrunner.procedure.analysis_spec import (
     FREQUENCY,
@@ -23,7 +23,7 @@ from rigrunner.procedure.loading import (
 from rigrunner.procedure.model import Measurand, Procedure
 from rigrunner.procedure.named_results import check_result_limits
 from rigrunner.procedure.questions import Input
-from rigrunner.procedure.result_limits import ResultLimit
+from rigrunner.procedure.result_limits import Limit, LimitMeasurand
 from rigrunner.procedure.steps import Step, step_kinds
 from rigrunner.procedure.texts import texts_digest
 
@@ -45,7 +45,6 @@ __all__ = [
     "NoLoadSpec",
     "PluginRef",
     "Procedure",
-    "ResultLimit",
     "Step",
     "analysis_contradictions",
     "check_measurands",

@@ -26,7 +26,6 @@ def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:
             _analyses,
             _compensation,
             _validation,
-            _acceptance,
             _repeated_plugins,
             _answers,
             _tries,
@@ -77,13 +76,6 @@ def _validation(procedure: Procedure) -> Iterator[Complaint]:
         hint = "add 'compensations' to the analysis, or leave 'validate' out"
         at = (*procedure.torque_analysis_at, "validate")
         yield at, "there is no compensated torque to validate", hint
-
-
-def _acceptance(procedure: Procedure) -> Iterator[Complaint]:
-    limits = procedure.acceptance.torque_limits if procedure.acceptance else ()
-    if limits and not procedure.torque_analysis.compensations:
-        hint = "add 'compensations' to the analysis, or leave the limit out"
-        yield ("acceptance",), "a limit needs a compensated torque to decide on", hint
 
 
 def _repeated_plugins(procedure: Procedure) -> Iterator[Complaint]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.errors import PluginError
-from rigrunner.procedure.acceptance import Limit
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
@@ -13,6 +12,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.procedure.loading import LoadedProcedure
+    from rigrunner.procedure.result_limits import Limit
     from rigrunner.yamlfile.document import Path
 
 
@@ -49,8 +49,13 @@ def add_other_measurands(
         kind = lookup.yields(primary.name)
     except PluginError:
         return
-    for path, limit in limits_of(procedure):
+    for path, limit in torque_limits(procedure):
         place: Path = (*path, "measurand")
+        if limit.measurand is None:
+            message = f"'{limit.of}' is a torque, and the key 'measurand' is missing"
+            hint = "say of which one: 'measurand: {nature: ..., condition: ...}'"
+            problems.add(procedure.document, path, message, hint)
+            continue
         if kind is None:
             message = f"'{primary.name}' does not say which torque it yields"
             hint = "its plugin must declare it ('yields'), or the limit be left out"
@@ -62,13 +67,9 @@ def add_other_measurands(
             problems.add(procedure.document, place, objection, hint)
 
 
-def limits_of(procedure: LoadedProcedure) -> Iterator[tuple[Path, Limit]]:
-    """Yield every limit of a torque and where it stands."""
-    acceptance = procedure.model.acceptance
-    if acceptance is None:
-        return
-    if acceptance.limit is not None:
-        yield ("acceptance", "limit"), acceptance.limit
-    for index, limit in enumerate(acceptance.limits):
-        if isinstance(limit, Limit):
+def torque_limits(procedure: LoadedProcedure) -> Iterator[tuple[Path, Limit]]:
+    """Yield every limit of the compensated torque and where it stands."""
+    acceptance, name = procedure.model.acceptance, procedure.model.torque_analysis.name
+    for index, limit in enumerate(acceptance.limits if acceptance else ()):
+        if limit.of == name:
             yield ("acceptance", "limits", index), limit

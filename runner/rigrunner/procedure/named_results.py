@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.units import unit
-from rigrunner.procedure.result_limits import ResultLimit
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from rigrunner.api.findings import ResultDefinition
+    from rigrunner.api.measurand import MeasurandKind
     from rigrunner.procedure.loading import LoadedProcedure
+    from rigrunner.procedure.result_limits import Limit
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
 
@@ -26,6 +27,10 @@ class DefinitionLookup(Protocol):
         """Return them, known from the settings alone; raise PluginError."""
         ...
 
+    def yields(self, compensation: str) -> MeasurandKind | None:
+        """Return which torque a compensation yields; raise PluginError for an unknown one."""
+        ...
+
 
 def definitions_of(
     procedure: LoadedProcedure, lookup: DefinitionLookup
@@ -35,13 +40,29 @@ def definitions_of(
     Those of an analysis that is not there, or refuses its settings, are left out: they are told by
     the check of the plugins.
     """
-    for path, plugin in procedure.model.named_analyses_at:
+    model, spec = procedure.model, procedure.model.torque_analysis
+    symbol, text = ("", "") if (it := model.measurand) is None else (it.symbol, it.name)
+    torque = spec.yields(symbol, text, _kind(procedure, lookup))
+    if torque is not None:
+        yield model.torque_analysis_at, torque
+    for path, plugin in model.named_analyses_at:
         try:
             found = lookup.definitions(plugin.name, plugin.settings)
         except PluginError:
             continue
         for each in found:
             yield (*path, plugin.name), each
+
+
+def _kind(procedure: LoadedProcedure, lookup: DefinitionLookup) -> MeasurandKind | None:
+    spec = procedure.model.torque_analysis
+    if spec.primary_plugin is None:
+        return None
+    try:
+        kind = lookup.yields(spec.primary_plugin.name)
+    except PluginError:
+        return None
+    return None if kind is None else spec.measured(kind)
 
 
 def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) -> None:
@@ -53,10 +74,18 @@ def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) ->
             message = f"there are two results '{definition.name}'"
             problems.add(document, path, message, "give one of them another name", key=True)
         known.setdefault(definition.name, definition)
-    acceptance = procedure.model.acceptance
+    acceptance, torque = procedure.model.acceptance, procedure.model.torque_analysis.name
     for index, limit in enumerate(acceptance.limits if acceptance else ()):
-        if isinstance(limit, ResultLimit):
-            _check(problems, document, ("acceptance", "limits", index), limit, known)
+        path = ("acceptance", "limits", index)
+        if limit.of == torque and limit.of not in known:
+            hint = "add 'compensations' to the analysis, or leave the limit out"
+            message = "a limit needs a compensated torque to decide on"
+            problems.add(document, (*path, "of"), message, hint)
+            continue
+        _check(problems, document, path, limit, known)
+        if limit.measurand is not None and limit.of != torque:
+            message = f"'{limit.of}' does not say which torque it is"
+            problems.add(document, (*path, "measurand"), message, "leave 'measurand' out")
     problems.stop_if_any()
 
 
@@ -64,7 +93,7 @@ def _check(
     problems: Problems,
     document: Document,
     path: Path,
-    limit: ResultLimit,
+    limit: Limit,
     known: Mapping[str, ResultDefinition],
 ) -> None:
     found = known.get(limit.of)
@@ -80,12 +109,14 @@ def _check(
         if given is not None and given.dimension != kind:
             message = f"'{given}' is a {given.dimension}; {found.name} is a {kind}, in {found.unit}"
             problems.add(document, (*path, key), message, f"write it in {found.unit}")
-    for name in limit.where:
-        if name not in found.per:
-            problems.add(document, (*path, "where", name), *_no_coordinate(found, name))
+    for key, places in (("where", limit.where), ("except", limit.except_)):
+        for name in places:
+            if name not in found.per:
+                problems.add(document, (*path, key, name), *_no_coordinate(found, name))
     if limit.each is not None and limit.each not in found.per:
         problems.add(document, (*path, "each"), *_no_coordinate(found, limit.each))
-    open_ = [name for name in found.per if name not in {*limit.where, limit.each}]
+    single = {name for name, values in limit.where.items() if len(values) == 1}
+    open_ = [name for name in found.per if name not in {*single, limit.each}]
     if open_ and not (limit.mean or limit.worst or limit.each):
         several = f"there is a result '{found.name}' for each {' and '.join(open_)}"
         hint = f"say 'each: {open_[0]}', 'mean: yes' or 'worst: yes', or name one under 'where'"

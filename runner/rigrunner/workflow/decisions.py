@@ -24,6 +24,7 @@ from rigrunner.runfile import read
 from rigrunner.runfile.durable import sync_file, sync_folder, writing
 from rigrunner.workflow.locate import RUN_FILE
 from rigrunner.workflow.stored import analyse_run
+from rigrunner.yamlfile.upgrade import upgraded_acceptance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -141,13 +142,14 @@ def decide_again(
         raise UsageError("these limits and this rule hold already", hint="nothing was written")
     procedure = _procedure(stored)
     spec = procedure.torque_analysis
-    if spec.primary_plugin is None and (after.torque_limits or not procedure.named_analyses):
+    torque = after.limits_of(spec.name)
+    if spec.primary_plugin is None and (torque or not procedure.named_analyses):
         raise DataError(
             f"{stored.header.run_id} has no result to decide on",
             hint=f"its procedure {stored.header.procedure_id} compensates nothing",
         )
     result = analyse_run(folder, registry, acceptance=after)
-    if spec.primary_plugin is not None and after.torque_limits:
+    if spec.primary_plugin is not None and torque:
         _refuse(result, spec, spec.primary_plugin.name, after, registry)
     _refuse_other_results(result, after)
     held = _before(folder, stored, before)
@@ -170,7 +172,12 @@ def _refuse(
     if kind is None:
         raise DataError(f"'{plugin}' does not say which torque it yields")
     loads = [point.load_n for point in result.loaded]
-    for limit in acceptance.torque_limits:
+    for limit in acceptance.limits_of(spec.name):
+        if limit.measurand is None:
+            hint = "say it: 'measurand: {nature: ..., condition: ...}'"
+            raise DataError(
+                f"{limit.source}: the limit does not say of which torque it is", hint=hint
+            )
         objection = limit.measurand.objection(spec.measured(kind), loads)
         if objection:
             hint = "limits and results of two measurands have nothing to say to each other"
@@ -179,8 +186,8 @@ def _refuse(
 
 def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
     """Raise DataError for a limit of a result that the run does not have, or of another kind."""
-    units = {each.name: each.of.unit for each in result.results}
-    for limit in acceptance.result_limits:
+    units = {each.name: each.of.unit for each in (*result.results, *result.means)}
+    for limit in acceptance.limits:
         if limit.of not in units:
             known = ", ".join(units) or "none"
             raise DataError(
@@ -254,7 +261,7 @@ def _read(path: Path, digest: str) -> DecisionFile:
     try:
         content = path.read_bytes()
         document = json.loads(content)
-        acceptance = Acceptance.model_validate(document["acceptance"])
+        acceptance = Acceptance.model_validate(upgraded_acceptance(document["acceptance"]))
         file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
         recordings, kind = document["run"]["digest_sha256"], document["format"]
         words = vars(file.summary).values()

@@ -15,10 +15,17 @@ from rigrunner.yamlfile.reader import LOADER, parse
 from rigrunner.yamlfile.validation import MARK
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner.yamlfile.document import Document
 
 TODAY = {"procedure/1": "procedure/2"}
 """Older forms, each with the one that takes its place."""
+_HAVE_LIMITS = {"procedure/1", "procedure/2", "acceptance/1"}
+"""The files whose `acceptance` may be in its older form, that of torque alone."""
+_OF_TORQUE = (None, "mean", "each_frequency")
+"""What such a limit is `of`: there each torque was the only one."""
+TORQUE, FREQUENCY = "torque", "frequency"
 _NESTED, _ITEM = 4, 2
 """How much further in the keys of an entry stand: of one with a name, and of one without."""
 _FIRST_TRAVEL = "5 deg"
@@ -35,7 +42,7 @@ def upgraded(text: str, name: str) -> str:
     """
     data = parse(text, name).data
     mark = data.get(MARK) if isinstance(data, dict) else None
-    if mark not in TODAY:
+    if mark not in TODAY and not _older_limits(data):
         return text
     try:
         new = _edited(text, data)
@@ -43,25 +50,81 @@ def upgraded(text: str, name: str) -> str:
     except (ValueError, InvalidFileError):
         right = False
     if not right:
-        message = f"it cannot be brought from '{mark}' to '{TODAY[mark]}' as it is laid out"
+        message = "its acceptance cannot be brought into today's form as it is laid out"
+        if mark in TODAY:
+            message = f"it cannot be brought from '{mark}' to '{TODAY[mark]}' as it is laid out"
         hint = "write each key and its value as 'key: value', or change the file by hand"
         raise InvalidFileError([Problem(message, Location(name), hint=hint)])
     return new
 
 
+def upgraded_acceptance(acceptance: object) -> object:
+    """Return the limits and rule that an older document carries in today's form."""
+    if not isinstance(acceptance, dict) or not (older := _older_in(acceptance)):
+        return acceptance
+    given = acceptance.get("limits") or [acceptance["limit"]]
+    named = [hz for each in older for hz in _list(each.get("at"))]
+    limits = [_limit(each, named) if each in older else each for each in given]
+    rest = {key: value for key, value in acceptance.items() if key not in {"limit", "limits"}}
+    return {"limits": limits, **rest}
+
+
 def refuse_older(document: Document) -> None:
     """Raise InvalidFileError, with the command to type, for a file in an older form."""
-    mark = document.data.get(MARK) if isinstance(document.data, dict) else None
+    data = document.data
+    mark = data.get(MARK) if isinstance(data, dict) else None
+    hint = f"type 'rigrunner upgrade {shlex.quote(document.name)}'"
     if mark in TODAY:
         message = f"got '{mark}', an older form of the language, expected '{TODAY[mark]}'"
-        hint = f"type 'rigrunner upgrade {shlex.quote(document.name)}'"
         raise InvalidFileError([Problem(message, document.where((MARK,)), MARK, hint)])
+    if _older_limits(data):
+        path = ("acceptance", "limit" if "limit" in data["acceptance"] else "limits")
+        message = "got an older form of limits, expected a list 'limits', each 'of' a result"
+        at = document.where(path, key=True)
+        raise InvalidFileError([Problem(message, at, ".".join(path), hint)])
+
+
+def _older_limits(data: object) -> list[dict[str, Any]]:
+    """Return the limits in the older form that a file has."""
+    if not isinstance(data, dict) or data.get(MARK) not in _HAVE_LIMITS:
+        return []
+    found = data.get("acceptance")
+    return _older_in(found) if isinstance(found, dict) else []
+
+
+def _older_in(acceptance: dict[str, Any]) -> list[dict[str, Any]]:
+    if "limits" not in acceptance and isinstance(acceptance.get("limit"), dict):
+        return [acceptance["limit"]]
+    several = acceptance.get("limits")
+    return [each for each in _list(several) if isinstance(each, dict) and _is_older(each)]
+
+
+def _is_older(limit: dict[str, Any]) -> bool:
+    return "measurand" in limit and limit.get("of") in _OF_TORQUE
+
+
+def _list(value: object) -> list[Any]:
+    return value if isinstance(value, list) else [] if value is None else [value]
+
+
+def _limit(limit: dict[str, Any], named: list[Any]) -> dict[str, Any]:
+    """Return an older limit in today's form; `named` are the frequencies with one of their own."""
+    new: dict[str, Any] = {"of": TORQUE}
+    if limit.get("of", "mean") == "mean":
+        new["mean"] = "yes"
+    elif "at" in limit:
+        new |= {"each": FREQUENCY, "where": {FREQUENCY: limit["at"]}}
+    else:
+        new |= {"each": FREQUENCY} | ({"except": {FREQUENCY: named}} if named else {})
+    return new | {key: value for key, value in limit.items() if key not in {"of", "at"}}
 
 
 def _wanted(data: dict[str, Any]) -> dict[str, Any]:
-    """Return what a text of procedure/1 is to say today."""
-    now = {**data, MARK: TODAY[data[MARK]]}
-    if isinstance(data.get("analysis"), dict):
+    """Return what a text is to say today."""
+    now = {**data, MARK: TODAY.get(data[MARK], data[MARK])}
+    if "acceptance" in data:
+        now["acceptance"] = upgraded_acceptance(data["acceptance"])
+    if data[MARK] in TODAY and isinstance(data.get("analysis"), dict):
         now["analysis"] = _analyses(data["analysis"])
     return now
 
@@ -78,6 +141,10 @@ def _analyses(analysis: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _edited(text: str, data: dict[str, Any]) -> str:
     """Return the text with its edits; ValueError where it is laid out in another way."""
+    if older := _older_limits(data):
+        text = _with_limits(text, data["acceptance"], older)
+    if data[MARK] not in TODAY:
+        return text
     text = _with_header(text, TODAY[data[MARK]])
     analysis = data.get("analysis")
     return _with_analyses(text, analysis) if isinstance(analysis, dict) else text
@@ -96,6 +163,92 @@ def _with_analyses(text: str, analysis: dict[str, Any]) -> str:
     starts = analysis.get("starts") is not None
     inside = _without_level(text, ("analysis", "starts")) if starts else text
     return _as_item(inside, ("analysis",), "breakaway" if starts else "swing_torque")
+
+
+def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, Any]]) -> str:
+    """Return the text with each older limit as one of the torque, in a list."""
+    single = "limits" not in acceptance
+    _, value = _pair(text, ("acceptance", "limit" if single else "limits"))
+    nodes = [value] if single else list(value.value)
+    given = [acceptance["limit"]] if single else acceptance["limits"]
+    named = [
+        _source(text, hz)
+        for node, limit in zip(nodes, given, strict=True)
+        if limit in older and limit.get("of") == "each_frequency"
+        for hz in _frequencies(node)
+    ]
+    edits = [
+        edit
+        for node, limit in zip(nodes, given, strict=True)
+        if limit in older
+        for edit in _limit_edits(text, node, named)
+    ]
+    for start, end, new in sorted(edits, reverse=True):
+        text = _put(text, start, end, new)
+    return _listed(text) if single else text
+
+
+def _frequencies(limit: yaml.Node) -> list[yaml.Node]:
+    at = next((value for key, value in limit.value if key.value == "at"), None)
+    if at is None:
+        return []
+    return list(at.value) if isinstance(at, yaml.SequenceNode) else [at]
+
+
+def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tuple[int, int, str]]:
+    """Yield the edits that make an older limit one of the torque: from where, to where, the new."""
+    keys = {key.value: (key, value) for key, value in limit.value}
+    first = limit.value[0][0]
+    quote = '"' if first.style == '"' else ""
+    between = ", " if _is_flow(limit) else f"{_line_end_of(text)}{' ' * first.start_mark.column}"
+
+    def pair(key: str, value: str, *, plain: bool = True) -> str:
+        shown = f"{quote}{value}{quote}" if plain else value
+        return f"{quote}{key}{quote}: {shown}"
+
+    def at(values: str) -> str:
+        return f"{{{quote}{FREQUENCY}{quote}: {values}}}"
+
+    told = [pair("of", TORQUE)]
+    if "of" not in keys or keys["of"][1].value == "mean":
+        told.append(pair("mean", "yes"))
+    else:
+        told.append(pair("each", FREQUENCY))
+        if "at" not in keys and named:
+            told.append(pair("except", at(f"[{', '.join(named)}]"), plain=False))
+    if "of" in keys:
+        key, value = keys["of"]
+        yield key.start_mark.index, value.end_mark.index, between.join(told)
+    else:
+        start = first.start_mark.index
+        yield start, start, between.join(told) + between
+    if "at" in keys:
+        key, value = keys["at"]
+        values = ", ".join(_source(text, each) for each in _frequencies(limit))
+        if isinstance(value, yaml.SequenceNode):
+            values = f"[{values}]"
+        yield key.start_mark.index, _last(value), pair("where", at(values), plain=False)
+
+
+def _source(text: str, node: yaml.Node) -> str:
+    return text[node.start_mark.index : node.end_mark.index]
+
+
+def _listed(text: str) -> str:
+    """Return the text with the one limit as the only item of a list."""
+    key, value = _pair(text, ("acceptance", "limit"))
+    begin, stop = key.start_mark.index, key.end_mark.index
+    quote = '"' if key.style == '"' else ""
+    if _is_flow(value):
+        start, end = value.start_mark.index, value.end_mark.index
+        text = _put(text, start, end, f"[{text[start:end]}]")
+        return _put(text, begin, stop, f"{quote}limits{quote}")
+    first, last = _lines_below(text, key, value)
+    at = value.start_mark.index
+    lines = [f"{' ' * _ITEM}{line}" if line.strip() else line for line in _lines(text[at:last])]
+    head = [f"{' ' * _ITEM}{line}" for line in _lines(text[first : at - value.start_mark.column])]
+    new = "".join(head) + " " * value.start_mark.column + "- " + "".join(lines)[_ITEM:]
+    return _put(_put(text, first, last, new), begin, stop, "limits")
 
 
 def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
@@ -192,6 +345,10 @@ def _last(node: yaml.Node) -> int:
 
 def _lines(text: str) -> list[str]:
     return text.splitlines(keepends=True)
+
+
+def _line_end_of(text: str) -> str:
+    return "\r\n" if "\r\n" in text else "\n"
 
 
 def _line_end(text: str) -> str:

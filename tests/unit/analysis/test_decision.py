@@ -6,9 +6,10 @@ import pytest
 
 from helpers_analysis import AT_REVERSAL
 from rigrunner.analysis.verdict import decision as deciding
-from rigrunner.analysis.verdict.evidence import Evidence, Judged, JudgedPoint
+from rigrunner.analysis.verdict.evidence import Evidence
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api.data import Estimate
+from rigrunner.api.findings import CoordinateValue, MeasurementResult, ResultDefinition
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
@@ -17,33 +18,46 @@ from rigrunner.registry import load_registry
 REGISTRY = load_registry()
 RAW = Estimate(3.0, 0.01)
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
-EACH = {"of": "each_frequency"}
+TORQUE = ResultDefinition(name="torque", unit="N·m", per=("frequency",), measurand=STARTING)
 
 
 def limit(maximum="0.95 N·m", **changes):
-    return {"max": maximum, "source": "a test", "measurand": AT_REVERSAL} | changes
+    mean = {"of": "torque", "mean": True, "max": maximum, "source": "a test"}
+    return mean | {"measurand": AT_REVERSAL} | changes
+
+
+def each(maximum="0.95 N·m", **changes):
+    return limit(maximum, mean=False, each="frequency") | changes
+
+
+def at(*frequencies):
+    return {"frequency": [f"{hz} Hz" for hz in frequencies]}
 
 
 def accept(*limits, rule="guard_band_u", **changes):
-    chosen = {"limit": limits[0]} if len(limits) == 1 else {"limits": list(limits)}
-    return Acceptance.model_validate({**chosen, "rule": rule, **changes})
+    return Acceptance.model_validate({"limits": list(limits), "rule": rule, **changes})
 
 
 def decide(acceptance, found):
     return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), found)
 
 
+def found_at(value, u, raw, hz=None):
+    place = {} if hz is None else {"frequency": CoordinateValue(hz, "Hz")}
+    return MeasurementResult(
+        of=TORQUE, estimate=Estimate(value, u), coordinates=place, uncorrected=raw
+    )
+
+
 def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind=STARTING, raw=RAW):
-    found = None if mean is None else Estimate(mean, u)
     return Evidence(
+        torque="torque",
         method="template_inverse",
         kind=kind,
         loads_n=loads,
-        mean=Judged(found, raw, problem),
-        points=tuple(
-            JudgedPoint(Estimate(value, u), raw, problem, hz)
-            for hz, value in (points or {}).items()
-        ),
+        means=() if mean is None else (found_at(mean, u, raw),),
+        results=tuple(found_at(value, u, raw, hz) for hz, value in (points or {}).items()),
+        problems={"torque": problem},
     )
 
 
@@ -97,7 +111,7 @@ def test_the_decision_says_all_that_a_certificate_needs():
 
 
 def test_each_frequency_is_judged_and_the_worst_decides():
-    found = decide(accept(limit(**EACH)), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
+    found = decide(accept(each()), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
     assert [part.verdict for part in found.parts] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
     assert (found.verdict, found.deciding.of) == (Verdict.FAIL, "35 Hz")
     assert found.reason == "At 35 Hz: 1.2000 N·m is 0.2500 N·m outside the limit ≤ 0.95 N·m."
@@ -105,14 +119,14 @@ def test_each_frequency_is_judged_and_the_worst_decides():
 
 
 def test_a_frequency_that_is_named_has_its_own_limit():
-    limits = limit(**EACH), limit("1.5 N·m", **EACH, at=["35 Hz"])
+    limits = each(**{"except": at(35)}), each("1.5 N·m", where=at(35))
     found = decide(accept(*limits), evidence(points={1: 0.5, 35: 1.2}))
     assert found.verdict is Verdict.PASS
     assert [str(part.limits) for part in found.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
 
 
 def test_mean_and_frequencies_have_limits_of_their_own():
-    limits = limit("0.6 N·m"), limit(**EACH)
+    limits = limit("0.6 N·m"), each()
     found = decide(accept(*limits, rule="simple"), evidence(0.65, points={1: 0.5, 35: 0.8}))
     assert [part.of for part in found.parts] == ["mean", "1 Hz", "35 Hz"]
     assert (found.verdict, found.deciding.of) == (Verdict.FAIL, "mean")
@@ -120,20 +134,20 @@ def test_mean_and_frequencies_have_limits_of_their_own():
 
 
 def test_among_equal_verdicts_the_least_probable_decides():
-    found = decide(accept(limit(**EACH)), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
+    found = decide(accept(each()), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
     assert (found.verdict, found.deciding.of) == (Verdict.PASS, "35 Hz")
 
 
 def test_a_fail_outweighs_what_is_inconclusive():
-    found = decide(accept(limit(**EACH)), evidence(points={1: -0.5, 35: 1.8}))
+    found = decide(accept(each()), evidence(points={1: -0.5, 35: 1.8}))
     assert {part.verdict for part in found.parts} == {Verdict.INCONCLUSIVE, Verdict.FAIL}
     assert found.verdict is Verdict.FAIL
-    found = decide(accept(limit(**EACH)), evidence(points={1: -0.5, 35: 0.4}))
+    found = decide(accept(each()), evidence(points={1: -0.5, 35: 0.4}))
     assert found.verdict is Verdict.INCONCLUSIVE
 
 
 def test_a_named_frequency_without_result_is_inconclusive():
-    limits = limit(), limit("1.5 N·m", **EACH, at=["35 Hz"])
+    limits = limit(), each("1.5 N·m", where=at(35))
     found = decide(accept(*limits), evidence(points={1: 0.5}))
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.reason == "At 35 Hz: there is no result at 35 Hz."
@@ -141,8 +155,8 @@ def test_a_named_frequency_without_result_is_inconclusive():
 
 def test_no_result_at_all_is_inconclusive_and_says_why():
     nothing = evidence(None, problem="There is no result to decide on: it failed")
-    for each in (limit(), limit(**EACH), limit(**EACH, at=["35 Hz"])):
-        decision = decide(accept(each), nothing)
+    for one in (limit(), each(), each(where=at(35))):
+        decision = decide(accept(one), nothing)
         assert decision.verdict is Verdict.INCONCLUSIVE
         assert "it failed" in decision.reason
         assert isnan(decision.deciding.probability)
@@ -208,4 +222,4 @@ def test_what_is_not_decided_is_not_marginal():
 
 def test_without_a_result_and_without_a_reason_nothing_is_decided():
     found = decide(accept(limit()), evidence(mean=None))
-    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "There is no result.")
+    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "There is no result 'torque'.")

@@ -79,8 +79,8 @@ def test_a_clipped_swing_decides_nothing(no_load):
 
 
 def test_each_frequency_is_judged_with_its_own_raw_peak(no_load):
-    each = {"max": "1.7 N·m", "of": "each_frequency", "source": "a test", "measurand": AT_REVERSAL}
-    accept = Acceptance.model_validate({"limit": each})
+    each = {"of": "torque", "each": "frequency", "max": "1.7 N·m", "source": "a test"}
+    accept = Acceptance.model_validate({"limits": [each | {"measurand": AT_REVERSAL}]})
     parts = analysed(sweep(0.7, 1000.0), no_load, accept=accept).decision.parts
     assert [part.of for part in parts] == ["2 Hz", "4 Hz", "6 Hz", "8 Hz", "10 Hz"]
     assert {part.verdict for part in parts} == {Verdict.PASS}

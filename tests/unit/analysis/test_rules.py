@@ -21,6 +21,8 @@ UPPER = Limits.between(None, 0.95)
 BAND = Limits.between(0.2, 0.95)
 K = 1.959963984540054  # normal, 95 %
 LIMIT = {
+    "of": "torque",
+    "mean": True,
     "max": "0.95 N·m",
     "source": "a test",
     "measurand": {"nature": "load_induced", "condition": "at_reversal"},
@@ -31,7 +33,7 @@ NAMES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
 def rule(name, **changes):
     if name == "guard_band_fraction":
         changes.setdefault("fraction", 0.5)
-    acceptance = Acceptance.model_validate({"limit": LIMIT, "rule": name, **changes})
+    acceptance = Acceptance.model_validate({"limits": [LIMIT], "rule": name, **changes})
     return AppliedRule.of(acceptance, REGISTRY)
 
 

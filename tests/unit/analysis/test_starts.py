@@ -11,7 +11,7 @@ from rigrunner.api.analysis import StartPoint
 from rigrunner.api.data import Recording
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Verdict
-from rigrunner.procedure import Acceptance, AnalysisSpec, Limit
+from rigrunner.procedure import Acceptance, AnalysisSpec
 
 SPEC = {"starts": {}, "compensations": ["breakaway_peak"]}
 PEAKS = [0.30, 0.31, 0.29, 0.305, 0.295, 0.30]
@@ -46,7 +46,8 @@ def result_of(recordings, limit=None, zeros=0.0, sensor=None, **changes):
         run = replace(run, instruments={"tester.torque": sensor})
     accept = None
     if limit is not None:
-        accept = Acceptance(limit=Limit(**{"source": "a test", "measurand": NO_LOAD} | limit))
+        mean = {"of": "torque", "mean": True, "source": "a test", "measurand": NO_LOAD}
+        accept = Acceptance.model_validate({"limits": [mean | limit]})
     return analysed(run, None, AnalysisSpec.model_validate(SPEC | changes), accept)
 
 

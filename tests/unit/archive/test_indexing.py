@@ -103,7 +103,8 @@ def test_a_later_decision_is_the_verdict_in_force(archive, demo, tmp_path):
     shutil.copytree(demo.loaded, folder)
     limits = tmp_path / "limits.yaml"
     limits.write_text(
-        "rigrunner: acceptance/1\nacceptance:\n  limit:\n    max: 0.6 N·m\n    source: a drawing\n"
+        "rigrunner: acceptance/1\nacceptance:\n  limits:\n  - of: torque\n    mean: yes\n"
+        "    max: 0.6 N·m\n    source: a drawing\n"
         "    measurand: {nature: load_induced, condition: at_reversal, load: 1000 N}\n"
         "  rule: simple\n"
     )

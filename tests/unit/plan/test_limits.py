@@ -14,7 +14,6 @@ from rigrunner.station import parse_station
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 TOTAL = MeasurandKind(Nature.TOTAL, Condition.AT_REVERSAL)
 NO_LOAD = ("nature: load_induced", "nature: no_load")
-EACH = "    of: each_frequency\n    source: nobody"
 
 
 class Lookup:
@@ -42,7 +41,7 @@ def test_a_limit_of_what_is_measured_is_accepted(planned):
 
 def test_a_no_load_limit_is_refused_at_its_place_with_the_reason():
     problem = only_problem(lambda: check(NO_LOAD))
-    assert problem.field == "acceptance.limit.measurand"
+    assert problem.field == "acceptance.limits[0].measurand"
     assert problem.message == (
         "the limit is for the no-load torque at the reversals of a swing, and the result is the "
         "load-induced torque at the reversals of a swing under 1000 N"
@@ -86,11 +85,11 @@ def test_an_unknown_method_is_left_to_the_check_of_plugins():
 
 
 def test_a_named_frequency_must_be_recorded():
-    named = ("    source: nobody", f"{EACH}\n    at: [2 Hz, 9 Hz]")
+    named = ("mean: yes", "where: {frequency: [2 Hz, 9 Hz]}\n      each: frequency")
     problem = only_problem(lambda: check(named))
-    assert problem.field == "acceptance.limit.at"
+    assert problem.field == "acceptance.limits[0].where.frequency"
     assert (problem.message, problem.hint) == (
         "nothing is recorded at 9 Hz",
         "recorded: 2 Hz, 10 Hz",
     )
-    check(("    source: nobody", f"{EACH}\n    at: [2 Hz, 10 Hz]"))
+    check((named[0], named[1].replace("9 Hz", "10 Hz")))

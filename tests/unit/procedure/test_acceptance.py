@@ -13,7 +13,13 @@ STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 
 
 def limit(**changes):
-    return {"max": "1 N·m", "source": "a test", "measurand": AT_REVERSAL} | changes
+    mean = {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"}
+    return mean | {"measurand": AT_REVERSAL} | changes
+
+
+def each(*, where=(), **changes):
+    places = {"where": {"frequency": list(where)}} if where else {}
+    return limit(mean=False, each="frequency", **places, **changes)
 
 
 def accept(*limits, **changes):
@@ -23,38 +29,30 @@ def accept(*limits, **changes):
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"limit": limit(), "limits": [limit()]}, "one of 'limit' and 'limits' is needed"),
-        ({}, "one of 'limit' and 'limits' is needed"),
+        ({"limits": []}, "at least 1 item"),
+        ({}, "Field required"),
         (
-            {"limit": limit(), "rule": {"guard_band_fraction": {"fraction": 1}}, "fraction": 0.5},
+            {
+                "limits": [limit()],
+                "rule": {"lab_s_own": {"fraction": 1}},
+                "fraction": 0.5,
+            },
             "'fraction' belongs to the other settings of the rule",
         ),
-        ({"limits": [limit(), limit(max="2 N·m")]}, "there are two limits of mean"),
-        ({"limit": limit(at=["5 Hz"])}, "frequencies under 'at' need 'of: each_frequency'"),
+        ({"limits": [limit(), limit(max="2 N·m")]}, "there are two limits of torque .mean."),
         (
-            {"limits": [limit(of="each_frequency", at=hz) for hz in (["5 Hz"], ["9 Hz", "5 Hz"])]},
-            "there are two limits of 5 Hz",
+            {"limits": [each(where=["5 Hz", "9 Hz"]), each(where=["9 Hz", "5 Hz"])]},
+            "there are two limits of torque at frequency = 5 Hz or 9 Hz",
         ),
+        ({"limits": [limit(each="frequency")]}, "one of 'each', 'mean' and 'worst'"),
+        ({"limits": [limit(where={"frequency": []})]}, "got an empty list"),
+        ({"limits": [limit()], "marginal": "0 N·m"}, "more than 0"),
+        ({"limits": [limit()], "marginal": "0.1 °C"}, "not a difference of two"),
     ],
 )
 def test_what_does_not_fit_together_is_refused(given, words):
     with pytest.raises(ValidationError, match=words):
         Acceptance.model_validate(given)
-
-
-def test_a_frequency_is_judged_by_the_limit_that_names_it():
-    chosen = accept(
-        limit(of="each_frequency", max="1 N·m"),
-        limit(of="each_frequency", max="2 N·m", at=["5 Hz", "7 Hz"]),
-    )
-    assert [chosen.limit_at(hz).max for hz in (5.0, 6.0, 7.0)] == [2, 1, 2]
-    assert chosen.mean_limit is None
-    assert accept(limit()).limit_at(5.0) is None
-
-
-def test_a_named_frequency_that_was_not_set_is_missing():
-    (only,) = accept(limit(of="each_frequency", at=["5 Hz", "7 Hz"])).torque_limits
-    assert only.missing([7.0, 8.0]) == [5.0]
 
 
 def test_of_starts_from_rest_no_method_gives_the_torque_at_a_reversal():
@@ -86,19 +84,14 @@ torques = st.floats(1e-6, 1e3).map(lambda value: f"{value!r} N·m")
 )
 def test_it_reads_back_as_it_was_written(most, marginal, frequencies, load, rule):
     measurand = AT_REVERSAL if load is None else AT_REVERSAL | {"load": f"{load!r} N"}
-    named = [limit(of="each_frequency", at=[f"{hz} Hz"], max=most) for hz in frequencies]
+    named = [each(where=[f"{hz} Hz"], max=most) for hz in frequencies]
+    others = {"except": {"frequency": [f"{hz} Hz" for hz in frequencies]}} if frequencies else {}
     chosen = Acceptance.model_validate(
         {
-            "limits": [limit(max=most, measurand=measurand), *named],
+            "limits": [limit(max=most, measurand=measurand), each(**others), *named],
             "rule": rule,
             "fraction": 0.3 if rule == "guard_band_fraction" else None,
             "marginal": marginal,
-        }
-        if marginal
-        else {
-            "limit": limit(max=most, measurand=measurand),
-            "rule": rule,
-            "fraction": 0.3 if rule == "guard_band_fraction" else None,
         }
     )
     assert Acceptance.model_validate(chosen.as_written()) == chosen

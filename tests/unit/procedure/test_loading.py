@@ -74,7 +74,8 @@ def test_the_analysis_is_what_its_section_says():
         ("inertia", {}),
     ]
     assert [each.name for each in spec.compensations] == ["template", "energy"]
-    assert (model.acceptance.limit.max, model.acceptance.limit.min) == (0.95, None)
+    (limit,) = model.acceptance.limits
+    assert (limit.of, limit.mean, str(limit.max), limit.min) == ("torque", True, "0.95 N·m", None)
     assert model.acceptance.rule.name == "guard_band_u"
 
 

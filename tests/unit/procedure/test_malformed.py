@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from helpers_language import PROCEDURE, edited, only_problem, place_of, problems_of
-from rigrunner.procedure import parse_procedure
+from rigrunner.api.measurand import Condition, MeasurandKind, Nature
+from rigrunner.procedure import check_measurands, check_result_limits, parse_procedure
 
 AT = "analysis[0].swing_torque"
 
@@ -16,6 +17,7 @@ STEPS = (
 KEYS = "known keys: "
 
 # old part, new part, where the finger points, field, message, hint
+LIMIT = "acceptance.limits[0]"
 CASES = [
     ("procedure/2", "procedure/3", "procedure/3", "rigrunner",
      "got 'procedure/3', expected 'procedure/2'", "did you mean 'procedure/2'?"),
@@ -181,19 +183,15 @@ CASES = [
      "",
      "swing_torque", f"{AT}.no_load", "the key 'no_load' is missing",
      "compensations need it: 'no_load: {from: latest, procedure: ID}'"),
-    ("    max: 0.95 N·m\n", "", "source: nobody", "acceptance.limit",
+    ("      max: 0.95 N·m\n", "", "of: torque", f"{LIMIT}",
      "a limit needs max, min, or both", ""),
-    ("max: 0.95 N·m", "max: 0.95 N·m\n    min: 1 N·m", "max: 0.95", "acceptance.limit",
+    ("max: 0.95 N·m", "max: 0.95 N·m\n      min: 1 N·m", "of: torque", f"{LIMIT}",
      "min (1 N·m) must be below max (0.95 N·m)", ""),
-    ("max: 0.95 N·m", "max: 0.95", "0.95\n", "acceptance.limit.max",
-     "0.95 is not a number with a unit", "write it as '0.95 N·m'"),
-    ("max: 0.95 N·m", "max: 0.95 N", "0.95 N\n", "acceptance.limit.max",
-     "'0.95 N' is a force, not a torque", "units of torque: N·m, mN·m, in·lbf"),
-    ("    source: nobody\n", "", "limit", "acceptance.limit.source",
+    ("max: 0.95 N·m", "max: 0.95", "0.95\n", f"{LIMIT}.max",
+     "0.95 is not a number with a unit", "such as '10 Hz'"),
+    ("      source: nobody\n", "", "of: torque", f"{LIMIT}.source",
      "the key 'source' is missing", ""),
-    ("    measurand: {nature: load_induced, condition: at_reversal}\n", "", "limit",
-     "acceptance.limit.measurand", "the key 'measurand' is missing", ""),
-    ("nature: load_induced", "nature: loaded", "loaded", "acceptance.limit.measurand.nature",
+    ("nature: load_induced", "nature: loaded", "loaded", f"{LIMIT}.measurand.nature",
      "got 'loaded', expected 'load_induced', 'total' or 'no_load'",
      ""),
     ("rule: guard_band_u", "rule: [guard_band_u]", "[guard_band_u]", "acceptance.rule",
@@ -240,13 +238,53 @@ def test_every_problem_is_told_at_once():
     }
 
 
+class NoAnalyses:
+    """No analysis names a result, and every compensation yields the torque at a reversal."""
+
+    def definitions(self, _name, _settings):
+        return ()
+
+    def yields(self, _compensation):
+        return MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
+
+
 def test_a_limit_without_compensation_decides_on_nothing():
     start = PROCEDURE.index("      compensations:")
     text = PROCEDURE[:start] + PROCEDURE[PROCEDURE.index("acceptance:") :]
-    problem = only_problem(parse_procedure, text, "p.yaml")
+    problem = only_problem(check_result_limits, parse_procedure(text, "p.yaml"), NoAnalyses())
 
-    assert problem.field == "acceptance"
+    assert problem.field == "acceptance.limits[0].of"
     assert problem.message == "a limit needs a compensated torque to decide on"
+
+
+def test_a_limit_of_a_torque_says_which_one():
+    text = edited(
+        PROCEDURE, ("      measurand: {nature: load_induced, condition: at_reversal}\n", "")
+    )
+    problem = only_problem(check_measurands, parse_procedure(text, "p.yaml"), NoAnalyses())
+
+    assert problem.field == "acceptance.limits[0]"
+    assert problem.message == "'torque' is a torque, and the key 'measurand' is missing"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "message"),
+    [
+        ("of: torque", "of: torqe", "of", "there is no result 'torqe'"),
+        ("0.95 N·m", "0.95 N", "max", "'0.95 N' is a force; torque is a torque, in N·m"),
+        ("mean: yes", "each: speed", "each", "'torque' has no coordinate 'speed'"),
+        ("mean: yes", "except: {sped: 1 Hz}\n      each: frequency", "except.sped",
+         "'torque' has no coordinate 'sped'"),
+        ("      mean: yes\n", "", "of", "there is a result 'torque' for each frequency"),
+        ("mean: yes", "where: {frequency: [1 Hz, 2 Hz]}", "of",
+         "there is a result 'torque' for each frequency"),
+    ],
+)  # fmt: skip
+def test_a_limit_of_no_such_result(old, new, field, message):
+    text = edited(PROCEDURE, (old, new))
+    problem = problems_of(check_result_limits, parse_procedure(text, "p.yaml"), NoAnalyses())[0]
+
+    assert (problem.field, problem.message) == (f"acceptance.limits[0].{field}", message)
 
 
 def test_an_inner_problem_of_a_nested_sweep():

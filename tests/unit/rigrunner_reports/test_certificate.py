@@ -6,6 +6,7 @@ import json
 import sys
 from dataclasses import replace
 from datetime import date
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -44,6 +45,10 @@ AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
 
 ISSUED_RULES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
 """Of certificates that were issued: their pages are made again; other rules bring their words."""
+
+
+OLD = Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-0001.json"
+"""Of version 0.1.0, with limits in N·m by the names of its members."""
 
 
 @pytest.fixture(scope="module")
@@ -134,6 +139,18 @@ def test_a_rule_of_a_plugin_is_printed_in_its_own_words(source, lab, language, w
     letterhead = read_letterhead(lab, language)
     assert '"rule_words_in"' in certificate_json(certificate_of(own, letterhead))
     assert '"rule_words_in"' not in certificate_json(certificate_of(source, letterhead))
+
+
+def test_a_limit_stands_beside_its_unit_and_those_of_old_are_read(source, lab):
+    new = certificate_of(source, read_letterhead(lab, "en"))
+    (said,) = json.loads(certificate_json(new))["conformity"]["statements"]
+    assert not [name for name in said if name.endswith("_nm")]
+    assert (said["named"], said["lower"], said["upper"], said["unit"]) == (
+        *("torque", None, 0.95, "N·m"),
+    )
+    old = parse_certificate(OLD.read_bytes(), OLD.name)
+    assert old.conformity.statements[0].upper == 0.95
+    assert old.conformity.statements[0].guard_band == pytest.approx(0.01095, abs=1e-5)
 
 
 def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):

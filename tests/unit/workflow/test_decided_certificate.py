@@ -29,11 +29,13 @@ from rigrunner.workflow.verifying.verification import Verification
 DECIDED = datetime(2026, 11, 22, 9, tzinfo=UTC)
 """Half an hour before the certificate is issued."""
 LIMIT = {
+    "of": "torque",
+    "mean": True,
     "max": "0.6 N·m",
     "source": "drawing 7",
     "measurand": {"nature": "load_induced", "condition": "at_reversal"},
 }
-TIGHT = Acceptance.model_validate({"limit": LIMIT, "rule": "simple"})
+TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 
 @pytest.fixture(scope="module")

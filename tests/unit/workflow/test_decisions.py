@@ -15,6 +15,8 @@ from rigrunner.workflow.decisions import Decider, decide_again, later_decisions
 
 WHO = Decider(by="A. Person", reason="a test", at=datetime(2026, 3, 2, tzinfo=UTC))
 LIMIT = {
+    "of": "torque",
+    "mean": True,
     "max": "0.6 N·m",
     "source": "a drawing",
     "measurand": {"nature": "load_induced", "condition": "at_reversal"},
@@ -25,7 +27,7 @@ def other_rule(held, name):
     return Acceptance.model_validate({**held.as_written(), "rule": name})
 
 
-TIGHT = Acceptance.model_validate({"limit": LIMIT, "rule": "simple"})
+TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +78,8 @@ def test_the_record_says_who_why_when_of_what_and_what_held_before(folder):
     assert found["before"]["file"] == "run.h5"
     assert found["before"]["verdict"] == "pass"
     assert found["before"]["rule"].startswith("guard_band_u")
-    assert found["before"]["acceptance"]["limit"]["max"] == "0.95 N·m"
-    assert found["acceptance"]["limit"]["max"] == "0.6 N·m"
+    assert found["before"]["acceptance"]["limits"][0]["max"] == "0.95 N·m"
+    assert found["acceptance"]["limits"][0]["max"] == "0.6 N·m"
     assert found["decision"]["verdict"] == "fail"
 
 
@@ -122,7 +124,7 @@ def test_a_limit_of_another_torque_is_refused(folder):
         "measurand": {"nature": "no_load", "condition": "from_rest"},
     }
     with pytest.raises(DataError, match="AS14101: the limit is for the no-load torque from rest"):
-        again(folder, Acceptance.model_validate({"limit": other}))
+        again(folder, Acceptance.model_validate({"limits": [other]}))
     assert later_decisions(read(folder), folder) == ()
 
 
@@ -150,7 +152,7 @@ def spoil(change):
         (spoil(lambda found: found.pop("by")), "is not a decision"),
         (spoil(lambda found: found.update(by=7)), "is not a decision"),
         (spoil(lambda found: found.update(format="rigrunner: decision/9")), "is not a decision"),
-        (spoil(lambda found: found["acceptance"].pop("limit")), "is not a decision"),
+        (spoil(lambda found: found["acceptance"].pop("limits")), "is not a decision"),
         (spoil(lambda found: found["decision"].update(verdict="good")), "is not a decision"),
         (
             spoil(lambda found: found["run"].update(digest_sha256="0" * 64)),

@@ -6,7 +6,7 @@ import pytest
 
 from helpers_language import only_problem
 from rigrunner.yamlfile import parse
-from rigrunner.yamlfile.upgrade import upgraded
+from rigrunner.yamlfile.upgrade import refuse_older, upgraded, upgraded_acceptance
 
 HEAD = "rigrunner: procedure/1\n"
 NEW = "rigrunner: procedure/2\n"
@@ -70,3 +70,58 @@ def test_what_cannot_be_edited_is_refused_and_not_misread():
 
     assert "it cannot be brought from 'procedure/1' to 'procedure/2'" in problem.message
     assert problem.location.file == "p.yaml"
+
+
+MEASURAND = "measurand: {nature: total, condition: from_rest}"
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (f"  limit:   # l\n    max: 1 N·m   # c\n    source: x\n    {MEASURAND}\n  rule: simple\n",
+         (f"  limits:   # l\n    - of: torque\n      mean: yes\n      max: 1 N·m   # c\n"
+          f"      source: x\n      {MEASURAND}\n  rule: simple\n")),
+        (f"  limit: {{max: 1 N·m, {MEASURAND}}}   # c\n",
+         f"  limits: [{{of: torque, mean: yes, max: 1 N·m, {MEASURAND}}}]   # c\n"),
+        (f"  limits:\n    - of: mean\n      min: 1 N·m\n      {MEASURAND}\n",
+         f"  limits:\n    - of: torque\n      mean: yes\n      min: 1 N·m\n      {MEASURAND}\n"),
+        ((f"  limits:\n  - {{max: 1 N·m, of: each_frequency, {MEASURAND}}}\n"
+          f"  - {{max: 2 N·m, of: each_frequency, at: [5 Hz, 7 Hz], {MEASURAND}}}\n"
+          "  - {of: swing, each: block, max: 3 N·m}\n"),
+         ("  limits:\n  - {max: 1 N·m, of: torque, each: frequency, "
+          f"except: {{frequency: [5 Hz, 7 Hz]}}, {MEASURAND}}}\n"
+          "  - {max: 2 N·m, of: torque, each: frequency, "
+          f"where: {{frequency: [5 Hz, 7 Hz]}}, {MEASURAND}}}\n"
+          "  - {of: swing, each: block, max: 3 N·m}\n")),
+        ((f"  limit:\n    of: each_frequency\n    at:\n    - 5 Hz   # c\n    max: 1 N·m\n"
+          f"    {MEASURAND}\n"),
+         (f"  limits:\n    - of: torque\n      each: frequency\n      where: {{frequency: [5 Hz]}}"
+          f"   # c\n      max: 1 N·m\n      {MEASURAND}\n")),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("mark", ["procedure/2", "acceptance/1"])
+def test_a_limit_of_before_is_one_of_the_torque(before, after, mark):
+    head = f"rigrunner: {mark}\nacceptance:\n"
+    assert upgraded(head + before, "p.yaml") == head + after
+    assert upgraded(head + after, "p.yaml") == head + after
+
+
+def test_limits_of_procedure_1_are_upgraded_with_its_analysis():
+    text = '{"rigrunner": "procedure/1", "analysis": {}, "acceptance": {"limit": {"max": "1 N·m"}}}'
+    found = parse(upgraded(text, "p"), "p").data
+    limit = {"of": "torque", "mean": "yes", "max": "1 N·m"}
+    assert found == {"rigrunner": "procedure/2", "analysis": [], "acceptance": {"limits": [limit]}}
+
+
+def test_limits_of_before_are_refused_with_the_command_to_type():
+    text = f"rigrunner: acceptance/1\nacceptance:\n  limit: {{max: 1 N·m, {MEASURAND}}}\n"
+    problem = only_problem(refuse_older, parse(text, "my limits.yaml"))
+    assert (problem.field, problem.location.line) == ("acceptance.limit", 3)
+    assert problem.hint == "type 'rigrunner upgrade 'my limits.yaml''"
+
+
+def test_limits_that_a_document_carries_are_read_in_todays_form():
+    older = {"limit": {"max": "1 N·m", "of": "each_frequency"}, "rule": "simple"}
+    limit = {"of": "torque", "each": "frequency", "max": "1 N·m"}
+    assert upgraded_acceptance(older) == {"limits": [limit], "rule": "simple"}
+    assert upgraded_acceptance({"limits": [limit]}) == {"limits": [limit]}

@@ -1,22 +1,24 @@
-"""Which of the named results a limit is held against: each, their mean, or the worst."""
+"""Which results a limit is held against: each, their mean, or the worst."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isnan, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.places import is_at
+from rigrunner.api.places import each_of, is_at, is_in
+from rigrunner.api.verdict import MEAN
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.findings import MeasurementResult
-    from rigrunner.procedure import ResultLimit
+    from rigrunner.analysis.verdict.evidence import Evidence
+    from rigrunner.api.findings import CoordinateValue, MeasurementResult
+    from rigrunner.procedure import Limit
 
 
 @dataclass(frozen=True)
@@ -24,33 +26,72 @@ class Chosen:
     """What a limit is held against."""
 
     words: str
-    """Which result, and where: 'voltage at load.current = 2 A'."""
+    """Which result, and where: 'voltage at load.current = 2 A'; of the torque 'mean', '35 Hz'."""
     unit: str
     estimate: Estimate | None
+    uncorrected: Estimate | None = None
+    coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
     problem: str = ""
     """Why there is none, as a sentence."""
+    order: int = 0
+    """Where it stands among what the limits of one name are held against."""
 
 
-def chosen_by(limit: ResultLimit, results: Sequence[MeasurementResult]) -> Iterator[Chosen]:
+def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     """Yield each value that a limit is held against, at least one."""
+    named = [each for each in evidence.results if each.name == limit.of]
     found = [
-        each for each in results if each.name == limit.of and is_at(limit.where, each.coordinates)
+        (number, each)
+        for number, each in enumerate(named)
+        if is_in(limit.where, each.coordinates)
+        and not (limit.except_ and is_in(limit.except_, each.coordinates))
     ]
-    if not found:
-        written = limit.max or limit.min
-        assert written is not None  # noqa: S101  (a limit has one of them)
-        yield Chosen(limit.of, written.unit.symbol, None, f"There is no result '{limit.of}'.")
+    short = limit.of == evidence.torque
+    symbol = named[0].of.unit if named else limit.written.unit.symbol
+    mean = MEAN if short else f"mean {limit.of}"
+    if limit.mean and len(found) == len(named):
+        for each in evidence.means:
+            if each.name == limit.of:
+                yield Chosen(mean, each.of.unit, each.estimate, each.uncorrected, order=-1)
+                return
+    if limit.mean and found:
+        yield Chosen(mean, symbol, mean_of([each for _, each in found]), order=-1)
         return
-    symbol = found[0].of.unit
-    if limit.mean:
-        yield Chosen(f"mean {limit.of}", symbol, mean_of(found))
-        return
-    if limit.worst:
+    if limit.worst and found:
         limits = limit.limits_in(symbol)
-        found = [min(found, key=lambda each: limits.margin(each.estimate.value))]
-    for each in found:
+        found = [min(found, key=lambda each: limits.margin(each[1].estimate.value))]
+    for number, each in found:
         worst = f"worst {limit.of}" if limit.worst else limit.of
-        yield Chosen(f"{worst} at {each.place}" if each.place else worst, symbol, each.estimate)
+        words = f"{worst} at {each.place}" if each.place else worst
+        if short and not limit.worst:
+            words = ", ".join(map(str, each.coordinates.values()))
+        yield Chosen(words, symbol, each.estimate, each.uncorrected, each.coordinates, order=number)
+    yield from _missing(limit, named, symbol, evidence, len(found))
+
+
+def _missing(
+    limit: Limit,
+    named: Sequence[MeasurementResult],
+    symbol: str,
+    evidence: Evidence,
+    found: int,
+) -> Iterator[Chosen]:
+    """Yield each place that the limit names and at which there is no result."""
+    short = limit.of == evidence.torque
+    for place in each_of(limit.where):
+        if any(is_at(place, each.coordinates) for each in named) or (found and not place):
+            continue
+        where = ", ".join(f"{name} = {value}" for name, value in place.items())
+        words = f"{limit.of} at {where}" if where else limit.of
+        why = f"There is no result '{limit.of}'."
+        if where:
+            why = f"There is no result at {where}."
+        if short:
+            shown = ", ".join(map(str, place.values()))
+            words = shown or (MEAN if limit.mean else f"each {limit.each or 'result'}")
+            why = f"There is no result at {shown}." if shown else why
+        why = evidence.problems.get(limit.of) or why
+        yield Chosen(words, symbol, None, problem=why, order=len(named))
 
 
 def mean_of(results: Sequence[MeasurementResult]) -> Estimate:

@@ -7,13 +7,11 @@ from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.verdict.chosen import chosen_by
-from rigrunner.analysis.verdict.evidence import Judged
-from rigrunner.api.verdict import MEAN, Decision, LimitDecision, Limits, Verdict
+from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.coverage import probability_within
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
+    from rigrunner.analysis.verdict.chosen import Chosen
     from rigrunner.analysis.verdict.evidence import Evidence
     from rigrunner.analysis.verdict.rule import AppliedRule
     from rigrunner.api.data import Estimate
@@ -21,84 +19,56 @@ if TYPE_CHECKING:
 
 
 def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Decision:
-    """Return what every limit says of the results of a run, by the rule that was agreed."""
+    """Return what every limit says of the results of a run, by the rule that was agreed.
+
+    Limits of one result stand together, those of its mean first, then in the order of the run.
+    """
+    names = list(dict.fromkeys(each.of for each in acceptance.limits))
+    held = sorted(
+        (
+            (names.index(limit.of), chosen.order, limit, chosen)
+            for limit in acceptance.limits
+            for chosen in chosen_by(limit, evidence)
+        ),
+        key=lambda each: each[:2],
+    )
     return Decision(
         rule=str(rule),
         rule_in=rule.in_other_languages,
-        parts=(
-            *_parts(acceptance, rule, evidence),
-            *_of_results(acceptance, replace(rule, marginal=0.0), evidence),
-        ),
+        parts=tuple(_decided(limit, rule, evidence, chosen) for _, _, limit, chosen in held),
     )
-
-
-def _of_results(
-    acceptance: Acceptance, rule: AppliedRule, evidence: Evidence
-) -> Iterator[LimitDecision]:
-    """Yield what the limits of named results say."""
-    for limit in acceptance.result_limits:
-        for chosen in chosen_by(limit, evidence.results):
-            found, symbol = chosen.estimate, chosen.unit
-            limits = limit.limits_in(symbol)
-            problem = chosen.problem or evidence.results_problem
-            known = found if found is not None and _uncertainty_is_known(found) else None
-            verdict, reason = _verdict(limits, rule, found, problem)
-            decided = LimitDecision(
-                of=chosen.words,
-                named=limit.of,
-                verdict=verdict,
-                reason=reason,
-                limits=limits,
-                source=limit.source,
-                result=found,
-                probability=probability_within(limits, known) if known and not problem else nan,
-            )
-            yield _with_risks(decided, rule, known)
-
-
-def _parts(
-    acceptance: Acceptance, rule: AppliedRule, evidence: Evidence
-) -> Iterator[LimitDecision]:
-    if acceptance.mean_limit is not None:
-        yield _decided(acceptance.mean_limit, rule, evidence, MEAN, evidence.mean)
-    for point in evidence.points:
-        limit = acceptance.limit_at(point.set_frequency_hz)
-        if limit is not None:
-            yield _decided(limit, rule, evidence, f"{point.set_frequency_hz:g} Hz", point)
-    measured = [point.set_frequency_hz for point in evidence.points]
-    for limit in acceptance.torque_limits:
-        missing = [f"{hz:g} Hz" for hz in limit.missing(measured)]
-        if limit.of != MEAN and not measured and not limit.at:
-            missing = ["each frequency"]
-        for name in missing:
-            why = evidence.mean.problem or f"there is no result at {name}"
-            yield _decided(limit, rule, evidence, name, Judged(None, None, _sentence(why)))
 
 
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
-def _decided(
-    limit: Limit, rule: AppliedRule, evidence: Evidence, of: str, judged: Judged
-) -> LimitDecision:
-    limits, found = Limits.between(limit.min, limit.max), judged.compensated
-    problem = _objection(limit, evidence) or judged.problem
-    verdict, reason = _verdict(limits, rule, found, problem or _no_torque(limits, found))
+def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
+    limits, found = limit.limits_in(chosen.unit), chosen.estimate
+    is_torque = limit.of == evidence.torque
+    problem = _objection(limit, evidence) or chosen.problem or evidence.problems.get(limit.of, "")
+    impossible = _no_torque(limits, found) if is_torque else ""
+    verdict, reason = _verdict(limits, rule, found, problem or impossible)
     known = found if found is not None and _uncertainty_is_known(found) else None
     sure = None if problem else known
+    raw = None
+    if is_torque:
+        impossible = _no_torque(limits, chosen.uncorrected)
+        raw, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
     decided = LimitDecision(
-        of=of,
+        of=chosen.words,
+        named=limit.of,
         verdict=verdict,
         reason=reason,
         limits=limits,
         source=limit.source,
         result=found,
+        coordinates=chosen.coordinates,
         probability=probability_within(limits, sure) if sure else nan,
-        uncompensated=_verdict(limits, rule, judged.raw, _no_torque(limits, judged.raw))[0],
+        uncompensated=raw,
         marginal=bool(sure and rule.is_marginal(limits, sure)),
-        measurand=limit.measurand.kind,
-        load_n=limit.measurand.load,
+        measurand=None if limit.measurand is None else limit.measurand.kind,
+        load_n=None if limit.measurand is None else limit.measurand.load,
     )
     return _with_risks(decided, rule, known)
 
@@ -118,6 +88,10 @@ def _with_risks(found: LimitDecision, rule: AppliedRule, known: Estimate | None)
 
 def _objection(limit: Limit, evidence: Evidence) -> str:
     """Return why the limit is not one of this result, as a sentence; '' if it is."""
+    if limit.of != evidence.torque:
+        return ""
+    if limit.measurand is None:
+        return "The limit does not say of which torque it is: it needs a 'measurand'."
     if evidence.kind is None:
         return (
             f"{evidence.method} does not say which torque it yields, and the limit is for the "

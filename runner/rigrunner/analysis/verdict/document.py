@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document_values import estimate, number, quantity
+from rigrunner.analysis.document_values import coordinates_of, estimate, number, quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -93,6 +93,7 @@ def _limit_decision(found: LimitDecision) -> Json:
         "lower_limit": quantity(limits.lower, unit),
         "upper_limit": quantity(limits.upper, unit),
         "limit_source": found.source,
+        **({"coordinates": coordinates_of(found.coordinates)} if found.coordinates else {}),
         "measurand": _measurand(found),
         "result": estimate(found.result),
         "guard_band": quantity(found.guard_band, unit),

@@ -2,56 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.checks import effect_words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.analysis import Check, Compensation, PeakPoint
-    from rigrunner.api.data import Estimate
     from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.measurand import MeasurandKind
 
 LEAST_FOR_SCATTER = 2
 
 
-@dataclass(frozen=True)
-class Judged:
-    """One result that a limit may be for."""
-
-    compensated: Estimate | None
-    raw: Estimate | None
-    problem: str = ""
-    """Why nothing can be decided on it, as a sentence; '' where something can."""
-
-
-@dataclass(frozen=True)
-class JudgedPoint(Judged):
-    """The result of one set-point."""
-
-    set_frequency_hz: float = 0.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """All results of a run that limits may be for."""
 
-    method: str
-    """The primary compensation, by its label."""
-    kind: MeasurandKind | None
-    """Which torque it yields; None where its plugin does not say."""
-    loads_n: tuple[float, ...]
-    """Of each set-point."""
-    mean: Judged
-    points: tuple[JudgedPoint, ...]
     results: tuple[MeasurementResult, ...] = ()
-    """Those that have a name."""
-    results_problem: str = ""
-    """Why nothing can be decided on any of these, as a sentence; '' where something can."""
+    means: tuple[MeasurementResult, ...] = ()
+    """Of those results whose analysis gives their mean itself."""
+    problems: Mapping[str, str] = field(default_factory=dict)
+    """Why nothing can be decided on the results of a name, as a sentence; '' where it can."""
+    torque: str = ""
+    """The name of the compensated torque; '' where there is none."""
+    method: str = ""
+    """Its compensation, by its label."""
+    kind: MeasurandKind | None = None
+    """Which torque it yields; None where its plugin does not say."""
+    loads_n: tuple[float, ...] = ()
+    """Of each of its set-points."""
 
 
 def forbidden(checks: Iterable[Check]) -> str:

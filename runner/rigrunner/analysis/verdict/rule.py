@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from math import nan
 from typing import TYPE_CHECKING
 
+from rigrunner.api.units import unit
 from rigrunner.api.verdict import Verdict
 from rigrunner.signal.coverage import probability_within
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import Estimate
+    from rigrunner.api.quantity import Quantity
     from rigrunner.api.verdict import DecisionRule, Limits, Zone
     from rigrunner.procedure import Acceptance
 
@@ -33,15 +35,15 @@ class AppliedRule:
 
     name: str
     zones: DecisionRule
-    marginal: float = 0.0
-    """A verdict that so small a difference would change is marginal; in the unit of the limits."""
+    marginal: Quantity | None = None
+    """A verdict that so small a difference would change is marginal, in limits of its kind."""
 
     @classmethod
     def of(cls, acceptance: Acceptance, lookup: Lookup) -> AppliedRule:
         """Return the rule that a procedure names; raise PluginError."""
         name = acceptance.rule.name
         made = lookup.make("decision_rule", name, acceptance.rule_settings)
-        return cls(name, made, acceptance.marginal or 0.0)
+        return cls(name, made, acceptance.marginal)
 
     def __str__(self) -> str:
         """Return the rule's name and what it does."""
@@ -78,11 +80,12 @@ class AppliedRule:
 
     def is_marginal(self, limits: Limits, estimate: Estimate) -> bool:
         """Return whether a value that differs by the marginal band or less had another verdict."""
-        if not self.marginal:
+        band, known = self.marginal, unit(limits.unit)
+        if band is None or band.dimension != known.dimension:
             return False
         margin = limits.margin(estimate.value)
         turns = (abs(margin - zone.margin) for zone in self.zones(limits, estimate))
-        return min(turns) <= self.marginal
+        return min(turns) <= band.si / known.factor
 
     def false_accept_risk(self, limits: Limits, estimate: Estimate) -> float:
         """Return the highest probability that an item with this uncertainty passes wrongly.

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, JsonValue
+from pydantic import Field, JsonValue, model_validator
 
 from rigrunner.api.certificate.part import Part, Sha256, Text
+from rigrunner.api.certificate.results import CoordinatePart
+
+_OLDER = {"lower_nm": "lower", "upper_nm": "upper", "guard_band_nm": "guard_band"}
+"""Members of documents from before limits had units: there every limit was one of a torque."""
 
 
 class LimitStatement(Part):
@@ -15,23 +19,25 @@ class LimitStatement(Part):
     of: Text
     """What is judged: 'mean', one set-point such as '35 Hz', or a named result and its place."""
     named: str = ""
-    """The name of the result, of an analysis that names its results."""
+    """The name of the result; empty in documents from before the torque had one."""
+    coordinates: dict[str, CoordinatePart] = Field({})
+    """Where the result holds; empty of a mean, and of the only result of its name."""
     unit: str = "N·m"
-    """Of limits and guard band, whatever their names say: these are as old as the format."""
+    """Of limits and guard band."""
     verdict: Text
     reason: Text
     """In a sentence, as the run has it."""
     limit: Text
     """As '≤ 0.95 N·m'."""
-    lower_nm: float | None
-    upper_nm: float | None
+    lower: float | None
+    upper: float | None
     source: Text
     """The specification."""
     measurand: str = ""
     """Of what the limit is a limit, as the specification has it; empty where it does not say."""
     load_n: float | None = None
     """The load that the limit is for, where it names one."""
-    guard_band_nm: float | None = None
+    guard_band: float | None = None
     printed_guard_band: str = ""
     """With its unit."""
     stated_risk: float | None = None
@@ -43,6 +49,13 @@ class LimitStatement(Part):
     """What the same rule would say of the raw torque; empty of another quantity."""
     marginal: bool = False
     """Whether a result different by no more than the marginal band had another verdict."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_units(cls, value: object) -> object:
+        if not isinstance(value, dict):
+            return value
+        return {_OLDER.get(name, name): each for name, each in value.items()}
 
 
 class DecisionRecord(Part):

@@ -92,10 +92,6 @@ def certificate_json(certificate: Certificate) -> str:
     content = certificate.model_dump(mode="json", exclude=exclude)
     if certificate.conformity is not None and not certificate.conformity.rule_words_in:
         del content["conformity"]["rule_words_in"]
-    if certificate.conformity is not None:
-        for each in content["conformity"]["statements"]:
-            if not each["named"]:
-                del each["named"], each["unit"]
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
     return text.translate(_IN_SCRIPT) + "\n"
 

@@ -111,8 +111,10 @@ def _from_file(path: Path, registry: Registry) -> Acceptance:
     from rigrunner.plan import check_rule
     from rigrunner.procedure import AcceptanceFile
     from rigrunner.yamlfile import read, validate
+    from rigrunner.yamlfile.upgrade import refuse_older
 
     document = read(path)
+    refuse_older(document)
     acceptance = validate(AcceptanceFile, document).acceptance
     check_rule(document, acceptance, registry)
     return acceptance

@@ -132,7 +132,9 @@ def _name_and_content(item: Any) -> tuple[str, Any] | None:
         return None
     if "channel" in item:
         return str(item["channel"]), item
-    name = next((key for key in item if key != "as"), "")
+    name, *more = [key for key in item if key != "as"] or [""]
+    if more:
+        return None
     settings = item[name] if isinstance(item.get(name), dict) else {}
     return (str(item["as"]), {"plugin": name, **settings}) if "as" in item else (name, settings)
 

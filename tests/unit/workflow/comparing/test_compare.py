@@ -55,17 +55,17 @@ analysis:
         - energy
       primary: template_inverse
 acceptance:
-  limit: {max: 0.95 N·m, source: demonstration only, measurand: {nature: load_induced,
-    condition: at_reversal, load: 1 kN}}
+  limits: [{of: torque, mean: yes, max: 0.95 N·m, source: demonstration only,
+    measurand: {nature: load_induced, condition: at_reversal, load: 1 kN}}]
   rule: guard_band_u
 """
 
 # what is changed, the section, what is said
 EDITS = [
     ("max: 0.95 N·m", "max: 900 mN·m", "acceptance",
-     "limit > max was lowered from 0.95 N·m to 900 mN·m"),
-    ("{max: 0.95 N·m, source", "{max: 0.95 N·m, min: 0.1 N·m, source", "acceptance",
-     "limit > min was added: 0.1 N·m"),
+     "limits 1 > max was lowered from 0.95 N·m to 900 mN·m"),
+    ("max: 0.95 N·m, source", "max: 0.95 N·m, min: 0.1 N·m, source", "acceptance",
+     "limits 1 > min was added: 0.1 N·m"),
     ("rule: guard_band_u", "rule: simple", "acceptance",
      "rule was changed from 'guard_band_u' to 'simple'"),
     ("load: 1000 N", "load: 1.2 kN", "parameters", "load was raised from 1000 N to 1.2 kN"),
