@@ -138,7 +138,7 @@ CASES = [
     ("tester.angle,", "tester.,", "tester., ", "main[1].sweep.steps[1].record.channels[0]",
      "'tester.' is not of the form role.name", ""),
     ("from: latest", "form: latest", "form", f"{AT}.no_load.form", "unknown key 'form'",
-     "did you mean 'from'? known keys: from, procedure, max_age, same, drift"),
+     "did you mean 'from'? known keys: from, procedure, max_age, same, after, drift"),
     ("procedure: TEST-0, ", "", "{from: latest", f"{AT}.no_load",
      "the key 'procedure' is missing, or 'from: this run'", ""),
     ("max_age: 30 d", "max_age: 30", "30, same", f"{AT}.no_load.max_age",
