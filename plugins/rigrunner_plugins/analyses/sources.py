@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import DataError
-from rigrunner.api.findings import CoordinateValue
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.statistics import Series

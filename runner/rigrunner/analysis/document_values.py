@@ -12,8 +12,8 @@ from rigrunner.signal.coverage import factor
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Estimate
-    from rigrunner.api.findings import CoordinateValue
 
 Json = dict[str, object]
 

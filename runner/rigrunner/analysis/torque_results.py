@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import StartPoint
-from rigrunner.api.findings import CoordinateValue, MeasurementResult
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.findings import MeasurementResult
 from rigrunner.procedure import FREQUENCY
 
 if TYPE_CHECKING:

@@ -6,16 +6,49 @@ number, or a quantity in SI units, whose unit stands among the units of its reco
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isclose
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.units import from_si, si_symbol
+from rigrunner.api.units import from_si, si_symbol, unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 Coordinate = bool | int | float | str
+
+
+DIGITS = 6
+"""Significant digits of a coordinate in texts; files have all."""
+
+
+@dataclass(frozen=True)
+class CoordinateValue:
+    """Where a result holds, in one respect: a number with its unit, or a text without one."""
+
+    value: float | str
+    unit: str = ""
+    """Of the number, as shown: temperatures in °C, everything else in SI units."""
+
+    @classmethod
+    def of_si(cls, value: float | str, si_unit: str = "") -> CoordinateValue:
+        """Return the coordinate of an SI value, of a temperature in °C; or of a label."""
+        if isinstance(value, bool):
+            return cls("yes" if value else "no")
+        if isinstance(value, str) or not si_unit:
+            return cls(value)
+        shown = unit("°C" if unit(si_unit).dimension == "temperature" else si_unit)
+        known = unit(si_unit)
+        number = (value * known.factor + known.offset - shown.offset) / shown.factor
+        return cls(float(f"{number:.12g}"), shown.symbol)
+
+    def __str__(self) -> str:
+        """Return it in words: '2 A', 'final'."""
+        if isinstance(self.value, str):
+            return self.value
+        number = f"{self.value:.{DIGITS}g}"
+        return number if self.unit in {"", "1"} else f"{number} {self.unit}"
 
 
 class Placed(Protocol):

@@ -5,45 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-from rigrunner.api.units import unit
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.api.analysis import Check, Component
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import Estimate, RunData
     from rigrunner.api.measurand import MeasurandKind
-
-DIGITS = 6
-"""Significant digits of a coordinate in texts; files have all."""
-
-
-@dataclass(frozen=True)
-class CoordinateValue:
-    """Where a result holds, in one respect: a number with its unit, or a text without one."""
-
-    value: float | str
-    unit: str = ""
-    """Of the number, as shown: temperatures in °C, everything else in SI units."""
-
-    @classmethod
-    def of_si(cls, value: float | str, si_unit: str = "") -> CoordinateValue:
-        """Return the coordinate of an SI value, of a temperature in °C; or of a label."""
-        if isinstance(value, bool):
-            return cls("yes" if value else "no")
-        if isinstance(value, str) or not si_unit:
-            return cls(value)
-        shown = unit("°C" if unit(si_unit).dimension == "temperature" else si_unit)
-        known = unit(si_unit)
-        number = (value * known.factor + known.offset - shown.offset) / shown.factor
-        return cls(float(f"{number:.12g}"), shown.symbol)
-
-    def __str__(self) -> str:
-        """Return it in words: '2 A', 'final'."""
-        if isinstance(self.value, str):
-            return self.value
-        number = f"{self.value:.{DIGITS}g}"
-        return number if self.unit in {"", "1"} else f"{number} {self.unit}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from rigrunner.api.units import QuantityError, unit
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.findings import CoordinateValue
+    from rigrunner.api.coordinates import CoordinateValue
 
 SAME = 1e-6
 """How far, relatively, a coordinate may be from the one that is named."""

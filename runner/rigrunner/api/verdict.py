@@ -18,7 +18,7 @@ from rigrunner.api.units import unit
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.api.findings import CoordinateValue
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.quantity import Estimate
 

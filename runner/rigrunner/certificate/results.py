@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import CompensatedPoint, PeakPoint
     from rigrunner.api.certificate import DecisionRecord
-    from rigrunner.api.findings import CoordinateValue
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.results import JudgedValue, Result
     from rigrunner.api.verdict import Decision, LimitDecision
 

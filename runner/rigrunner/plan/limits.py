@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.findings import CoordinateValue
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.member import Member
 from rigrunner.api.places import matches
 from rigrunner.api.units import unit

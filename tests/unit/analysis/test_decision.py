@@ -8,8 +8,9 @@ from helpers_analysis import AT_REVERSAL
 from rigrunner.analysis.verdict import decision as deciding
 from rigrunner.analysis.verdict.evidence import Evidence
 from rigrunner.analysis.verdict.rule import AppliedRule
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
-from rigrunner.api.findings import CoordinateValue, MeasurementResult, ResultDefinition
+from rigrunner.api.findings import MeasurementResult, ResultDefinition
 from rigrunner.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance

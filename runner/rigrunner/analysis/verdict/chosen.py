@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.analysis.verdict.evidence import Evidence
-    from rigrunner.api.findings import CoordinateValue, MeasurementResult
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.procedure import Limit
 
 
