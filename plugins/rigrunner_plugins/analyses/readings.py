@@ -52,29 +52,33 @@ class Readings:
 
     def __call__(self, run: RunData) -> Findings:
         """Return the statistic of each group; raise DataError where nothing was measured."""
-        found = groups(run, self.settings)
+        told = self.settings
+        names = [told.of, *([told.other] if told.other else [])]
+        found = groups(run, names, per=told.per, where=told.where, table=told.table)
         single = [group for group in found if len(group.times_s) == 1]
         statistic = self.settings.of.removeprefix(channel_of(self.settings.of))[1:]
         extremes = self.settings.statistic in {"minimum", "maximum", "range"}
-        told = []
+        notes = []
         if single and statistic:
-            told.append(
+            notes.append(
                 f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
                 f" is the {_WORDS.get(statistic, statistic)} of a recording, of which no scatter is"
                 " kept: its uncertainty is the instrument's alone."
             )
         elif single and self.settings.statistic == "mean":
-            told.append(
+            notes.append(
                 f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
                 " is a single reading, which shows no scatter: its uncertainty is the"
                 " instrument's alone."
             )
         if extremes:
-            told.append(
+            notes.append(
                 f"{self.settings.result.name}: the {self.settings.statistic} is that of what was"
                 " read; its uncertainty is the instrument's alone."
             )
-        return Findings(results=tuple(self._result(run, each) for each in found), notes=tuple(told))
+        return Findings(
+            results=tuple(self._result(run, each) for each in found), notes=tuple(notes)
+        )
 
     def _result(self, run: RunData, group: Group) -> MeasurementResult:
         (definition,) = self.settings.yields()

@@ -10,7 +10,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from rigrunner.api.findings import Analysis, NeededChannel, Objection, ResultDefinition
+    from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ReadingsSettings
+
+    AnySettings = ReadingsSettings | EquationSettings
 
 
 @hookimpl
@@ -31,7 +34,27 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
                 "result": {"name": "voltage", "symbol": "U", "unit": "V"},
             },
             trial_units={"meter.voltage": "V"},
-        )
+        ),
+        AnalysisRecord(
+            name="equation",
+            help="A measurement model: results by an equation of what was measured",
+            settings="rigrunner_plugins.analyses.equation.settings:EquationSettings",
+            factory=_equation,
+            yields=_yields,
+            requires=_requires,
+            objections=_objections,
+            trial={
+                "result": {"name": "resistance", "symbol": "R", "unit": "Ω"},
+                "model": "R = U / I * (1 + alpha * (t - t0))",
+                "inputs": {"U": "meter.voltage", "I": "meter.current", "t": "room.temperature"},
+                "constants": {
+                    "alpha": {"value": "0.00393 1/K", "limits": "±0.00002 1/K"},
+                    "t0": "20 °C",
+                },
+                "per": ["load.current"],
+            },
+            trial_units={"meter.voltage": "V", "meter.current": "A", "room.temperature": "K"},
+        ),
     ]
 
 
@@ -41,13 +64,21 @@ def _readings(settings: ReadingsSettings) -> Analysis:
     return Readings(settings)
 
 
-def _yields(settings: ReadingsSettings) -> tuple[ResultDefinition, ...]:
+def _equation(settings: EquationSettings) -> Analysis:
+    from rigrunner_plugins.analyses.equation.evaluation import (  # noqa: PLC0415  (numpy)
+        EquationAnalysis,
+    )
+
+    return EquationAnalysis(settings)
+
+
+def _yields(settings: AnySettings) -> tuple[ResultDefinition, ...]:
     return settings.yields()
 
 
-def _requires(settings: ReadingsSettings) -> tuple[NeededChannel, ...]:
+def _requires(settings: AnySettings) -> tuple[NeededChannel, ...]:
     return settings.requires()
 
 
-def _objections(settings: ReadingsSettings, units: Mapping[str, str]) -> Iterable[Objection]:
+def _objections(settings: AnySettings, units: Mapping[str, str]) -> Iterable[Objection]:
     return settings.objections(units)

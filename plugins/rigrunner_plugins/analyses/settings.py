@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, TypeAdapter, WithJsonSchema, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    TypeAdapter,
+    WithJsonSchema,
+    model_validator,
+)
 
 from rigrunner.api.findings import NeededChannel, ResultDefinition
 from rigrunner.api.member import NAME
@@ -29,10 +36,21 @@ Statistic = Literal[
     "settling_time",
 ]
 _KEY = TypeAdapter(CoordinateKey).json_schema()
-_ONE_OR_SEVERAL = WithJsonSchema({"anyOf": [_KEY, {"type": "array", "items": _KEY}]})
 _VALUE = rf"^{NAME}\.{NAME}(\.(mean|minimum|maximum|peak_to_peak|rms))?$"
 ValueName = Annotated[str, Field(pattern=_VALUE)]
 """A channel, 'role.name', or a statistic of its samples, 'role.name.rms'."""
+
+
+def _one_or_several(value: object) -> object:
+    return [value] if isinstance(value, str) else value
+
+
+Per = Annotated[
+    ListOf[CoordinateKey],
+    BeforeValidator(_one_or_several),
+    WithJsonSchema({"anyOf": [_KEY, {"type": "array", "items": _KEY}]}),
+]
+"""One coordinate, or several, by which results are told apart."""
 
 
 def _symbol(text: str) -> str:
@@ -64,7 +82,7 @@ class ReadingsSettings(Settings):
     """A channel that was read with it: the statistic is of the differences, value by value."""
     divided_by: ValueName | None = None
     """A channel that was read with it: the statistic is of the quotients, value by value."""
-    per: Annotated[ListOf[CoordinateKey], _ONE_OR_SEVERAL] = ()
+    per: Per = ()
     """A result for each value of these set-points or coordinates, such as [load.current]."""
     where: Place = Field(default_factory=dict)
     """Only of what was measured there, such as {load.current: 2 A}."""
@@ -75,13 +93,6 @@ class ReadingsSettings(Settings):
     within: Difference | None = None
     """Of `settling_time`: how far from the last value counts as settled."""
     result: ResultSettings
-
-    @model_validator(mode="before")
-    @classmethod
-    def _one_or_several(cls, value: object) -> object:
-        if isinstance(value, dict) and isinstance(value.get("per"), str):
-            return {**value, "per": [value["per"]]}
-        return value
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

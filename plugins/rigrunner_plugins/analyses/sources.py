@@ -15,10 +15,10 @@ from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.statistics import Series
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.data import Array, Measurement, Recording, RunData
-    from rigrunner_plugins.analyses.settings import ReadingsSettings
+    from rigrunner.api.quantity import Quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,26 +48,33 @@ class _Part:
     step_s: float
 
 
-def groups(run: RunData, settings: ReadingsSettings) -> list[Group]:
-    """Return the values by their places, in the order in which these came first.
+def groups(
+    run: RunData,
+    names: Sequence[str],
+    *,
+    per: Sequence[str] = (),
+    where: Mapping[str, Quantity | str] | None = None,
+    table: str | None = None,
+) -> list[Group]:
+    """Return the values of some channels by their places, in the order in which these came first.
 
+    `per` are the coordinates that tell the places apart; `where` and `table` leave all others out.
     Zero readings are taken off. Raises DataError where nothing was measured, or a value is not a
     finite number.
     """
-    names: list[str] = [settings.of, *([settings.other] if settings.other else [])]
-    parts = list(_parts(run, names, settings))
-    chosen = [part for part in parts if is_at(settings.where, part.place)]
+    parts = list(_parts(run, names, table))
+    chosen = [part for part in parts if is_at(where or {}, part.place)]
     if not chosen:
-        where = ", ".join(f"{name} = {value}" for name, value in settings.where.items())
+        there = ", ".join(f"{name} = {value}" for name, value in (where or {}).items())
         raise DataError(
             f"{' and '.join(names)} {'were' if names[1:] else 'was'} not measured"
-            f"{f' at {where}' if parts and where else ''}",
+            f"{f' at {there}' if parts and there else ''}",
             hint="measure or record it in the procedure, at one step together",
         )
     found: dict[tuple[CoordinateValue, ...], list[_Part]] = {}
     for part in chosen:
-        found.setdefault(tuple(_key(part, settings.per)), []).append(part)
-    return [_group(dict(zip(settings.per, key, strict=True)), each) for key, each in found.items()]
+        found.setdefault(tuple(_key(part, per)), []).append(part)
+    return [_group(dict(zip(per, key, strict=True)), each) for key, each in found.items()]
 
 
 def _key(part: _Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
@@ -100,14 +107,14 @@ def _group(place: Mapping[str, CoordinateValue], parts: list[_Part]) -> Group:
     )
 
 
-def _parts(run: RunData, names: list[str], settings: ReadingsSettings) -> Iterator[_Part]:
+def _parts(run: RunData, names: Sequence[str], table: str | None) -> Iterator[_Part]:
     recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
-    if settings.table is None and recordings:
+    if table is None and recordings:
         for recording in recordings:
             yield _of_recording(recording, run, names)
         return
     for row in run.measurements:
-        if settings.table not in {None, row.name}:
+        if table not in {None, row.name}:
             continue
         if row.recording and all(name == channel_of(name) for name in names):
             continue
@@ -123,7 +130,7 @@ def _zero(name: str, row: Measurement, run: RunData) -> float:
     return run.zero(row.recording, channel) if follows else 0.0
 
 
-def _of_recording(recording: Recording, run: RunData, names: list[str]) -> _Part:
+def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> _Part:
     values = {
         name: np.asarray(recording.channels[name]) - run.zero(recording.name, name)
         for name in names

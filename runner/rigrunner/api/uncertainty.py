@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -19,6 +19,19 @@ if TYPE_CHECKING:
 
 Equation = Callable[[Mapping[str, "Array"]], "Array"]
 """Takes the inputs by name, each of shape (trials,), and returns the measurand, (trials,)."""
+
+
+@runtime_checkable
+class Differentiable(Protocol):
+    """An equation that knows its derivatives; of any other they are taken by differences."""
+
+    def __call__(self, inputs: Mapping[str, Array]) -> Array:
+        """Return the measurand of inputs of shape (trials,)."""
+        ...
+
+    def gradient(self, inputs: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Return the derivative by each input that acts, each of shape (trials,)."""
+        ...
 
 
 class Distribution(StrEnum):

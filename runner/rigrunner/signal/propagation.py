@@ -17,7 +17,7 @@ import numpy as np
 
 from rigrunner.api.analysis import CompensatedPoint, Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.uncertainty import Distribution, Line
+from rigrunner.api.uncertainty import Differentiable, Distribution, Line
 from rigrunner.signal.coverage import excess_kurtosis
 
 if TYPE_CHECKING:
@@ -90,10 +90,22 @@ def compensated_point(
 def sensitivities(model: MeasurementModel) -> Array:
     """Return the change of the measurand with each input, shape (n,), in N·m per its unit.
 
-    Half of what it changes by from one standard uncertainty below to one above, over that
-    uncertainty (JCGM 100, 5.1.3, note 2). An input without uncertainty has none.
+    The derivative, where the equation knows it (5.1.3); else half of what it changes by from one
+    standard uncertainty below to one above, over that uncertainty (JCGM 100, 5.1.3, note 2). An
+    input without uncertainty has none.
     """
     count = len(model.inputs)
+    if isinstance(model.equation, Differentiable):
+        at = {each.name: np.array([each.value]) for each in model.inputs}
+        slopes = model.equation.gradient(at)
+        return np.array(
+            [
+                float(np.ravel(slopes[each.name])[0])
+                if each.u != 0 and each.name in slopes
+                else 0.0
+                for each in model.inputs
+            ]
+        )
     values = np.array([each.value for each in model.inputs])
     u = np.array([UNKNOWN_STEP if isnan(each.u) else each.u for each in model.inputs])
     steps = np.concatenate([np.diag(u), -np.diag(u)]).reshape(2 * count, count)

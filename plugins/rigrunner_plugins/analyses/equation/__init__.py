@@ -1,0 +1,1 @@
+"""The analysis `equation`: a measurement model that a procedure writes down."""

@@ -1,0 +1,265 @@
+"""Which kind of quantity each part of a model is, and the first part that does not fit.
+
+A temperature is a point on a scale, and the difference of two is another thing: 20 °C - 15 °C is
+5 K. So a channel or a constant in °C can be subtracted from another and shifted by kelvins, but
+neither multiplied nor added to another; a product needs a difference, such as (t - t0), or the
+thermodynamic temperature, which is the difference from -273.15 °C.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, NoReturn
+
+from rigrunner.api.units import QuantityError, exponents_of, kind_of, unit, with_article
+from rigrunner.signal.expression.syntax import CONSTANTS, Name, Number, Operation
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigrunner.signal.expression.syntax import Node
+
+_SECOND, _ANGLE = 2, 7
+"""Where time and angle stand among the exponents."""
+_PLAIN = (Fraction(0),) * 8
+_ANGLES = {"arcsin", "arccos", "arctan"}
+TURNS = "between 1/s and rad/s is 2*pi"
+_SIGNS = {"+": "added to", "-": "subtracted from"}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a part of a model is: its exponents in base units, and whether it is a temperature."""
+
+    exponents: tuple[Fraction, ...] = _PLAIN
+    is_point: bool = False
+    """A temperature on a scale, not a difference of two."""
+
+    @classmethod
+    def of_unit(cls, symbol: str, *, is_channel: bool = False) -> Kind:
+        """Return that of values in a unit; a channel of temperature gives points of a scale."""
+        known = unit(symbol)
+        is_point = known.dimension == "temperature" and (is_channel or bool(known.offset))
+        return cls(tuple(map(Fraction, exponents_of(known.dimension))), is_point)
+
+    @property
+    def words(self) -> str:
+        """In words: 'a voltage', 'a number', 'a difference of temperatures'."""
+        if self.is_point:
+            return "a temperature"
+        if not any(self.exponents):
+            return "a number"
+        if self == DIFFERENCE:
+            return "a difference of temperatures"
+        if any(each.denominator != 1 for each in self.exponents):
+            return "a quantity with broken powers of its unit"
+        try:
+            return with_article(kind_of(tuple(int(each) for each in self.exponents)))
+        except QuantityError:
+            return "a quantity of no known unit"
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it is a plain number or an angle."""
+        return not self.is_point and not any(_without_angle(self))
+
+    def fits(self, other: Kind) -> bool:
+        """Say whether both are of one kind.
+
+        rad is a number, but 1/s is no rad/s: between a frequency and an angular velocity is 2 pi.
+        """
+        alike = self.is_point == other.is_point and _without_angle(self) == _without_angle(other)
+        return alike and not self.is_a_turn_off(other)
+
+    def is_a_turn_off(self, other: Kind) -> bool:
+        """Say whether one is a frequency and the other an angular velocity, or the like."""
+        if _without_angle(self) != _without_angle(other):
+            return False
+        only_time = not any(
+            each for place, each in enumerate(self.exponents) if place not in {_SECOND, _ANGLE}
+        )
+        turns = abs(self.exponents[_ANGLE] - other.exponents[_ANGLE])
+        return only_time and bool(self.exponents[_SECOND]) and turns == 1
+
+
+DIFFERENCE = Kind(tuple(map(Fraction, exponents_of("temperature"))))
+_RADIAN = Kind(tuple(map(Fraction, exponents_of("angle"))))
+
+
+class KindError(Exception):
+    """A part of a model does not fit: which, and what is wrong with it."""
+
+    def __init__(self, node: Node, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.node, self.message, self.hint = node, message, hint
+
+
+def kind_of_node(node: Node, kinds: Mapping[str, Kind]) -> Kind:
+    """Return the kind of a formula; raise KindError for the first part that does not fit."""
+    if isinstance(node, Number):
+        return _RADIAN if node.value == CONSTANTS["pi"] else Kind()
+    if isinstance(node, Name):
+        return kinds[node.name]
+    of = [kind_of_node(each, kinds) for each in node.operands]
+    return _RULES.get(node.function, _of_a_number)(node, of)
+
+
+def written(node: Node) -> str:
+    """Return a part of a model as it may have been written, with the parentheses that it needs."""
+    if isinstance(node, Number):
+        return "pi" if node.value == CONSTANTS["pi"] else f"{node.value:.6g}"
+    if isinstance(node, Name):
+        return node.name
+    parts = [written(each) for each in node.operands]
+    if node.function not in _RANKS:
+        return f"{node.function}({', '.join(parts)})"
+    rank = _RANKS[node.function]
+    if len(parts) == 1:
+        return f"-{_bracketed(node.operands[0], parts[0], rank)}"
+    left = _bracketed(node.operands[0], parts[0], rank + (node.function == "**"))
+    right = _bracketed(node.operands[1], parts[1], rank + (node.function in {"-", "/"}))
+    sign = {"**": "^"}.get(node.function, f" {node.function} ")
+    return f"{left}{sign}{right}"
+
+
+_RANKS = {"+": 1, "-": 1, "*": 2, "/": 2, "**": 3}
+
+
+def _bracketed(node: Node, text: str, rank: int) -> str:
+    low = isinstance(node, Operation) and _RANKS.get(node.function, 9) < rank
+    return f"({text})" if low else text
+
+
+def _clipped(node: Node) -> str:
+    text = written(node)
+    return text if len(text) <= 30 else f"{text[:29]}…"  # noqa: PLR2004  (for a message)
+
+
+def _without_angle(kind: Kind) -> tuple[Fraction, ...]:
+    return kind.exponents[:_ANGLE]
+
+
+def _sum(node: Operation, of: list[Kind]) -> Kind:
+    if len(of) == 1:
+        _refuse_points(node, of)
+        return of[0]
+    (first, second), (left, right) = of, node.operands
+    if node.function == "+" and first.is_point and second.is_point:
+        what = f"'{_clipped(right)}' is added to '{_clipped(left)}', and both are temperatures"
+        _refuse(right, what, "add a difference, in K; of several take mean(...)")
+    if first.is_point and second.is_point:
+        return DIFFERENCE
+    for point, other in ((first, second), (second, first)):
+        if point.is_point and other == DIFFERENCE and (node.function == "+" or point is first):
+            return point
+    if not first.fits(second):
+        doing = _SIGNS[node.function]
+        hint = TURNS if first.is_a_turn_off(second) else ""
+        _refuse(
+            right,
+            f"'{_clipped(right)}', {second.words}, is {doing} '{_clipped(left)}', {first.words}",
+            hint,
+        )
+    return first
+
+
+def _product(node: Operation, of: list[Kind]) -> Kind:
+    _refuse_points(node, of)
+    sign = 1 if node.function == "*" else -1
+    return Kind(tuple(a + sign * b for a, b in zip(of[0].exponents, of[1].exponents, strict=True)))
+
+
+def _power(node: Operation, of: list[Kind]) -> Kind:
+    _refuse_points(node, of)
+    base, exponent = of
+    if not exponent.is_number:
+        right = _clipped(node.operands[1])
+        _refuse(node.operands[1], f"the power '{right}' is {exponent.words}; allowed is a number")
+    if not any(base.exponents):
+        return base
+    value = _constant(node.operands[1])
+    if value is None:
+        left = _clipped(node.operands[0])
+        _refuse(
+            node,
+            f"'{left}', {base.words}, has a power that is not written as a number",
+            "divide it by a constant of its kind first",
+        )
+    return Kind(tuple(each * value for each in base.exponents))
+
+
+def _constant(node: Node) -> Fraction | None:
+    """Return the value of a power that is made of numbers alone."""
+    if isinstance(node, Number):
+        return Fraction(node.value).limit_denominator(1000)
+    if isinstance(node, Name):
+        return None
+    parts = [_constant(each) for each in node.operands]
+    found: Fraction | None = None
+    match node.function, parts:
+        case "-", [Fraction() as value]:
+            found = -value
+        case "/", [Fraction() as above, Fraction() as below] if below:
+            found = above / below
+        case "+", [Fraction() as one, Fraction() as other]:
+            found = one + other
+        case "-", [Fraction() as one, Fraction() as other]:
+            found = one - other
+        case "*", [Fraction() as one, Fraction() as other]:
+            found = one * other
+    return found
+
+
+def _root(node: Operation, of: list[Kind]) -> Kind:
+    _refuse_points(node, of)
+    return Kind(tuple(each / 2 for each in of[0].exponents))
+
+
+def _alike(node: Operation, of: list[Kind]) -> Kind:
+    if node.function in {"abs", "atan2"}:
+        _refuse_points(node, of)
+    for each, kind in zip(node.operands[1:], of[1:], strict=True):
+        if not of[0].fits(kind):
+            first = f"'{_clipped(node.operands[0])}', {of[0].words}"
+            _refuse(
+                each,
+                f"'{_clipped(each)}', {kind.words}, stands in {node.function}(...) beside {first}",
+            )
+    return _RADIAN if node.function == "atan2" else of[0]
+
+
+def _of_a_number(node: Operation, of: list[Kind]) -> Kind:
+    (kind,) = of
+    if not kind.is_number:
+        what = f"'{_clipped(node.operands[0])}' is {kind.words}; {node.function} takes a number"
+        allowed = what + (" or an angle" if node.function in {"sin", "cos", "tan"} else "")
+        _refuse(node.operands[0], allowed, "divide it by a constant of its kind")
+    return _RADIAN if node.function in _ANGLES else Kind()
+
+
+def _refuse_points(node: Operation, of: list[Kind]) -> None:
+    for operand, kind in zip(node.operands, of, strict=True):
+        if kind.is_point:
+            _refuse(
+                operand,
+                f"'{_clipped(operand)}' is a temperature on a scale; here a difference is needed",
+                "write (t - t0) with a constant t0 in °C; the thermodynamic temperature is the"
+                " difference from -273.15 °C",
+            )
+
+
+def _refuse(node: Node, message: str, hint: str = "") -> NoReturn:
+    raise KindError(node, message, hint)
+
+
+_RULES = {
+    "+": _sum,
+    "-": _sum,
+    "*": _product,
+    "/": _product,
+    "**": _power,
+    "sqrt": _root,
+    **dict.fromkeys(("min", "max", "mean", "abs", "atan2"), _alike),
+}
+"""What each operation makes of the kinds of its operands; any other takes a number."""

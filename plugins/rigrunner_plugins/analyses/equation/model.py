@@ -1,0 +1,245 @@
+"""The measurement model of one result at one place: its inputs, and the tree that takes them.
+
+A reading is `mean (1 + gain) + offset + ...`: the mean has the scatter of the readings (type A),
+and each error that the register states is an input of its own (type B). Errors of one instrument
+are the same wherever its channel enters; what was read together keeps its observed correlation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.api.uncertainty import Distribution, Input, Line, MeasurementModel
+from rigrunner.api.units import si_symbol, unit
+from rigrunner.signal.expression.evaluation import evaluated
+from rigrunner_plugins.analyses.statistics import mean_scatter
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rigrunner.api.data import Array, RunData
+    from rigrunner_plugins.analyses.equation.settings import EquationSettings
+    from rigrunner_plugins.analyses.equation.text import Model
+    from rigrunner_plugins.analyses.settings import ResultSettings
+    from rigrunner_plugins.analyses.sources import Group
+
+_Total = dict[str, "Array"]
+TOGETHER = "readings"
+"""The ensemble of the means that were read together."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An error of an instrument, and whether it acts as a share of the reading."""
+
+    name: str
+    is_gain: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """An equation of a model as a function of its inputs, with its derivatives.
+
+    Satisfies `rigrunner.api.uncertainty.Differentiable`. The result is in the unit in which it is
+    stated.
+    """
+
+    model: Model
+    wanted: str
+    fixed: Mapping[str, float]
+    """What has no uncertainty, in SI units."""
+    effects: Mapping[str, tuple[Effect, ...]]
+    """Of each channel, by what the model calls it."""
+    factor: float
+    offset: float
+
+    def __call__(self, inputs: Mapping[str, Array]) -> Array:
+        """Return the result of trials of shape (n,)."""
+        values = self._values(inputs)
+        for each in self.model.equations:
+            values[each.name] = evaluated(each.expression, values)[0]
+        return np.asarray((values[self.wanted] - self.offset) / self.factor)
+
+    def gradient(self, inputs: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Return the derivative by each input, of trials of shape (n,)."""
+        values = self._values(inputs)
+        totals: dict[str, _Total] = {name: {name: np.array(1.0)} for name in inputs}
+        for name, effects in self.effects.items():
+            own = totals.setdefault(name, {})
+            mean = self._mean(name, inputs)
+            gains = [each.name for each in effects if each.is_gain]
+            if name in own:
+                own[name] = 1.0 + np.asarray(sum(inputs[gain] for gain in gains))
+            for each in effects:
+                own[each.name] = mean if each.is_gain else np.array(1.0)
+        for equation in self.model.equations:
+            names = equation.expression.names()
+            value, slopes = evaluated(equation.expression, values, names)
+            values[equation.name] = value
+            total: _Total = {}
+            for name, slope in slopes.items():
+                for of, part in totals.get(name, {}).items():
+                    total[of] = total.get(of, 0.0) + slope * part
+            totals[equation.name] = total
+        return {name: each / self.factor for name, each in totals[self.wanted].items()}
+
+    def _values(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
+        values: dict[str, Array] = {name: np.asarray(each) for name, each in self.fixed.items()}
+        values |= inputs
+        for name, effects in self.effects.items():
+            mean = self._mean(name, inputs)
+            total = mean
+            for each in effects:
+                total = total + inputs[each.name] * (mean if each.is_gain else 1.0)
+            values[name] = total
+        return values
+
+    def _mean(self, name: str, inputs: Mapping[str, Array]) -> Array:
+        return inputs[name] if name in inputs else np.asarray(self.fixed[name])
+
+
+@dataclass
+class Inputs:
+    """What enters the model at one place, the same for all of its results."""
+
+    inputs: list[Input] = field(default_factory=list)
+    fixed: dict[str, float] = field(default_factory=dict)
+    effects: dict[str, tuple[Effect, ...]] = field(default_factory=dict)
+    r: dict[tuple[str, str], float] = field(default_factory=dict)
+    """The correlation of two inputs, by their names."""
+    lines: dict[str, str] = field(default_factory=dict)
+    """Of each input that is correlated, its line in the budget."""
+
+    def model(self, settings: EquationSettings, result: ResultSettings) -> MeasurementModel:
+        """Return the measurement model of one result."""
+        stated = unit(result.unit)
+        parsed = settings.parsed
+        tree = Tree(parsed, settings.called(result), self.fixed, self.effects, stated.factor,
+                    stated.offset)  # fmt: skip
+        names = [each.name for each in self.inputs]
+        correlation = np.eye(len(names)) if self.r else None
+        if correlation is not None:
+            for (one, other), r in self.r.items():
+                i, j = names.index(one), names.index(other)
+                correlation[i, j] = correlation[j, i] = r
+        lines = {name: Line(float("nan")) for name in self.lines.values()}
+        return MeasurementModel(tuple(self.inputs), tree, correlation, lines)
+
+
+def inputs_of(run: RunData, settings: EquationSettings, group: Group) -> Inputs:
+    """Return what is known of each input of the model at one place."""
+    found = Inputs()
+    found.fixed |= {name: each.si for name, each in settings.parsed.literals.items()}
+    _enter_readings(found, settings, group)
+    errors = _enter_instruments(found, run, settings, group)
+    for name, told in settings.constants.items():
+        if told.standard_uncertainty:
+            found.inputs.append(
+                Input(name, told.value.si, told.standard_uncertainty, told.dof, told.shape,
+                      si_symbol(told.value.dimension), common=True)
+            )  # fmt: skip
+        else:
+            found.fixed[name] = told.value.si
+    for each in settings.correlations:
+        one, other = each.between
+        if one in settings.constants:
+            found.r[one, other] = each.r
+        else:
+            found.r |= dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
+    _group_correlated(found)
+    return found
+
+
+def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> None:
+    """Enter the mean of each channel, with its scatter and their observed correlation."""
+    scattered: dict[str, tuple[float, float]] = {}
+    for name, told in settings.inputs.items():
+        values = group.values[told.of]
+        if told.scatter is not None:
+            dof = inf if told.degrees_of_freedom is None else told.degrees_of_freedom
+            u = told.scatter.si / sqrt(len(values))
+            shape = Distribution.T if dof < inf else Distribution.NORMAL
+            found.inputs.append(
+                Input(name, float(values.mean()), u, dof, shape, group.units[told.of])
+            )
+            continue
+        scatter = mean_scatter(group.series(values))
+        if scatter is None or scatter[0] == 0:
+            found.fixed[name] = float(values.mean())
+        else:
+            scattered[name] = scatter
+    together = len(scattered) > 1
+    dof = min((dof for _, dof in scattered.values()), default=inf)
+    for name, (u, own) in scattered.items():
+        of = settings.inputs[name].of
+        mean = float(group.values[of].mean())
+        found.inputs.append(
+            Input(name, mean, u, dof if together else own, Distribution.T, group.units[of],
+                  ensemble=TOGETHER if together else "")
+        )  # fmt: skip
+    if together:
+        names = list(scattered)
+        r = np.corrcoef([group.values[settings.inputs[name].of] for name in names])
+        for i, one in enumerate(names):
+            for j in range(i):
+                found.r[names[j], one] = float(np.clip(r[i, j], -1.0, 1.0))
+
+
+def _enter_instruments(
+    found: Inputs, run: RunData, settings: EquationSettings, group: Group
+) -> dict[str, list[Input]]:
+    """Enter each error that the register states of a channel; return them by what has them."""
+    known: dict[str, Input] = {}
+    by_input: dict[str, list[Input]] = {}
+    for name, told in settings.inputs.items():
+        by_input[name], effects = [], list[Effect]()
+        largest = float(np.abs(group.values[told.of]).max())
+        for error in run.reading_errors(told.of, largest) if told.instrument else ():
+            called = f"{error.name} ({error.source})" if error.source else error.name
+            symbol = "1" if error.acts == "gain" else group.units[told.of]
+            one = known.setdefault(
+                called,
+                Input(called, 0.0, error.u, error.dof, Distribution(error.distribution), symbol,
+                      common=True),
+            )  # fmt: skip
+            by_input[name].append(one)
+            effects.append(Effect(called, error.acts == "gain"))
+        found.effects[name] = tuple(effects)
+    found.inputs += known.values()
+    return by_input
+
+
+def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, str]]:
+    """Yield the errors of two instruments that are of one sort: gain and gain, and so on."""
+    for a in one:
+        for b in other:
+            sorts = [each.name.partition(" of ")[0] for each in (a, b)]
+            if a.name != b.name and sorts[0] == sorts[1] and a.dof == b.dof:
+                yield a.name, b.name
+
+
+def _group_correlated(found: Inputs) -> None:
+    """Let inputs that are correlated share a line of the budget, and one estimation's freedom."""
+    groups: list[set[str]] = []
+    for pair in found.r:
+        joined = [each for each in groups if each & set(pair)]
+        groups = [each for each in groups if each not in joined]
+        groups.append(set(pair).union(*joined))
+    for group in groups:
+        members = [each for each in found.inputs if each.name in group]
+        names = [each.name for each in members]
+        line = f"{', '.join(names[:-1])} and {names[-1]}"
+        scatter = members[0].ensemble == TOGETHER
+        line = f"scatter of {line}, read together" if scatter else f"{line}, correlated"
+        ensemble = members[0].ensemble or (line if members[0].dof < inf else "")
+        for each in members:
+            found.lines[each.name] = line
+            place = found.inputs.index(each)
+            found.inputs[place] = Input(
+                each.name, each.value, each.u, each.dof, each.distribution, each.unit,
+                common=each.common, line=line, ensemble=ensemble,
+            )  # fmt: skip

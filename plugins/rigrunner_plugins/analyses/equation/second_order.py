@@ -1,0 +1,71 @@
+"""What the curvature of a model adds to the variance of its result (GUM 5.1.2, note).
+
+Of independent inputs in units of their standard uncertainties z, with the excess kurtosis k:
+
+    sum over i, j of [ f_ij^2/2 + f_i f_ijj ],
+    and of i = j instead:  f_ii^2 (k + 2)/4 + f_i f_iii (k + 3)/3.
+
+With k = 0 that is the formula of the note, which is that of normal inputs. Correlated inputs go
+through the directions in which they are independent.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigrunner.signal.coverage import KURTOSIS
+
+if TYPE_CHECKING:
+    from rigrunner.api.data import Array
+    from rigrunner.api.uncertainty import Differentiable, MeasurementModel
+
+STEP = 1e-2
+"""Of the differences of the gradient, in standard uncertainties."""
+
+
+def added_variance(model: MeasurementModel, equation: Differentiable) -> float:
+    """Return what the terms of second order add; negative where they take away."""
+    directions, kurtosis = _independent(model)
+    count = len(directions)
+    if not count:
+        return 0.0
+    x = np.array([each.value for each in model.inputs])
+    steps = STEP * directions
+    at = np.concatenate([x[None, :], x + steps, x - steps])
+    gradient = _gradient(model, equation, at)  # (1 + 2 m, n)
+    slopes = directions @ gradient.T  # f_j at each place, (m, 1 + 2 m)
+    here, above, below = slopes[:, 0], slopes[:, 1 : 1 + count], slopes[:, 1 + count :]
+    second = (above - below) / (2 * STEP)  # f_jk
+    third = (above - 2 * here[:, None] + below) / STEP**2  # f_jkk
+    terms = second**2 / 2 + here[:, None] * third
+    own = np.diag(second) ** 2 * (kurtosis + 2) / 4 + here * np.diag(third) * (kurtosis + 3) / 3
+    np.fill_diagonal(terms, own)
+    return float(terms.sum())
+
+
+def _gradient(model: MeasurementModel, equation: Differentiable, at: Array) -> Array:
+    inputs = {each.name: at[:, row] for row, each in enumerate(model.inputs)}
+    found = equation.gradient(inputs)
+    columns = [np.broadcast_to(found.get(each.name, 0.0), len(at)) for each in model.inputs]
+    return np.array(columns, dtype=float).T
+
+
+def _independent(model: MeasurementModel) -> tuple[Array, Array]:
+    """Return independent directions of unit variance, (m, n), and the excess kurtosis of each."""
+    u = np.array([each.u for each in model.inputs])
+    r = np.eye(len(u)) if model.correlation is None else model.correlation
+    alone = np.count_nonzero(r, axis=1) == 1
+    rows = [u[i] * np.eye(len(u))[i] for i in np.flatnonzero(alone)]
+    kurtosis = [KURTOSIS.get(model.inputs[i].distribution, 0.0) for i in np.flatnonzero(alone)]
+    if not alone.all():
+        together = np.flatnonzero(~alone)
+        covariance = r[np.ix_(together, together)] * np.outer(u[together], u[together])
+        variances, vectors = np.linalg.eigh(covariance)
+        for variance, vector in zip(np.clip(variances, 0, None), vectors.T, strict=True):
+            row = np.zeros(len(u))
+            row[together] = np.sqrt(variance) * vector
+            rows.append(row)
+            kurtosis.append(0.0)
+    return np.array(rows).reshape(-1, len(u)), np.array(kurtosis)

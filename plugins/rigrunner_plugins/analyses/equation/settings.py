@@ -1,0 +1,383 @@
+"""What a procedure says of the analysis `equation`. Loads without numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from math import inf, sqrt
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+
+from rigrunner.api.findings import NeededChannel, ResultDefinition
+from rigrunner.api.member import NAME, Member
+from rigrunner.api.places import Place
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.settings import AnyQuantity, ListOf, Settings, YesNo
+from rigrunner.api.uncertainty import Distribution
+from rigrunner.api.units import QuantityError, unit, with_article
+from rigrunner_plugins.analyses.equation.kinds import TURNS, Kind, KindError, kind_of_node
+from rigrunner_plugins.analyses.equation.text import RESERVED, read
+from rigrunner_plugins.analyses.settings import Per, ResultSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
+    from rigrunner.api.findings import Objection
+    from rigrunner_plugins.analyses.equation.text import Model
+
+Symbol = Annotated[str, Field(pattern=f"^{NAME}$")]
+"""What the model calls a quantity."""
+OVER_U = {"rectangular": sqrt(3), "triangular": sqrt(6), "arcsine": sqrt(2)}
+"""Half-width over standard uncertainty (JCGM 101:2008, table 1)."""
+_PLUS_MINUS = "±"
+_THERMODYNAMIC = 200.0
+"""K: so large a shift of a temperature may be meant as a temperature."""
+
+
+def _width(value: object) -> object:
+    """Read '±0.02 K' as the quantity 0.02 K, and '±2 %' of whatever it is a limit of."""
+    if isinstance(value, str) and value.strip().startswith((_PLUS_MINUS, "+/-")):
+        return value.strip().removeprefix(_PLUS_MINUS).removeprefix("+/-").strip()
+    return value
+
+
+def _positive(value: Quantity) -> Quantity:
+    if value.unit.offset:
+        raise QuantityError(f"'{value}' is a temperature, not a difference", hint="write it in K")
+    if not value.si > 0:
+        raise QuantityError(f"got '{value}', allowed is more than 0")
+    return value
+
+
+def _number(value: object) -> object:
+    """Read a bare number as a quantity of no unit."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return Quantity(float(value), unit("1"))
+    return value
+
+
+Number = WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "number"}]})
+Value = Annotated[AnyQuantity, BeforeValidator(_number), Number]
+"""A number with its unit; a bare one has none."""
+Width = Annotated[AnyQuantity, AfterValidator(_positive), BeforeValidator(_number),
+                  BeforeValidator(_width), Number]  # fmt: skip
+"""A half-width or an uncertainty: more than zero; '±' may stand before it."""
+
+
+class ConstantSettings(Settings):
+    """A quantity that is known beforehand, and how well."""
+
+    value: Value
+    """Such as 20 °C; alone, it is exact."""
+    limits: Width | None = None
+    """It is within ± this."""
+    distribution: Literal["rectangular", "triangular", "arcsine", "normal"] | None = None
+    """Within the limits (unless told rectangular), or of `u` and `U` (normal)."""
+    U: Width | None = None
+    """The expanded uncertainty, with `k`."""
+    k: Annotated[float, Field(gt=0, le=10)] | None = None
+    """The coverage factor of `U`."""
+    u: Width | None = None
+    """The standard uncertainty."""
+    degrees_of_freedom: Annotated[float, Field(gt=0, le=1e9)] | None = None
+    """Of the uncertainty; left out, infinite."""
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        given = [key for key in ("limits", "U", "u") if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise ValueError(f"one of {' and '.join(given)} is enough")
+        if (self.U is None) != (self.k is None):
+            raise ValueError("'U' and 'k' belong together")
+        if not given and (self.distribution or self.degrees_of_freedom):
+            raise ValueError(
+                "a constant that is exact has neither distribution nor degrees of freedom"
+            )
+        if self.limits is not None and self.distribution == "normal":
+            raise ValueError("limits bound it: for a normal distribution give 'u', or 'U' with 'k'")
+        for key in given:
+            width = getattr(self, key)
+            shared = width.dimension == "ratio" and width.unit.symbol != "1"
+            if width.dimension != self.value.dimension and not shared:
+                kinds = [with_article(each.dimension) for each in (width, self.value)]
+                raise ValueError(f"{key}: '{width}' is {kinds[0]}, and the value {kinds[1]}")
+            if width.dimension != self.value.dimension and self.value.unit.offset:
+                raise ValueError(f"{key}: of a temperature it is a difference in K")
+        return self
+
+    @property
+    def shape(self) -> Distribution:
+        """How it is distributed."""
+        return Distribution(
+            self.distribution or ("normal" if self.limits is None else "rectangular")
+        )
+
+    @property
+    def standard_uncertainty(self) -> float:
+        """In the SI unit; 0 of what is exact."""
+        if self.limits is not None:
+            return self._si(self.limits) / OVER_U[self.shape]
+        if self.U is not None and self.k is not None:
+            return self._si(self.U) / self.k
+        return 0.0 if self.u is None else self._si(self.u)
+
+    @property
+    def dof(self) -> float:
+        """Of the uncertainty."""
+        return inf if self.degrees_of_freedom is None else self.degrees_of_freedom
+
+    def _si(self, width: Quantity) -> float:
+        if width.dimension != self.value.dimension:
+            return width.si * abs(self.value.si)
+        return width.si
+
+
+class InputSettings(Settings):
+    """A channel whose readings enter the model."""
+
+    of: Member
+    """The channel, such as meter.voltage."""
+    instrument: YesNo = True
+    """Whether the register says what its readings may be off by; else the constants do."""
+    scatter: Width | None = None
+    """The standard deviation of a reading, known from earlier ones (GUM 4.2.4)."""
+    degrees_of_freedom: Annotated[float, Field(gt=0, le=1e9)] | None = None
+    """Of `scatter`; left out, infinite."""
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if self.scatter is None and self.degrees_of_freedom is not None:
+            raise ValueError("'degrees_of_freedom' belongs to 'scatter'")
+        return self
+
+
+class CorrelationSettings(Settings):
+    """How far two inputs or constants err together."""
+
+    between: Annotated[ListOf[Symbol], Field(min_length=2, max_length=2)]
+    """Two constants; or two inputs: what the register states of their instruments."""
+    r: Annotated[float, Field(ge=-1, le=1)]
+    """The correlation coefficient."""
+
+
+def _in_braces(key: str) -> BeforeValidator:
+    """Read a text as the mapping that has it under a key."""
+
+    def read_one(value: object) -> object:
+        return value if isinstance(value, (dict, Settings)) else {key: value}
+
+    return BeforeValidator(read_one)
+
+
+class _OrAlone:
+    """Tells editors that one value may stand for the mapping that has it."""
+
+    def __init__(self, *types: str) -> None:
+        self.types = types
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [*({"type": each} for each in self.types), handler(core_schema)]}
+
+
+Constant = Annotated[ConstantSettings, _in_braces("value"), _OrAlone("string", "number")]
+AnyInput = Annotated[InputSettings, _in_braces("of"), _OrAlone("string")]
+
+
+class EquationSettings(Settings):
+    """A measurement model: what it gives, of what, and how."""
+
+    result: ResultSettings | None = None
+    """What the only result is called, and in which unit it is stated."""
+    results: ListOf[ResultSettings] = ()
+    """The same of several, which share their inputs."""
+    inputs: Annotated[Mapping[Symbol, AnyInput], Field(min_length=1, max_length=30)]
+    """The channels, by what the model calls them; all are measured at one step together."""
+    constants: Annotated[Mapping[Symbol, Constant], Field(max_length=50)] = Field(
+        default_factory=dict
+    )
+    """What is known beforehand, such as {t0: 20 °C}."""
+    correlations: ListOf[CorrelationSettings] = ()
+    """Which of them err together, as far as the readings do not show it."""
+    model: Annotated[str, Field(min_length=1)]
+    """Such as R = U / I; of several results a line for each."""
+    per: Per = ()
+    """A result for each value of these set-points or coordinates, such as [load.current]."""
+    where: Place = Field(default_factory=dict)
+    """Only of what was measured there, such as {load.current: 2 A}."""
+    table: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
+    """Only of the rows of this table; left out, of the recordings, or else of all tables."""
+    second_order: YesNo | None = None
+    """Whether the curvature of the model enters; left out: where it changes u by what is shown."""
+
+    @field_validator("inputs", "constants")
+    @classmethod
+    def _are_no_functions(cls, value: Mapping[str, Any]) -> Mapping[str, Any]:
+        for name in value:
+            if name in RESERVED:
+                raise ValueError(f"'{name}' is a name of the language; call it otherwise")
+        return value
+
+    @field_validator("model")
+    @classmethod
+    def _is_read(cls, model: str, info: ValidationInfo) -> str:
+        told = info.data
+        if {"result", "results", "inputs", "constants"} <= told.keys():
+            results = _all_results(told["result"], told["results"])
+            if results:
+                wanted = [_called(each) for each in results]
+                read(model, {*told["inputs"], *told["constants"]}, wanted)
+        return model
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if (self.result is None) == (not self.results):
+            raise ValueError("one of 'result' and 'results' is needed")
+        names = [each.name for each in self.all_results]
+        calls = [_called(each) for each in self.all_results]
+        if len(set(names)) < len(names) or len(set(calls)) < len(calls):
+            raise ValueError("two results have one name or symbol")
+        twice = set(self.inputs) & set(self.constants)
+        if twice:
+            raise ValueError(f"'{min(twice)}' is an input and a constant")
+        used = {name for each in self.parsed.equations for name in each.expression.names()}
+        unused = [name for name in (*self.inputs, *self.constants) if name not in used]
+        if unused:
+            raise ValueError(f"the model does not use '{unused[0]}'")
+        for index, each in enumerate(self.correlations):
+            self._refuse_correlation(index, *each.between)
+        return self
+
+    def _refuse_correlation(self, index: int, one: str, other: str) -> None:
+        where = f"correlations[{index}]"
+        known = {*self.inputs, *self.constants}
+        for name in (one, other):
+            if name not in known:
+                raise ValueError(f"{where}: there is no '{name}'")
+        pairs = [set(each.between) for each in self.correlations]
+        if one == other or pairs.count({one, other}) > 1:
+            raise ValueError(f"{where}: '{one}' and '{other}' are named twice")
+        if (one in self.inputs) != (other in self.inputs):
+            raise ValueError(f"{where}: an input and a constant; allowed are two of one sort")
+        if one in self.constants:
+            first, second = self.constants[one], self.constants[other]
+            if not (first.standard_uncertainty and second.standard_uncertainty):
+                raise ValueError(f"{where}: a constant that is exact is correlated with nothing")
+            if first.dof != second.dof:
+                raise ValueError(f"{where}: their degrees of freedom differ, and are to be those of"
+                                 " one estimation")  # fmt: skip
+
+    @property
+    def all_results(self) -> tuple[ResultSettings, ...]:
+        """The results in the order of the procedure."""
+        return _all_results(self.result, self.results)
+
+    @cached_property
+    def parsed(self) -> Model:
+        """The model that was read."""
+        names = {*self.inputs, *self.constants}
+        return read(self.model, names, [_called(each) for each in self.all_results])
+
+    def called(self, result: ResultSettings) -> str:
+        """Return what the model calls a result: its symbol where that is a name, else its name."""
+        return _called(result)
+
+    def yields(self) -> tuple[ResultDefinition, ...]:
+        """Return the results."""
+        return tuple(
+            ResultDefinition(
+                name=each.name, symbol=each.symbol, text=each.text, unit=each.unit, per=self.per
+            )
+            for each in self.all_results
+        )
+
+    def requires(self) -> tuple[NeededChannel, ...]:
+        """Return the channels that it reads."""
+        return tuple(
+            NeededChannel(
+                name=each.of,
+                key=("inputs", name),
+                enters=self.all_results[0].name if each.instrument else "",
+            )
+            for name, each in self.inputs.items()
+        )
+
+    def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
+        """Yield what does not fit the units in which the channels are measured."""
+        kinds = {name: Kind.of_unit(units[each.of], is_channel=True)
+                 for name, each in self.inputs.items()}  # fmt: skip
+        for name, told in self.inputs.items():
+            dimension = unit(units[told.of]).dimension
+            if told.scatter and told.scatter.dimension != dimension:
+                message = f"got '{told.scatter}', and {told.of} is {with_article(dimension)}"
+                hint = "it is the standard deviation of a reading"
+                yield ("inputs", name, "scatter"), message, hint
+        known = {name: each.value for name, each in self.constants.items()} | dict(
+            self.parsed.literals
+        )
+        kinds |= {name: Kind.of_unit(each.unit.symbol) for name, each in known.items()}
+        for name, each in known.items():
+            meant = each.unit.symbol == "K" and abs(each.si) >= _THERMODYNAMIC
+            if meant and any(kind.is_point for kind in kinds.values()):
+                yield (
+                    ("constants", name) if name in self.constants else ("model",),
+                    f"'{each}' beside temperatures in °C: a difference, or a temperature?",
+                    f"write the temperature in °C: {each.si - 273.15:g} °C",
+                )
+                return
+        yield from self._misfits(kinds)
+
+    def _misfits(self, kinds: dict[str, Kind]) -> Iterator[Objection]:
+        stated = {_called(each): each for each in self.all_results}
+        for each in self.parsed.equations:
+            root = each.expression.root
+            try:
+                kind = kind_of_node(root, kinds)
+            except KindError as error:
+                column = self.parsed.column(error.node)
+                message = f"column {column}: {error.message}"
+                yield ("model",), message, error.hint, column
+                return
+            if each.name in stated:
+                yield from self._misfit_of_unit(stated[each.name], kind)
+                due = Kind.of_unit(stated[each.name].unit)
+                kind = kind if kind.is_point or kind.fits(due) else due
+            kinds[each.name] = kind
+
+    def _misfit_of_unit(self, result: ResultSettings, kind: Kind) -> Iterator[Objection]:
+        due = Kind.of_unit(result.unit)
+        at = ("result", "unit") if self.result else (
+            "results", self.all_results.index(result), "unit")  # fmt: skip
+        if kind.is_point and due == Kind.of_unit("K"):
+            return  # the thermodynamic temperature
+        if due.is_point and not kind.is_point and kind.fits(Kind.of_unit("K")):
+            yield at, f"got '{result.unit}', and the model gives a difference", "write K"
+        elif not kind.fits(due):
+            given = with_article(unit(result.unit).dimension)
+            hint = TURNS if kind.is_a_turn_off(due) else ""
+            yield at, f"got '{result.unit}', {given}; the model gives {kind.words}", hint
+
+
+def _all_results(
+    only: ResultSettings | None, several: tuple[ResultSettings, ...]
+) -> tuple[ResultSettings, ...]:
+    return several if only is None else (only,)
+
+
+def _called(result: ResultSettings) -> str:
+    symbol = result.symbol
+    return symbol if symbol.isascii() and symbol.isidentifier() else result.name

@@ -1,0 +1,164 @@
+"""From the text of a model to its equations. Loads without numpy.
+
+    R = U / I * (1 + alpha*(t - t0))
+    P = U * I
+
+Each equation begins on a line of its own; a model of one may leave `R =` out. Later ones may use
+what earlier ones define. `^` is a power, and `number(0, °C)` a number with its unit.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigrunner.api.member import NAME
+from rigrunner.api.quantity import Quantity, parse_quantity
+from rigrunner.signal.expression.syntax import (
+    ALIASES,
+    CONSTANTS,
+    FUNCTIONS,
+    LONGEST,
+    OF_SEVERAL,
+    ExpressionError,
+    parse,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from rigrunner.signal.expression.syntax import Expression, Node
+
+MOST_EQUATIONS = 30
+RESERVED = {*FUNCTIONS, *OF_SEVERAL, *ALIASES, *CONSTANTS, "number"}
+"""What no quantity can be called."""
+_BEGINS = re.compile(rf"^[ \t]*({NAME})[ \t]*=(?!=)", re.MULTILINE)
+_QUANTITY = re.compile(r"\bnumber\(([^,()]{1,40}),((?:[^()]|\([^()]*\)){1,40})\)")
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One quantity, and the formula that gives it."""
+
+    name: str
+    expression: Expression
+
+
+@dataclass(frozen=True)
+class Model:
+    """Equations in the order in which they are computed."""
+
+    equations: tuple[Equation, ...]
+    literals: Mapping[str, Quantity]
+    """The numbers with units in the text, each by the name that stands for it in the formulas."""
+    origins: tuple[int, ...]
+    """For each character of the formulas, from 0, the column of the text, from 1."""
+
+    def column(self, node: Node) -> int:
+        """Return with which column of the text a part of a formula begins."""
+        return self.origins[min(node.column, len(self.origins)) - 1]
+
+
+def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
+    """Return the model of a text; raise ExpressionError with the column where it goes wrong.
+
+    `known` are the names of inputs and constants, `wanted` those of the results; a model without
+    `name =` is that of the only one.
+    """
+    if len(text) > LONGEST:
+        raise ExpressionError(
+            f"the model has {len(text)} characters", column=LONGEST + 1,
+            hint=f"at most {LONGEST} are read",
+        )  # fmt: skip
+    formulas, origins, literals = _translated(text)
+    beginnings = list(_BEGINS.finditer(formulas))
+    _refuse_many(beginnings)
+    equations: list[Equation] = []
+    names = {*known, *literals}
+    for name, start, end in _parts(formulas, beginnings, wanted, origins):
+        if name in names or name in RESERVED:
+            what = "there already" if name in names else "a name of the language"
+            column = origins[formulas.find(name, start - len(name) - 2 if start else 0)]
+            raise ExpressionError(f"column {column}: '{name}' is {what}", column=column,
+                                  hint="give it another name")  # fmt: skip
+        try:
+            found = parse(" " * start + formulas[start:end], names)
+        except ExpressionError as error:
+            raise _at_origin(error, origins) from None
+        equations.append(Equation(name, found))
+        names.add(name)
+    missing = [name for name in wanted if name not in {each.name for each in equations}]
+    if missing:
+        raise ExpressionError(f"it gives no '{missing[0]}'", hint=f"write '{missing[0]} = ...'")
+    return Model(tuple(equations), literals, origins)
+
+
+def _refuse_many(beginnings: list[re.Match[str]]) -> None:
+    if len(beginnings) > MOST_EQUATIONS:
+        raise ExpressionError(f"it has {len(beginnings)} equations", hint=f"allowed are at most"
+                              f" {MOST_EQUATIONS}")  # fmt: skip
+
+
+def _parts(
+    formulas: str,
+    beginnings: list[re.Match[str]],
+    wanted: Collection[str],
+    origins: tuple[int, ...],
+) -> list[tuple[str, int, int]]:
+    """Return each name with where its formula begins and ends."""
+    if not beginnings:
+        (only, *others) = wanted
+        if others:
+            names = ", ".join(wanted)
+            hint = f"write a line 'name = ...' for each of {names}"
+            raise ExpressionError("it does not say which result it gives", hint=hint)
+        return [(only, 0, len(formulas))]
+    first = len(formulas) - len(formulas.lstrip())
+    if beginnings[0].start(1) > first:
+        column = origins[first]
+        raise ExpressionError(
+            f"column {column}: a formula without a name", column=column, hint="write 'name = ...'"
+        )
+    ends = [each.start() for each in beginnings[1:]] + [len(formulas)]
+    return [
+        (each[1], each.end(), end) for each, end in zip(beginnings, ends, strict=True)
+    ]  # fmt: skip
+
+
+def _translated(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:
+    """Return the text as formulas are read, where each character comes from, and its quantities."""
+    made: list[str] = []
+    origins: list[int] = []
+    literals: dict[str, Quantity] = {}
+    at = 0
+    while at < len(text):
+        found = _QUANTITY.match(text, at) if text[at] == "n" else None
+        if found is not None:
+            name = f"number_{len(literals) + 1}"
+            literals[name] = _quantity(found, at + 1)
+            made.append(name)
+            origins += [at + 1] * len(name)
+            at = found.end()
+            continue
+        character = "**" if text[at] == "^" else text[at]
+        made.append(character)
+        origins += [at + 1] * len(character)
+        at += 1
+    return "".join(made), (*origins, len(text) + 1), literals
+
+
+def _quantity(found: re.Match[str], column: int) -> Quantity:
+    try:
+        return parse_quantity(f"{found[1].strip()} {found[2].strip()}")
+    except ValueError as error:
+        message = getattr(error, "message", str(error))
+        raise ExpressionError(f"column {column}: {message}", column=column,
+                              hint="such as number(20, °C)") from None  # fmt: skip
+
+
+def _at_origin(error: ExpressionError, origins: tuple[int, ...]) -> ExpressionError:
+    """Return an error of the formulas as one of the text."""
+    column = origins[min(error.column, len(origins)) - 1]
+    message = error.message.replace(f"column {error.column}: ", f"column {column}: ", 1)
+    return ExpressionError(message, column=column, hint=error.hint)

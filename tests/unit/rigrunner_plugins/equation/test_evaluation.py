@@ -1,0 +1,224 @@
+"""Results of measurement models, against computations by hand."""
+
+from __future__ import annotations
+
+from math import inf, nan, sqrt
+
+import numpy as np
+import pytest
+
+from helpers_equation import findings, instrument, run_of
+from rigrunner.api.errors import DataError
+from rigrunner.signal.coverage import factor
+
+UNITS = {"meter.voltage": "V", "meter.current": "A", "room.temperature": "K"}
+VOLT = np.array([5.007, 4.994, 5.005, 4.990, 4.999])
+AMPERE = np.array([19.663, 19.639, 19.640, 19.685, 19.678]) / 1000
+METERS = (
+    instrument("meter.voltage", "voltage", {"gain": "0.1 %", "offset": "2 mV"}),
+    instrument("meter.current", "current", "0.05 mA"),
+)
+
+
+def told(model="R = U / I", unit="Ω", inputs=None, **more):
+    inputs = inputs or {"U": "meter.voltage", "I": "meter.current"}
+    return {"result": {"name": "y", "symbol": "R", "unit": unit}, "model": model,
+            "inputs": inputs, **more}  # fmt: skip
+
+
+def result(settings, columns=None, instruments=METERS, places=None):
+    columns = columns or {"meter.voltage": VOLT, "meter.current": AMPERE}
+    return findings(settings, run_of(columns, UNITS, instruments, places))
+
+
+def test_type_a_with_its_correlation_and_type_b_of_the_register():
+    """GUM 5.2.2 with the covariance of the means, and each error of the register by its slope."""
+    found = result(told()).results[0]
+    covariance = np.cov([VOLT, AMPERE]) / 5
+    u, i = VOLT.mean(), AMPERE.mean()
+    c = np.array([1 / i, -u / i**2])
+    parts = {
+        "scatter of U and I, read together": sqrt(c @ covariance @ c),
+        "gain of meter.voltage": u / i * 0.001 / sqrt(3),
+        "offset of meter.voltage": 0.002 / sqrt(3) / i,
+        "reading of meter.current": 0.00005 / sqrt(3) * u / i**2,
+    }
+    assert {each.name: each.u for each in found.components} == pytest.approx(parts, rel=1e-9)
+    assert found.estimate.value == pytest.approx(u / i, rel=1e-12)
+    assert found.estimate.u == pytest.approx(sqrt(sum(x**2 for x in parts.values())), rel=1e-9)
+    scatter = parts["scatter of U and I, read together"]
+    assert found.estimate.dof == pytest.approx(4 * (found.estimate.u / scatter) ** 4, rel=1e-6)
+    assert found.readings == 5
+
+
+def test_the_scatter_is_that_of_the_result_computed_reading_by_reading():
+    """H.2.4: to first order both ways agree, as the correlation is the observed one."""
+    found = result(told(), instruments=()).results[0]
+    scatter = next(each for each in found.components if each.name.startswith("scatter"))
+    each = VOLT / AMPERE
+    assert scatter.u == pytest.approx(each.std(ddof=1) / sqrt(5), rel=1e-3)
+    assert np.isnan(found.estimate.u)  # nothing is known of the instruments
+
+
+@pytest.mark.parametrize(
+    ("limits", "k"),
+    [
+        ({"a": 1.0}, 0.95 * sqrt(3)),
+        ({"a": 1.0, "b": 1.0}, sqrt(6) * (1 - sqrt(0.05))),  # the sum is a triangle
+        ({"a": 1.0, "b": 0.05}, 0.95 * sqrt(3)),
+    ],
+)
+def test_k_follows_from_the_shape_of_rectangular_inputs(limits, k):
+    constants = {name: {"value": 1.0, "limits": width} for name, width in limits.items()}
+    settings = told(
+        f"R = x + {' + '.join(limits)}", "1", {"x": {"of": "meter.ratio", "instrument": False}},
+        constants=constants,
+    )  # fmt: skip
+    run = run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"})
+    estimate = findings(settings, run).results[0].estimate
+    assert estimate.u == pytest.approx(sqrt(sum(a**2 / 3 for a in limits.values())))
+    assert factor(estimate) == pytest.approx(k, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("r", "u"), [(1.0, 0.03), (-1.0, 0.01), (0.5, sqrt(0.0007)), (0.0, sqrt(0.0005))]
+)
+def test_a_correlated_pair(r, u):
+    """u² = 0.01² + 0.02² + 2 r 0.01 0.02 (GUM 5.2.2)."""
+    settings = told(
+        "R = x + a + b", "1", {"x": {"of": "meter.ratio", "instrument": "no"}},
+        constants={"a": {"value": 2.0, "u": 0.01}, "b": {"value": 3.0, "u": 0.02}},
+        correlations=[{"between": ["a", "b"], "r": r}],
+    )  # fmt: skip
+    found = findings(settings, run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"}))
+    assert found.results[0].estimate.value == pytest.approx(6.0)
+    assert found.results[0].estimate.u == pytest.approx(u, rel=1e-9)
+    assert found.checks[0].ok
+
+
+def test_two_correlated_instruments():
+    """Gains of one reference, r = 1, cancel in a quotient."""
+    meters = (instrument("meter.voltage", "voltage", {"gain": "1 %"}),
+              instrument("meter.current", "current", {"gain": "1 %"}))  # fmt: skip
+    columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
+    apart = result(told(), columns, meters).results[0].estimate
+    together = (
+        result(told(correlations=[{"between": ["U", "I"], "r": 1}]), columns, meters)
+        .results[0]
+        .estimate
+    )
+    assert apart.u == pytest.approx(5 * 0.01 / sqrt(3) * sqrt(2))
+    assert together.u == pytest.approx(0.0, abs=1e-9)
+
+
+def test_one_channel_that_enters_twice_has_one_gain():
+    columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
+    settings = told("R = U/V + 0*I/number(1, A)", "1",
+                    {"U": "meter.voltage", "V": "meter.voltage", "I": "meter.current"})  # fmt: skip
+    assert result(settings, columns).results[0].estimate.u == pytest.approx(0.0, abs=1e-9)
+
+
+def test_expanded_uncertainty_and_few_degrees_of_freedom_of_a_constant():
+    settings = told(
+        "R = U / S", "A", {"U": {"of": "meter.voltage", "instrument": "no", "scatter": "2 mV",
+                                 "degrees_of_freedom": 24}},
+        constants={"S": {"value": "0.1 Ω", "U": "±1 %", "k": 2, "degrees_of_freedom": 8}},
+    )  # fmt: skip
+    found = result(settings, {"meter.voltage": VOLT}).results[0]
+    y = VOLT.mean() / 0.1
+    parts = y * 0.005, 0.002 / sqrt(5) / 0.1
+    u = sqrt(parts[0] ** 2 + parts[1] ** 2)
+    assert found.estimate.u == pytest.approx(u)
+    assert found.estimate.dof == pytest.approx(u**4 / (parts[0] ** 4 / 8 + parts[1] ** 4 / 24))
+
+
+def test_of_a_curved_model_the_second_order_enters_and_is_told():
+    """y = x² at 0: of first order u is 0, and var(x²) = 2 u⁴ of a normal x."""
+    constants = {"x0": {"value": "0 V", "u": "3 mV"}}
+    settings = told("R = (x0 + U - U)^2", "V^2", {"U": "meter.voltage"}, constants=constants)
+    found = result(settings, {"meter.voltage": [1.0]}, (instrument("meter.voltage", "voltage",
+                                                                   "1 mV"),))  # fmt: skip
+    assert found.results[0].estimate.u == pytest.approx(sqrt(2) * 9e-6, rel=1e-6)
+    assert "the curvature of the model counts" in found.notes[0]
+    without = result(settings | {"second_order": "no"}, {"meter.voltage": [1.0]}).results[0]
+    assert without.estimate.u == 0
+
+
+def test_second_order_of_rectangles_and_of_cubes():
+    """Nearly all that first order misses of var(x³), x a rectangle about 2, by integration."""
+    a, m = 0.3, 2.0
+    constants = {"x": {"value": m, "limits": a}}
+    inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
+    settings = told("R = x^3 + 0*q", "1", inputs, constants=constants, second_order="yes")
+    found = findings(settings, run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"})).results[0]
+    grid = np.linspace(m - a, m + a, 200_001)
+    weights = np.full(len(grid), 1.0)
+    weights[[0, -1]] = 0.5
+    mean = np.average(grid**3, weights=weights)
+    var = np.average((grid**3 - mean) ** 2, weights=weights)
+    first_order = (3 * m**2 * a) ** 2 / 3
+    assert abs(found.estimate.u**2 - var) < 0.1 * abs(first_order - var)
+
+
+def test_an_interval_that_the_curvature_breaks_is_no_verdict():
+    """y = 1/x with x = 1 +/- 0.3 of a normal distribution: heavy to one side."""
+    constants = {"x": {"value": 1.0, "u": 0.25}}
+    inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
+    settings = told("R = 1/x + 0*q", "1", inputs, constants=constants, second_order="no")
+    found = findings(settings, run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"}))
+    (check,) = found.checks
+    assert not check.ok
+    assert check.decisive
+    assert check.value > 0.02
+
+
+def test_several_results_and_places_share_their_inputs():
+    settings = {
+        "results": [{"name": "resistance", "symbol": "R", "unit": "Ω"},
+                    {"name": "power", "symbol": "P", "unit": "mW"}],
+        "model": "R = U / I\nP = R * I^2",
+        "inputs": {"U": "meter.voltage", "I": "meter.current"}, "per": "load.current",
+    }  # fmt: skip
+    columns = {"meter.voltage": [1.0, 1.0, 4.0, 4.0], "meter.current": [0.5, 0.5, 0.5, 0.5]}
+    found = result(settings, columns, places=[1.0, 1.0, 2.0, 2.0])
+    assert [(each.name, each.place) for each in found.results] == [
+        ("resistance", "load.current = 1 A"), ("resistance", "load.current = 2 A"),
+        ("power", "load.current = 1 A"), ("power", "load.current = 2 A"),
+    ]  # fmt: skip
+    values = [each.estimate.value for each in found.results]
+    assert values == pytest.approx([2.0, 8.0, 500.0, 2000.0])
+
+
+def test_temperatures_in_celsius():
+    """A difference of 10 K over one of 2 K; and a mean temperature, stated in °C."""
+    room = (instrument("room.temperature", "temperature", "0.1 K"),)
+    columns = {"room.temperature": [303.15]}
+    ratio = told("R = (t - t0)/d", "1", {"t": "room.temperature"},
+                 constants={"t0": "20 °C", "d": "2 K"})  # fmt: skip
+    assert result(ratio, columns, room).results[0].estimate.value == pytest.approx(5.0)
+    mean = told("R = mean(t, t0)", "°C", {"t": "room.temperature"}, constants={"t0": "20 °C"})
+    found = result(mean, columns, room).results[0].estimate
+    assert found.value == pytest.approx(25.0)
+    assert found.u == pytest.approx(0.05 / sqrt(3))
+
+
+@pytest.mark.parametrize(
+    ("model", "columns", "message"),
+    [
+        ("R = U / I", {"meter.voltage": [1.0], "meter.current": [0.0]}, "has no value"),
+        ("R = sqrt(-U^2)/I", {"meter.voltage": [1.0], "meter.current": [1.0]}, "has no value"),
+        ("R = U / I", {"meter.voltage": [1.0]}, "were not measured"),
+        ("R = U / I", {"meter.voltage": [nan], "meter.current": [1.0]}, "not a finite number"),
+    ],
+)
+def test_what_has_no_value_is_refused(model, columns, message):
+    settings = told(model)
+    run = run_of(columns, UNITS, METERS)
+    with pytest.raises(DataError, match=message):
+        findings(settings, run)
+
+
+def test_degrees_of_freedom_are_infinite_without_scatter():
+    found = result(told(), {"meter.voltage": [10.0], "meter.current": [2.0]})
+    assert found.results[0].estimate.dof == inf
+    assert "shows no scatter" in found.notes[0]
