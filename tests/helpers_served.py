@@ -25,7 +25,6 @@ COMMAND = str(Path(sys.executable).parent / "rigrunner")
 FOR_ITSELF = {"panel", "jog", "doctor"}
 IMPORTED_ONCE = (
     "scipy.optimize",
-    "scipy.stats",
     "rigrunner.workflow.record",
     "rigrunner.workflow.stored",
     "rigrunner.workflow.certifying.certify",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Array
@@ -17,8 +17,8 @@ CONFIDENCE = 0.95
 def rate_interval(hits: float, of: float) -> tuple[float, float]:
     """Return the 95 % interval of a rate (Clopper and Pearson, Biometrika 26, 1934)."""
     half = (1 - CONFIDENCE) / 2
-    lower = beta.ppf(half, hits, of - hits + 1) if hits > 0 else 0.0
-    upper = beta.ppf(1 - half, hits + 1, of - hits) if hits < of else 1.0
+    lower = betaincinv(hits, of - hits + 1, half) if hits > 0 else 0.0
+    upper = betaincinv(hits + 1, of - hits, 1 - half) if hits < of else 1.0
     return float(lower), float(upper)
 
 

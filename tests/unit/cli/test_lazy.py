@@ -138,3 +138,11 @@ def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_py
     )
     assert "rigrunner.analysis.analyse" in loaded
     assert "rigrunner.api.certificate" not in loaded
+
+
+@pytest.mark.parametrize("module", ["workflow.record", "panel.web.app", "panel.live.analyst"])
+def test_what_records_and_analyses_begins_without_the_slow_packages_of_scipy(module):
+    """They take as long as all the rest: `scipy.special` has the distributions, too."""
+    modules = modules_after(f"import rigrunner.{module}")
+    assert "scipy.special" in modules
+    assert not {"scipy.stats", "scipy.optimize", "scipy.interpolate"} & modules
