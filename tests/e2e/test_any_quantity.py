@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from math import sqrt
@@ -220,12 +221,17 @@ def test_an_archive_finds_them_by_name(passed, tmp_path):
     database = tmp_path / "archive.db"
     indexed = call("archive", "index", passed[1].parent, "--database", database)
     assert indexed.code == 0, indexed.err
-    out = tmp_path / "figures.csv"
-    exported = call("archive", "export", "figures", out, "--database", database)
+    out = tmp_path / "results.csv"
+    options = ("--database", database, "--result", "voltage", "--where", "current=5 A")
+    exported = call("archive", "export", "results", out, *options)
     assert exported.code == 0, exported.err
-    table = out.read_text(encoding="utf-8")
-    assert "result regulation" in table
-    assert "bench.current = 5 A" in table
+    (row,) = csv.DictReader(out.read_text(encoding="utf-8").splitlines())
+    assert (row["place"], row["value"], row["unit"]) == ("bench.current = 5 A", "11.987", "V")
+    searched = call("archive", "search", *options)
+    assert re.search(r"voltage +bench\.current = 5 A +11\.987\d ± 0\.00\d+ V +pass", searched.out)
+    assert searched.err == "1 result\n"
+    twice = call("archive", "search", *options, "--where", "current=2 A")
+    assert (twice.code, "'--where current' is given twice" in twice.err) == (2, True)
 
 
 def test_it_can_be_decided_again_by_another_limit(tmp_path):

@@ -6,6 +6,7 @@ number, or a quantity in SI units, whose unit stands among the units of its reco
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isclose
 from typing import TYPE_CHECKING, Any, Protocol
@@ -14,7 +15,7 @@ from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import from_si, si_symbol, unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
 Coordinate = bool | int | float | str
 
@@ -43,12 +44,25 @@ class CoordinateValue:
         number = (value * known.factor + known.offset - shown.offset) / shown.factor
         return cls(float(f"{number:.12g}"), shown.symbol)
 
+    @classmethod
+    def stored(cls, found: object) -> CoordinateValue:
+        """Return the coordinate that a result document has: a number with its unit, or a text."""
+        number = found.get("value") if isinstance(found, Mapping) else None
+        if isinstance(found, Mapping) and isinstance(number, int | float):
+            return cls(float(number), str(found.get("unit") or ""))
+        return cls(str(found))
+
     def __str__(self) -> str:
         """Return it in words: '2 A', 'final'."""
         if isinstance(self.value, str):
             return self.value
         number = f"{self.value:.{DIGITS}g}"
         return number if self.unit in {"", "1"} else f"{number} {self.unit}"
+
+
+def place_text(coordinates: Mapping[str, CoordinateValue]) -> str:
+    """Return where a result holds, in words: 'load.current = 2 A'; '' for the only one."""
+    return ", ".join(f"{name} = {each}" for name, each in coordinates.items())
 
 
 class Placed(Protocol):

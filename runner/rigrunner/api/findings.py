@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
+from rigrunner.api.coordinates import place_text
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -61,7 +63,7 @@ class MeasurementResult:
     @property
     def place(self) -> str:
         """Where it holds, in words: 'load.current = 2 A'; '' for the only one."""
-        return ", ".join(f"{name} = {each}" for name, each in self.coordinates.items())
+        return place_text(self.coordinates)
 
 
 @dataclass(frozen=True, kw_only=True)

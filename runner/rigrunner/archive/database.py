@@ -5,12 +5,12 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select
+from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
 from sqlalchemy.exc import DBAPIError, OperationalError, SQLAlchemyError
 
 from rigrunner.api.errors import DataError, MissingPackageError, UsageError
 from rigrunner.archive.location import file_of
-from rigrunner.archive.schema import ABOUT, METADATA, VERSION
+from rigrunner.archive.schema import ABOUT, METADATA, RUNS, VERSION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,6 +21,7 @@ _PATIENCE_S = 60
 """How long SQLite waits for another process that writes."""
 _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
+_OLDER = tuple(str(each) for each in range(1, VERSION))
 _NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
 _MAKES_ANEW = "'rigrunner archive index FOLDER' makes it anew from the run files"
 
@@ -61,7 +62,10 @@ class Database:
             yield connection
 
     def make(self) -> None:
-        """Make the tables where there are none; raise DataError for tables of another version."""
+        """Make the tables where there are none, and bring those of an older version up to date.
+
+        Raises DataError for tables of a newer version.
+        """
         if self.file is not None and not self.file.parent.is_dir():
             raise UsageError(f"there is no folder {self.file.parent}")
         if self.file is not None:
@@ -92,6 +96,8 @@ class Database:
 
     def _make(self, connection: Connection) -> None:
         if inspect(connection).has_table(ABOUT.name):
+            if self._version(connection) in _OLDER:
+                _upgrade(connection)
             self._check(connection)
             return
         METADATA.create_all(connection)
@@ -100,12 +106,20 @@ class Database:
     def _check(self, connection: Connection) -> None:
         if not inspect(connection).has_table(ABOUT.name):
             raise self._none()
-        version = connection.scalar(select(ABOUT.c.value).where(ABOUT.c.name == "version"))
+        version = self._version(connection)
         if version != str(VERSION):
+            older = "'rigrunner archive index FOLDER' brings it up to date"
+            newer = "'rigrunner archive rebuild FOLDER' makes it anew from the run files"
             raise DataError(
                 f"the archive {self.shown} is of version {version}, this program's is {VERSION}",
-                hint="'rigrunner archive rebuild FOLDER' makes it anew from the run files",
+                hint=older if version in _OLDER else newer,
             )
+
+    def _version(self, connection: Connection) -> str | None:
+        found: str | None = connection.scalar(
+            select(ABOUT.c.value).where(ABOUT.c.name == "version")
+        )
+        return found
 
     def _none(self) -> UsageError:
         return UsageError(
@@ -128,6 +142,13 @@ class Database:
             raise DataError(
                 f"the database {self.shown} did not do what it was asked", hint=_words(error)
             ) from error
+
+
+def _upgrade(connection: Connection) -> None:
+    """Add the tables that an older version lacks; every run is read again when it is indexed."""
+    METADATA.create_all(connection)
+    connection.execute(update(RUNS).values(stamp=""))
+    connection.execute(update(ABOUT).where(ABOUT.c.name == "version").values(value=str(VERSION)))
 
 
 def _is_out_of_reach(error: SQLAlchemyError) -> bool:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.events import Outcome
 from rigrunner.api.verdict import Verdict
-from rigrunner.archive.ranges import range_of, since, until
+from rigrunner.archive.ranges import place_of, range_of, since, until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from datetime import datetime
 
+    from rigrunner.api.quantity import Quantity
     from rigrunner.archive.ranges import Range
 
 NONE = "none"
@@ -37,8 +38,9 @@ RANGES: Mapping[str, str] = {
 uncertainty and raw peak are those of such a set-point, else those of the run's result."""
 NOMINAL = "frequency"
 """The one of them that is set, not measured, so that one value can be asked for."""
-NAMED = ("inputs", "figures")
+NAMED = ("inputs", "figures", "where")
 Words = str | Sequence[str]
+_Read = TypeVar("_Read")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +55,10 @@ class Filters:
     """In SI units, by the names in RANGES."""
     figures: Mapping[str, Range] = field(default_factory=dict)
     """In SI units, by the name of the rig's figure."""
+    results: Mapping[str, Range | None] = field(default_factory=dict)
+    """In SI units, by the name of the result; None: whatever it is."""
+    where: Mapping[str, Quantity | str] = field(default_factory=dict)
+    """Where results hold, by coordinate, which may be named without its role."""
     since: datetime | None = None
     until: datetime | None = None
     """The start of a run is before it."""
@@ -66,7 +72,9 @@ def filters_of(**words: Any) -> Filters:
     """Return the filters that were given in words; raise UsageError for what is none.
 
     Texts and choices are a text or several, `inputs` and `figures` mappings of names to them,
-    ranges as '0.5..0.8 N·m', `since` and `until` as 2026-01-31 or with a time. None is no filter.
+    ranges as '0.5..0.8 N·m', `result` names or a mapping of them to ranges, `where` a mapping of
+    coordinates to what they are, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
+    2026-01-31 or with a time. None is no filter.
     """
     given = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
     unknown = sorted(set(given) - set(KNOWN))
@@ -84,6 +92,8 @@ def filters_of(**words: Any) -> Filters:
             if name in given
         },
         figures={name: range_of(each) for name, each in given.get("figures", {}).items()},
+        results={name: _if_given(range_of, each) for name, each in _results(given).items()},
+        where={name: place_of(str(each)) for name, each in given.get("where", {}).items()},
         since=_if_given(since, given.get("since")),
         until=_if_given(until, given.get("until")),
         real=bool(given.get("real")),
@@ -91,7 +101,13 @@ def filters_of(**words: Any) -> Filters:
     )
 
 
-KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "since", "until", "real", "copies")
+KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", "copies")
+
+
+def _results(given: Mapping[str, Any]) -> Mapping[str, str | None]:
+    """Return the ranges by name; of names alone, without one."""
+    found = given.get("result", {})
+    return found if isinstance(found, Mapping) else dict.fromkeys(_several(found))
 
 
 def _check_choices(given: Mapping[str, Any]) -> None:
@@ -106,5 +122,5 @@ def _several(words: Words) -> tuple[str, ...]:
     return (words,) if isinstance(words, str) else tuple(words)
 
 
-def _if_given(read: Callable[[str], datetime], text: str | None) -> datetime | None:
+def _if_given(read: Callable[[str], _Read], text: str | None) -> _Read | None:
     return None if text is None else read(text)

@@ -8,8 +8,8 @@ from datetime import UTC, date, datetime, timedelta
 from math import inf
 
 from rigrunner.api.errors import UsageError
-from rigrunner.api.quantity import parse_quantity
-from rigrunner.api.units import QuantityError
+from rigrunner.api.quantity import Quantity, parse_quantity
+from rigrunner.api.units import QuantityError, unit
 
 _BARE = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
 _EXAMPLES = "such as '0.5..0.8 N·m', '..0.8 N·m' or '0.5 N·m..'"
@@ -49,6 +49,22 @@ def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) 
     if result.low > result.high:
         raise UsageError(f"'{text}' is empty", hint="the smaller value stands first")
     return result
+
+
+def place_of(text: str) -> Quantity | str:
+    """Read what a coordinate is: a quantity, '100 °C', a bare number, '3', or a text, 'final'.
+
+    A bare number has the unit '1'. Raises UsageError.
+    """
+    written = text.strip().replace("\N{MINUS SIGN}", "-")
+    if _BARE.fullmatch(written):
+        return Quantity(float(written), unit("1"))
+    try:
+        return parse_quantity(written)
+    except QuantityError as error:
+        if written[:1].isdigit() or written[:1] in {"+", "-", "."}:
+            raise UsageError(f"'{text}': {error.message}", hint=error.hint) from error
+        return written
 
 
 def since(text: str) -> datetime:

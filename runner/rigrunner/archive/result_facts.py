@@ -58,12 +58,8 @@ def points(document: object) -> list[Row]:
 
 
 def figures(document: object, zeros: Mapping[str, tuple[float, str]]) -> list[Row]:
-    """Return what a run found: named results, parameters of compensations, fits, zero readings.
-
-    A named result has the source 'result NAME', and is called as the place where it holds.
-    """
+    """Return what a run found of its rig: parameters of compensations, fits, zero readings."""
     found = [
-        *_results(document),
         *_zeros(zeros),
         *_parameters(document),
         *_coefficients(document),
@@ -118,20 +114,6 @@ def _frequencies(point: Row) -> tuple[float | None, float | None]:
         number(at(point, "set_frequency", "value")),
         number(at(point, "frequency", "value")),
     )
-
-
-def _results(document: object) -> Iterator[Row]:
-    for each in rows(at(document, "results")):
-        places = [
-            f"{name} = {place['value']:.6g} {place['unit']}".rstrip()
-            if isinstance(place, dict)
-            else f"{name} = {place}"
-            for name, place in sorted((each.get("coordinates") or {}).items())
-        ]
-        found = at(each, "estimate")
-        name = text(each.get("name")) or ""
-        if isinstance(found, dict):
-            yield _figure(f"result {name}", ", ".join(places) or name, found)
 
 
 def _zeros(zeros: Mapping[str, tuple[float, str]]) -> Iterator[Row]:

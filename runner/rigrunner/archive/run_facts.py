@@ -10,18 +10,20 @@ from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.results import REPLAYED
 from rigrunner.api.verdict import Verdict
 from rigrunner.archive.documents import at, key, moment, text
+from rigrunner.archive.named_results import coordinates, named_results
 from rigrunner.archive.result_facts import decision, figures, headline, points
 from rigrunner.runfile import read_summary
 from rigrunner.runfile.scan import storable
 from rigrunner.workflow.provenance import is_simulated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.archive.result_facts import Row
     from rigrunner.runfile import RunSummary
     from rigrunner.runfile.scan import FoundRun
+    from rigrunner.workflow.decisions import DecisionFile
 
 RUN_FILE = "run.h5"
 NAMED_INPUTS = ("specimen", "type", "lot", "operator")
@@ -52,7 +54,7 @@ def read_facts(found: FoundRun) -> RunFacts:
     try:
         _refuse(found)
         summary = read_summary(found.folder)
-        return _facts(found, summary, _decisions(found, summary))
+        return _facts(found, summary, _later_decisions(found, summary))
     except RigrunnerError as error:
         return RunFacts(found, {"problem": storable(str(error))})
 
@@ -64,8 +66,10 @@ def _refuse(found: FoundRun) -> None:
         raise DataError(f"{sealed} is no regular file")
 
 
-def _facts(found: FoundRun, summary: RunSummary, decisions: list[Row]) -> RunFacts:
+def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
     document = summary.result_document
+    decisions = _decisions(summary, later)
+    judged = later[-1].document["decision"] if later else at(document, "decision")
     in_force = decisions[-1] if decisions else {}
     run = {
         "problem": "",
@@ -76,6 +80,8 @@ def _facts(found: FoundRun, summary: RunSummary, decisions: list[Row]) -> RunFac
     }
     parts = {
         "points": points(document),
+        "results": named_results(document, judged),
+        "coordinates": coordinates(document),
         "figures": figures(document, summary.zeros),
         "inputs": _inputs(summary.inputs),
         "decisions": decisions,
@@ -114,9 +120,9 @@ def _inputs(inputs: Mapping[str, str]) -> list[Row]:
     return [{"name": name, "value": value} for name, value in stored.items()]
 
 
-def _decisions(found: FoundRun, summary: RunSummary) -> list[Row]:
+def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
     """Return the run's own decision and all later ones, the last of which is in force."""
-    decided = [*_own(summary), *_later(found, summary)]
+    decided = [*_own(summary), *_later(later, summary)]
     return [
         {**each, "number": number, "in_force": number == len(decided)}
         for number, each in enumerate(decided, 1)
@@ -140,12 +146,16 @@ def _own(summary: RunSummary) -> Iterator[Row]:
         }
 
 
-def _later(found: FoundRun, summary: RunSummary) -> Iterator[Row]:
+def _later_decisions(found: FoundRun, summary: RunSummary) -> Sequence[DecisionFile]:
     if not any(file.name.startswith("decision-") for file in found.files):
-        return
+        return ()
     from rigrunner.workflow.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
 
-    for each in later_decisions(summary, found.folder):
+    return later_decisions(summary, found.folder)
+
+
+def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
+    for each in later:
         decided = decision(each.document["decision"])
         yield {
             **decided,

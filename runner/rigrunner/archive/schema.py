@@ -1,7 +1,8 @@
 """The tables of an archive, the same on every engine.
 
-Numbers are in SI units, which stand in the names of their columns. Everything can be made again
-from the run files; nothing is here that is not there.
+Numbers are in SI units, which stand in the names of their columns; those of a named result are in
+the unit in which it is stated. Everything can be made again from the run files; nothing is here
+that is not there.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from sqlalchemy import (
 if TYPE_CHECKING:
     from sqlalchemy import Dialect
 
-VERSION = 1
-"""Of these tables; an archive of another version is made anew from the run files."""
+VERSION = 2
+"""Of these tables; indexing brings an archive of an older version up to date."""
 
 
 class UtcTime(TypeDecorator[datetime]):
@@ -149,6 +150,38 @@ POINTS = _of_a_run(
     Column("dof", Double),
 )
 
+RESULTS = _of_a_run(
+    "results",
+    [Column("number", Integer, primary_key=True, autoincrement=False)],
+    Column("name", TEXT),
+    Column("symbol", TEXT),
+    Column("measurand", TEXT),
+    Column("place", TEXT),
+    Column("value", Double),
+    Column("u", Double),
+    Column("expanded", Double),
+    Column("dof", Double),
+    Column("unit", TEXT),
+    Column("readings", Integer),
+    Column("lower", Double),
+    Column("upper", Double),
+    Column("verdict", TEXT),
+    Column("si_value", Double),
+    Column("si_unit", TEXT),
+)
+
+COORDINATES = _of_a_run(
+    "coordinates",
+    [
+        Column("number", Integer, primary_key=True, autoincrement=False),
+        Column("name", TEXT, primary_key=True),
+    ],
+    Column("short", TEXT),
+    Column("value", Double),
+    Column("unit", TEXT),
+    Column("text", TEXT),
+)
+
 FIGURES = _of_a_run(
     "figures",
     [Column("source", TEXT, primary_key=True), Column("name", TEXT, primary_key=True)],
@@ -186,7 +219,7 @@ FILES = _of_a_run(
     Column("sha256", TEXT, nullable=False),
 )
 
-PARTS = (POINTS, FIGURES, INPUTS, DECISIONS, FILES)
+PARTS = (POINTS, RESULTS, COORDINATES, FIGURES, INPUTS, DECISIONS, FILES)
 """What a run has several of."""
 TABLES = {table.name: table for table in (RUNS, *PARTS)}
 """What can be asked for, by name."""

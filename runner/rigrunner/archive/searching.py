@@ -4,18 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import ColumnElement, and_, exists, or_, select
+from sqlalchemy import ColumnElement, and_, exists, or_, select, true
 
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import UsageError
+from rigrunner.api.places import SAME
 from rigrunner.api.units import si_symbol
 from rigrunner.archive.filters import NONE
-from rigrunner.archive.schema import FIGURES, INPUTS, POINTS, ROOTS, RUNS, TABLES
+from rigrunner.archive.schema import (
+    COORDINATES,
+    FIGURES,
+    INPUTS,
+    POINTS,
+    RESULTS,
+    ROOTS,
+    RUNS,
+    TABLES,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from sqlalchemy import Dialect, Select
 
+    from rigrunner.api.quantity import Quantity
     from rigrunner.archive.filters import Filters
     from rigrunner.archive.ranges import Range
 
@@ -30,8 +42,9 @@ _ESCAPE = "\\"
 def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | None) -> Select[Any]:
     """Return the rows of a table, oldest run first; of more than `limit` runs only the newest.
 
-    Of a table beside `runs` the rows of the runs that were found are selected; of points, those
-    alone that are asked for themselves. Raises UsageError for a table that there is not.
+    Of a table beside `runs` the rows of the runs that were found are selected; of points and
+    results, those alone that are asked for themselves. Raises UsageError for a table that there
+    is not.
     """
     if table not in TABLES:
         raise UsageError(
@@ -53,6 +66,8 @@ def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | Non
         order += [each for each in part.primary_key.columns if each.name != "run"]
     if table == POINTS.name:
         conditions += _of_point(filters.ranges)
+    if table == RESULTS.name:
+        conditions += [or_(*_named(filters)), *_at(filters)]
     return select(*columns, *place).select_from(source).where(*conditions).order_by(*order)
 
 
@@ -62,13 +77,7 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
     for name, patterns in filters.inputs.items():
         alike = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
         yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, alike)
-    for name, wanted in filters.figures.items():
-        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, wanted))
-    if any(name in filters.ranges for name in _OF_POINTS):
-        yield exists().where(POINTS.c.run == RUNS.c.id, *_of_point(filters.ranges))
-    else:
-        for name, wanted in filters.ranges.items():
-            yield _within(RUNS.c[_COLUMNS[name]], wanted)
+    yield from _of_what_was_found(filters)
     if filters.since is not None:
         yield RUNS.c.started_utc >= filters.since
     if filters.until is not None:
@@ -77,6 +86,19 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
         yield and_(~RUNS.c.simulated, ~RUNS.c.replayed)
     if not filters.copies:
         yield ~_is_copy()
+
+
+def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
+    for name, wanted in filters.figures.items():
+        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, wanted))
+    if filters.results or filters.where:
+        for named in _named(filters):
+            yield exists().where(RESULTS.c.run == RUNS.c.id, named, *_at(filters))
+    if any(name in filters.ranges for name in _OF_POINTS):
+        yield exists().where(POINTS.c.run == RUNS.c.id, *_of_point(filters.ranges))
+    else:
+        for name, wanted in filters.ranges.items():
+            yield _within(RUNS.c[_COLUMNS[name]], wanted)
 
 
 _COLUMNS: Mapping[str, str] = {
@@ -100,6 +122,42 @@ def _figure(name: str, wanted: Range) -> tuple[ColumnElement[bool], ...]:
     named = or_(FIGURES.c.name == name, FIGURES.c.source + "/" + FIGURES.c.name == name)
     same_unit = FIGURES.c.unit == si_symbol(wanted.dimension)
     return named, same_unit, _within(FIGURES.c.value, wanted)
+
+
+def _named(filters: Filters) -> list[ColumnElement[bool]]:
+    """Return what a result must have to be each one that is asked for; one of any where none is."""
+    found: list[ColumnElement[bool]] = []
+    for name, wanted in filters.results.items():
+        conditions = [RESULTS.c.name == name]
+        if wanted is not None:
+            conditions.append(RESULTS.c.si_unit == si_symbol(wanted.dimension))
+            conditions.append(_within(RESULTS.c.si_value, wanted))
+        found.append(and_(*conditions))
+    return found or [true()]
+
+
+def _at(filters: Filters) -> list[ColumnElement[bool]]:
+    """Return what the coordinates of a result must be."""
+    of_result = (COORDINATES.c.run == RESULTS.c.run, COORDINATES.c.number == RESULTS.c.number)
+    return [
+        exists().where(*of_result, _coordinate(name, wanted))
+        for name, wanted in filters.where.items()
+    ]
+
+
+def _coordinate(name: str, wanted: Quantity | str) -> ColumnElement[bool]:
+    """Return whether a coordinate is the one that is meant; of a bare number, in any unit."""
+    named = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
+    if isinstance(wanted, str):
+        return and_(named, COORDINATES.c.text == wanted)
+    if wanted.dimension == "ratio" and wanted.unit.symbol == "1":
+        shown = CoordinateValue(wanted.number)
+    else:
+        shown = CoordinateValue.of_si(wanted.si, si_symbol(wanted.dimension))
+        named = and_(named, COORDINATES.c.unit == shown.unit)
+    value = float(shown.value)
+    near = SAME * max(abs(value), SAME)
+    return and_(named, COORDINATES.c.value.between(value - near, value + near))
 
 
 def _within(column: ColumnElement[Any], wanted: Range) -> ColumnElement[bool]:

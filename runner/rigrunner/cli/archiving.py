@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _EXAMPLES = {
     "--input": "--input order=A-17",
     "--figure": "--figure 'natural frequency=380..420 Hz'",
+    "--where": "--where 'temperature=100 °C'",
 }
 _SHOWN = 20
 """Paths that are listed before the rest is counted."""
@@ -78,6 +79,19 @@ def filter_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="NAME=RANGE",
             help="What it found of the rig, such as 'inertia=0.002..0.003 kg·m²'.",
         ),
+        click.option(
+            "--result",
+            "named",
+            multiple=True,
+            metavar="NAME[=RANGE]",
+            help="A named result, such as 'resistance=138..139 Ω'.",
+        ),
+        click.option(
+            "--where",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Where it holds, such as 'temperature=100 °C'.",
+        ),
         click.option("--real", is_flag=True, help="Leave out simulated and replayed runs."),
         click.option("--copies", is_flag=True, help="Count each copy of a run."),
         click.option(
@@ -98,12 +112,25 @@ def filters_in(words: Mapping[str, Any]) -> Filters:
     """Return the filters that the options gave; raise UsageError."""
     from rigrunner.archive.filters import filters_of  # noqa: PLC0415  (help needs no database)
 
-    inputs, figures = _pairs("--input", words["inputs"]), _pairs("--figure", words["figures"])
-    twice = next((name for name, ranges in figures.items() if len(ranges) > 1), "")
+    inputs = _pairs("--input", words["inputs"])
+    figures = _single("--figure", words["figures"])
+    where = _single("--where", words["where"])
+    named = [each.partition("=") for each in words["named"]]
+    result = {name: wanted if equals else None for name, equals, wanted in named}
+    if len(result) < len(named):
+        raise UsageError("'--result' names a result twice")
+    given = {name: each for name, each in words.items() if name != "named"}
+    return filters_of(
+        **{**given, "inputs": inputs, "figures": figures, "where": where, "result": result}
+    )
+
+
+def _single(option: str, given: Iterable[str]) -> dict[str, str]:
+    found = _pairs(option, given)
+    twice = next((name for name, several in found.items() if len(several) > 1), "")
     if twice:
-        raise UsageError(f"the figure '{twice}' is given twice")
-    ranges = {name: ranges[0] for name, ranges in figures.items()}
-    return filters_of(**{**words, "inputs": inputs, "figures": ranges})
+        raise UsageError(f"'{option} {twice}' is given twice")
+    return {name: several[0] for name, several in found.items()}
 
 
 def _pairs(option: str, given: Iterable[str]) -> dict[str, list[str]]:

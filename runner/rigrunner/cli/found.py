@@ -24,6 +24,12 @@ def table_of_runs(found: Rows) -> str:
     return table(_HEADER, [_line(row) for row in found], "lllllr")
 
 
+def table_of_results(found: Rows) -> str:
+    """Return a table of named results, a line each."""
+    header = ["run", "specimen", "rig", "result", "where", "value", "verdict"]
+    return table(header, [_result(row) for row in found], "lllllrl")
+
+
 def json_rows(found: Rows) -> list[dict[str, Any]]:
     """Return rows as JSON values: times as text, infinite as the text 'infinite'."""
     return [{name: _json(value) for name, value in row.items()} for row in found]
@@ -32,6 +38,19 @@ def json_rows(found: Rows) -> list[dict[str, Any]]:
 def _line(row: Mapping[str, Any]) -> list[str]:
     shown = [row["run_id"] or row["path"], row["specimen"], row["rig"], _state(row), row["verdict"]]
     return [*(_cell(each) for each in shown), _torque(row)]
+
+
+def _result(row: Mapping[str, Any]) -> list[str]:
+    names = ("run_id", "specimen", "rig", "name", "place")
+    return [*(_cell(row[each]) for each in names), _value(row), _cell(row["verdict"])]
+
+
+def _value(row: Mapping[str, Any]) -> str:
+    if row["value"] is None:
+        return ""
+    value, expanded = row["value"], row["expanded"]
+    shown = f"{value:.6g}" if expanded is None else with_uncertainty(value, expanded)
+    return shown if row["unit"] in {None, "1"} else f"{shown} {_cell(row['unit'])}"
 
 
 def _state(row: Mapping[str, Any]) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from rigrunner.api.coordinates import CoordinateValue, place_text
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
@@ -24,13 +26,17 @@ def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tu
     return told_apart(("" if hz is None else f"at {hz:g} Hz", each) for hz, each in points)
 
 
+def coordinates_in(result: Mapping[str, Any]) -> dict[str, CoordinateValue]:
+    """Return where a named result of a document holds."""
+    found = result.get("coordinates")
+    known = found.items() if isinstance(found, dict) else ()
+    return {str(name): CoordinateValue.stored(each) for name, each in known}
+
+
 def named_place(result: Mapping[str, Any]) -> str:
     """Return the name of a named result of a document and where it holds."""
-    places = [
-        f"{name} = {at}" if isinstance(at, str) else f"{name} = {at['value']:.6g} {at['unit']}"
-        for name, at in result["coordinates"].items()
-    ]
-    return f"{result['name']} at {', '.join(places).strip()}" if places else str(result["name"])
+    place = place_text(coordinates_in(result))
+    return f"{result.get('name')} at {place}" if place else str(result.get("name"))
 
 
 def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -23,8 +23,8 @@ def command(
 ) -> None:
     """Write the rows of a TABLE to a FILE that ends with .csv or .parquet.
 
-    TABLE is runs, points, figures, inputs, decisions or files; the options say of which runs. A
-    file that exists is replaced.
+    TABLE is runs, points, results, coordinates, figures, inputs, decisions or files; the options
+    say of which runs. A file that exists is replaced.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner.archive import open_archive

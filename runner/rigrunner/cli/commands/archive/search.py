@@ -34,18 +34,20 @@ def command(
 ) -> None:
     """Find runs by what they were made on and what they found, oldest first.
 
-    An option that is given several times takes either; all options must hold.
+    An option that is given several times takes either; all options must hold. With --result or
+    --where the results that fit are listed, instead of runs.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner.archive import open_archive
     from rigrunner.archive.querying import rows
-    from rigrunner.cli.found import json_rows, table_of_runs
+    from rigrunner.cli.found import json_rows, table_of_results, table_of_runs
 
     if as_json and as_csv:
         raise UsageError("--json and --csv exclude each other")
     filters = filters_in(words)
+    results = bool(filters.results or filters.where)
     with closing(open_archive(runs, database)) as archive:
-        found = rows(archive, "runs", filters, limit=limit)
+        found = rows(archive, "results" if results else "runs", filters, limit=limit)
     if as_json:
         result_json(json_rows(found))
     elif as_csv:
@@ -53,9 +55,9 @@ def command(
     elif not len(found):
         message("No run fits.")
     else:
-        result(table_of_runs(found))
-        message(_count(found))
+        result(table_of_results(found) if results else table_of_runs(found))
+        message(_count(found, "result" if results else "run"))
 
 
-def _count(found: Rows) -> str:
-    return "1 run" if len(found) == 1 else f"{len(found)} runs"
+def _count(found: Rows, word: str) -> str:
+    return f"1 {word}" if len(found) == 1 else f"{len(found)} {word}s"
