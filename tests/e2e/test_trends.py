@@ -85,7 +85,7 @@ def test_figures_of_one_no_load_run_count_once(folder):
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
-        (["torqe"], 2, "no run that fits has a figure 'torqe'"),
+        (["torqe"], 2, "no run that fits has a result or figure 'torqe'"),
         (["torque", "--baseline", "5"], 2, "a baseline of 5 values is too short"),
         (["torque", "--baseline", "yesterday"], 2, "'yesterday' is no baseline"),
         (["torque", "--baseline", "2026-02-01..2026-01-01"], 2, "is empty"),

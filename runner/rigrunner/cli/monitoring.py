@@ -47,10 +47,9 @@ def observed(
     from rigrunner.archive import open_archive  # noqa: PLC0415  (SQLAlchemy takes a while)
     from rigrunner.cli.archiving import filters_in  # noqa: PLC0415  (so does it)
     from rigrunner.monitoring.observing import observe  # noqa: PLC0415  (so does SciPy)
-    from rigrunner.monitoring.quantities import Quantity  # noqa: PLC0415  (help needs no other floor)
 
     with closing(open_archive(runs, database)) as archive:
-        return observe(archive, Quantity(quantity), filters_in(words), by)
+        return observe(archive, quantity, filters_in(words), by)
 
 
 def refuse_limit(limit: int | None) -> None:

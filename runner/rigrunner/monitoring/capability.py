@@ -16,14 +16,12 @@ if TYPE_CHECKING:
 
     from rigrunner.api.studies import Observed
     from rigrunner.monitoring.observing import Group, Observations
-    from rigrunner.monitoring.quantities import Quantity
 
 _NOT_NORMAL = 0.01
 """Below this p-value of Shapiro and Wilk, values are said not to be normal."""
 
 
 def capability_study(
-    quantity: Quantity,
     found: Observations,
     asked: Mapping[str, str],
     *,
@@ -33,13 +31,12 @@ def capability_study(
 ) -> CapabilityStudy:
     """Return the capability of each group; raise DataError where none can be stated."""
     series, refused = each_group(
-        quantity,
         found,
         lambda name, group: _series(name, group, lower, upper, confidence),
         "no capability can be stated",
     )
     return CapabilityStudy(
-        quantity=quantity.name,
+        quantity=found.quantity.name,
         unit=found.unit,
         asked=asked,
         excluded=found.excluded,

@@ -11,13 +11,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rigrunner.monitoring.observing import Group, Observations
-    from rigrunner.monitoring.quantities import Quantity
 
 _Series = TypeVar("_Series")
 
 
 def each_group(
-    quantity: Quantity, found: Observations, made: Callable[[str, Group], _Series], nothing: str
+    found: Observations, made: Callable[[str, Group], _Series], nothing: str
 ) -> tuple[tuple[_Series, ...], dict[str, str]]:
     """Return what is made of each group, by its name, and why nothing was of the others.
 
@@ -26,7 +25,7 @@ def each_group(
     series, refused, hint = [], {}, ""
     for name, group in sorted(found.groups.items()):
         try:
-            of_one_kind(group, quantity)
+            of_one_kind(group, found.quantity)
             series.append(made(name, group))
         except DataError as error:
             refused[name], hint = error.message, error.hint

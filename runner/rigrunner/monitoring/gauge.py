@@ -12,12 +12,12 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.studies import Excluded, GaugeStudy
 from rigrunner.archive.querying import rows
 from rigrunner.archive.rows import FOLDER
-from rigrunner.monitoring.observing import TORQUE_UNIT, unfit
-from rigrunner.monitoring.quantities import RESULTS
+from rigrunner.monitoring.observing import Found, named_values, unfit
+from rigrunner.monitoring.quantities import TORQUE_UNIT, TORQUES, of_name, quantity_in
 from rigrunner.trends.gauge_rr import gauge_rr
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.archive.database import Database
     from rigrunner.archive.filters import Filters
@@ -34,36 +34,74 @@ Cell = tuple[str, str]
 class Sessions:
     """The readings of each part by each operator, in the order of time."""
 
+    quantity: Quantity
+    unit: str = TORQUE_UNIT
     cells: dict[Cell, list[float]] = field(default_factory=dict)
     expanded: list[float] = field(default_factory=list)
     kinds: Counter[str] = field(default_factory=Counter)
-    frequencies: set[float] = field(default_factory=set)
+    places: set[str] = field(default_factory=set)
+    """The set-points of the readings, in words."""
     excluded: list[Excluded] = field(default_factory=list)
 
 
-def sessions(archive: Database, quantity: Quantity, filters: Filters) -> Sessions:
-    """Return the readings of the runs that fit: each set-point of a run is a trial."""
-    value, expanded = RESULTS[quantity.name]
-    points: dict[str, list[dict[str, Any]]] = {}
-    for row in rows(archive, "points", filters):
-        points.setdefault(row[FOLDER], []).append(row)
-    found = Sessions()
+def sessions(archive: Database, name: str, filters: Filters) -> Sessions:
+    """Return the readings of the runs that fit.
+
+    Each set-point of a run is a trial; of a named result each value, such as of a counter.
+    """
+    quantity = quantity_in(archive, name, filters)
+    if quantity.is_named:
+        filters = of_name(name, filters)
+        readings = named_values(archive, filters)
+    else:
+        readings = _torques(archive, quantity, filters)
+    found = Sessions(quantity)
+    places = _set_points(archive, filters) if quantity.is_named else {}
     for run in rows(archive, "runs", filters):
-        trials = points.get(run[FOLDER], [])
-        reason = unfit(run) or _unclear(run, [each[value] for each in trials])
+        trials = readings.get(run[FOLDER], [])
+        reason = unfit(run) or _unclear(run, trials)
         if reason:
             found.excluded.append(Excluded(run["run_id"] or run["path"], reason))
             continue
         cell = (run["specimen"], run["operator"])
-        found.cells.setdefault(cell, []).extend(each[value] for each in trials)
-        found.expanded += [each[expanded] for each in trials if expanded and each[expanded]]
-        found.kinds[f"{run['procedure']} by {run['method']} on {run['rig']}"] += 1
-        found.frequencies |= {each["set_frequency_hz"] for each in trials}
+        found.cells.setdefault(cell, []).extend(each.value for each in trials)
+        found.expanded += [each.expanded for each in trials if each.expanded]
+        by = f" by {run['method']}" if run["method"] else ""
+        found.kinds[f"{run['procedure']}{by} on {run['rig']}"] += 1
+        found.places |= {
+            places.get((run[FOLDER], each.number), "") if quantity.is_named else each.place
+            for each in trials
+        }
+        found.unit = trials[0].unit
+    return found
+
+
+def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
+    """Return the torque, or the raw peak, at each set-point of each run."""
+    if quantity.name not in TORQUES:
+        hint = f"there are {', '.join(TORQUES)}, and named results"
+        raise UsageError(f"no run that fits has a result '{quantity.name}'", hint=hint)
+    value, expanded = TORQUES[quantity.name]
+    found: dict[str, list[Found]] = {}
+    for row in rows(archive, "points", filters):
+        place = f"{row['set_frequency_hz']:g} Hz"
+        known = row[expanded] if expanded else None
+        found.setdefault(row[FOLDER], []).append(Found(row[value], known, TORQUE_UNIT, place))
+    return found
+
+
+def _set_points(archive: Database, filters: Filters) -> dict[tuple[str, int], str]:
+    """Return the set-points of each named result by run and number: 'role.name = 100 °C'."""
+    found: dict[tuple[str, int], str] = {}
+    for row in rows(archive, "coordinates", filters):
+        if row["name"] != row["short"]:
+            key = row[FOLDER], row["number"]
+            told = [found[key]] if key in found else []
+            found[key] = ", ".join([*told, f"{row['name']} = {row['text']}"])
     return found
 
 
 def gauge_study(
-    quantity: Quantity,
     found: Sessions,
     asked: Mapping[str, str],
     tolerance: float | None = None,
@@ -77,8 +115,8 @@ def gauge_study(
     _check_crossed(found.cells, parts, operators)
     readings = tuple(tuple(tuple(found.cells[part, by]) for by in operators) for part in parts)
     return GaugeStudy(
-        quantity=quantity.name,
-        unit=TORQUE_UNIT,
+        quantity=found.quantity.name,
+        unit=found.unit,
         asked=asked,
         excluded=tuple(found.excluded),
         parts=parts,
@@ -90,13 +128,14 @@ def gauge_study(
     )
 
 
-def _unclear(run: Mapping[str, Any], trials: list[float | None]) -> str:
+def _unclear(run: Mapping[str, Any], trials: Sequence[Found]) -> str:
     missing = [name for name in ("specimen", "operator") if not run[name]]
     if missing:
         return f"it says no {' and no '.join(missing)}"
     if not trials:
         return "it has no set-point that fits"
-    return f"{trials.count(None)} of {len(trials)} trials have no value" if None in trials else ""
+    empty = sum(1 for each in trials if each.value is None)
+    return f"{empty} of {len(trials)} trials have no value" if empty else ""
 
 
 def _check_alike(found: Sessions) -> None:
@@ -112,9 +151,10 @@ def _check_alike(found: Sessions) -> None:
         raise UsageError(
             f"results of several kinds: {kinds}", hint="choose by --procedure or --rig"
         )
-    if len(found.frequencies) > 1:
-        shown = ", ".join(f"{each:g} Hz" for each in sorted(found.frequencies))
-        raise UsageError(f"readings at several set-points: {shown}", hint="choose by --frequency")
+    if len(found.places) > 1:
+        shown = ", ".join(sorted(found.places))
+        option = "--where" if found.quantity.is_named else "--frequency"
+        raise UsageError(f"readings at several set-points: {shown}", hint=f"choose by {option}")
 
 
 def _check_crossed(

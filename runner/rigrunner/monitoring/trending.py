@@ -12,22 +12,18 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigrunner.monitoring.observing import Observations
-    from rigrunner.monitoring.quantities import Quantity
     from rigrunner.trends.charting import Charting
 
 
-def trend(
-    quantity: Quantity, found: Observations, how: Charting, asked: Mapping[str, str]
-) -> Trend:
+def trend(found: Observations, how: Charting, asked: Mapping[str, str]) -> Trend:
     """Return the chart of each group; raise DataError where none can be made."""
     series, refused = each_group(
-        quantity,
         found,
         lambda name, group: charted(name, group.observed, how),
         "no chart can be made",
     )
     return Trend(
-        quantity=quantity.name,
+        quantity=found.quantity.name,
         unit=found.unit,
         asked=asked,
         excluded=found.excluded,

@@ -50,14 +50,11 @@ def command(
     from rigrunner.cli.monitoring_text import capability_text
     from rigrunner.monitoring.capability import capability_study
     from rigrunner.monitoring.limits import limit_in
-    from rigrunner.monitoring.quantities import Quantity
 
     refuse_limit(limit)
-    by = by or (("type", "lot") if Quantity(quantity).is_result else ("rig",))
     found = observed(quantity, words, by, runs, database)
-    asked = in_words(quantity, words, by=", ".join(by), upper=upper, lower=lower)
+    asked = in_words(quantity, words, by=", ".join(found.by), upper=upper, lower=lower)
     made = capability_study(
-        Quantity(quantity),
         found,
         asked,
         lower=limit_in(lower, found.unit),

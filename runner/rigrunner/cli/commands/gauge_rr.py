@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command(name="gauge-rr")
-@click.argument("quantity", type=click.Choice(["torque", "raw_peak"]), default="torque")
+@click.argument("quantity", default="torque")
 @click.option(
     "--tolerance",
     default="",
@@ -37,23 +37,21 @@ def command(
 ) -> None:
     """Estimate repeatability and reproducibility of a gauge.
 
-    The study is crossed, of sessions such as those of the procedure gauge_rr: the specimen of a
-    run is the part, its operator the operator, and each of its set-points a trial. Every operator
-    must have measured every part, equally often; what is missing is named.
+    QUANTITY is torque, raw_peak or a named result. The study is crossed, of sessions such as those
+    of the procedure gauge_rr: the specimen of a run is the part, its operator the operator, and
+    each of its set-points a trial; of a named result each of its values at one set-point. Every
+    operator must have measured every part, equally often; what is missing is named.
     """
     from rigrunner.archive import open_archive
     from rigrunner.cli.archiving import filters_in
     from rigrunner.cli.monitoring import finish, in_words, refuse_limit
     from rigrunner.cli.monitoring_text import gauge_text
     from rigrunner.monitoring.gauge import gauge_study, sessions
-    from rigrunner.monitoring.limits import limit_in
-    from rigrunner.monitoring.observing import TORQUE_UNIT
-    from rigrunner.monitoring.quantities import Quantity
+    from rigrunner.monitoring.limits import width_in
 
     refuse_limit(limit)
-    width = limit_in(tolerance, TORQUE_UNIT)
     with closing(open_archive(runs, database)) as archive:
-        found = sessions(archive, Quantity(quantity), filters_in(words))
+        found = sessions(archive, quantity, filters_in(words))
     asked = in_words(quantity, words, tolerance=tolerance)
-    made = gauge_study(Quantity(quantity), found, asked, width)
+    made = gauge_study(found, asked, width_in(tolerance, found.unit))
     finish(made, gauge_text(made), out, as_json=as_json)

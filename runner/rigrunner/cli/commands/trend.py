@@ -65,30 +65,29 @@ def command(
 ) -> ExitCode:
     """Make control charts of the results of many runs.
 
-    QUANTITY is torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or another one by
-    its name, as 'source/name' where several are called so. Without --by, torque goes by type and
-    lot, a figure by rig. Ends with 1 where a rule is met after the baseline.
+    QUANTITY is a named result, torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or
+    another one by its name, as 'source/name' where several are called so. Each place of a named
+    result has a chart; --where names one. Without --by, results go by type and lot, a figure by
+    rig. Ends with 1 where a rule is met after the baseline.
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner.cli.monitoring import finish, in_words, observed, refuse_limit
     from rigrunner.cli.monitoring_text import trend_text
     from rigrunner.monitoring.baseline import baseline_of
-    from rigrunner.monitoring.quantities import Quantity
     from rigrunner.monitoring.trending import trend
     from rigrunner.trends.charting import Charting
 
     refuse_limit(limit)
     how = Charting(chart, rules, baseline_of(baseline), weight)
-    by = by or (("type", "lot") if Quantity(quantity).is_result else ("rig",))
     found = observed(quantity, words, by, runs, database)
     asked = in_words(
         quantity,
         words,
-        by=", ".join(by),
+        by=", ".join(found.by),
         chart=chart,
         rules=rules if chart == "i-mr" else f"EWMA, weight {weight:g}",
         baseline=f"the first {baseline}" if baseline.isdecimal() else baseline,
     )
-    made = trend(Quantity(quantity), found, how, asked)
+    made = trend(found, how, asked)
     finish(made, trend_text(made), out, as_json=as_json)
     return ExitCode.FAIL if any(each.alarms for each in made.series) else ExitCode.PASS

@@ -1,0 +1,137 @@
+"""Trends, capabilities and gauge studies of a named result: a resistance at two temperatures."""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from helpers_archive import store_run
+from helpers_cli import call
+from helpers_named_results import resistance_document, store_resistances
+from helpers_trends import index_all, on_day
+
+SHIFTED_FROM = 24
+LIMITS = ("--lower", "138.203 Ω", "--upper", "138808 mΩ")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Thirty runs of one lot, with a shift at 100 °C alone, the last stated in mΩ."""
+    runs = tmp_path_factory.mktemp("named") / "runs"
+    rng = np.random.default_rng(3)
+    cold, warm = 100.02 + 0.004 * rng.normal(size=30), 138.52 + 0.004 * rng.normal(size=30)
+    warm[SHIFTED_FROM:] += 0.05
+    for day, (at_0, at_100) in enumerate(zip(cold, warm, strict=True)):
+        store_resistances(
+            runs, f"day-{day:02d}", {0.0: at_0, 100.0: at_100}, "mΩ" if day == 29 else "Ω",
+            started_utc=on_day(day), inputs={"type": "Pt100", "lot": "L1"},
+        )  # fmt: skip
+    index_all(runs)
+    return runs, warm
+
+
+def test_each_place_has_a_chart_and_a_shift_is_told_where_it_is(folder):
+    done = call("trend", "resistance", "--runs", folder[0], "--json")
+    assert done.code == 1
+    found = json.loads(done.out)
+    cold, warm = found["series"]
+    group = "type Pt100, lot L1, chamber.temperature ="
+    assert [cold["name"], warm["name"]] == [f"{group} 0 °C", f"{group} 100 °C"]
+    met = [[bool(point["rules"]) for point in each["points"]] for each in (cold, warm)]
+    assert not any(met[0][20:])
+    assert all(met[1][SHIFTED_FROM + 1 :])
+
+
+def test_values_are_in_the_unit_of_the_newest_run_with_their_uncertainty(folder):
+    options = ("--runs", folder[0], "--where", "temperature=100 °C")
+    found = json.loads(call("trend", "resistance", *options, "--json").out)
+    assert found["unit"] == "mΩ"
+    (series,) = found["series"]
+    assert [each["observed"]["value"] for each in series["points"]] == pytest.approx(
+        1000 * folder[1], rel=1e-12
+    )
+    assert {round(each["observed"]["expanded"], 9) for each in series["points"]} == {10.0}
+
+
+def test_a_chart_and_a_capability_become_pages(folder, tmp_path):
+    runs = ("--runs", folder[0], "--where", "temperature=100")
+    assert call("trend", "resistance", *runs, "--out", tmp_path / "trend.html").code == 1
+    page = (tmp_path / "trend.html").read_text(encoding="utf-8")
+    assert "resistance" in page
+    assert "mΩ" in page
+    done = call("capability", "resistance", *runs, *LIMITS, "--out", tmp_path / "cap.html")
+    assert done.code == 0, done.err
+    assert "data:image/svg+xml" in (tmp_path / "cap.html").read_text(encoding="utf-8")
+
+
+def test_a_capability_is_against_limits_in_any_unit(folder):
+    runs = ("--runs", folder[0], "--where", "temperature=100")
+    found = json.loads(call("capability", "resistance", *runs, *LIMITS, "--json").out)
+    mean, deviation = np.mean(folder[1]), np.std(folder[1], ddof=1)
+    (series,) = found["series"]
+    indices = {each["name"]: each["value"] for each in series["capability"]["indices"]}
+    nearest = min(138.808 - mean, mean - 138.203)
+    assert indices["Cpk"] == pytest.approx(nearest / (3 * deviation), rel=1e-9)
+    refused = call("capability", "resistance", *runs, "--upper", "1 V")
+    assert (refused.code, "the values are in mΩ" in refused.err) == (2, True)
+
+
+def test_what_no_run_has_is_refused_with_what_there_is(folder):
+    refused = call("trend", "resistence", "--runs", folder[0])
+    assert (refused.code, "has a result or figure 'resistence'" in refused.err) == (2, True)
+    assert "there are: torque, raw_peak, resistance" in refused.err
+
+
+PARTS, OPERATORS, TRIALS = 3, 2, 3
+
+
+def gauge_runs(runs, temperatures=(100.0,)):
+    """Store sessions with a result for each trial; return the readings."""
+    rng = np.random.default_rng(8)
+    shape = (PARTS, OPERATORS, TRIALS)
+    part = rng.normal(size=(PARTS, 1, 1))
+    interaction = 0.2 * rng.normal(size=(PARTS, OPERATORS, 1))
+    readings = 138.5 + 0.05 * (part + interaction + 0.02 * rng.normal(size=shape))
+    for p, o in product(range(PARTS), range(OPERATORS)):
+        document = resistance_document(dict.fromkeys(temperatures, 138.5))
+        document["results"] = [
+            {
+                **result,
+                "coordinates": {**result["coordinates"], "trial": {"value": t + 1, "unit": "1"}},
+                "estimate": {**result["estimate"], "value": float(readings[p, o, t])},
+            }
+            for t in range(TRIALS)
+            for result in document["results"]
+        ]
+        inputs = {"specimen": f"P{p}", "operator": f"O{o}"}
+        store_run(runs, f"{p}-{o}", document, inputs=inputs)
+    index_all(runs)
+    return readings
+
+
+def test_a_gauge_study_takes_each_value_at_a_set_point_as_a_trial(tmp_path):
+    readings = gauge_runs(tmp_path / "runs")
+    runs = ("--runs", tmp_path / "runs", "--out", tmp_path / "gauge.html")
+    done = call("gauge-rr", "resistance", *runs, "--tolerance", "605 mΩ", "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert (found["unit"], found["tolerance"]) == ("Ω", pytest.approx(0.605))
+    assert np.array(found["readings"]) == pytest.approx(readings)
+    repeatability = sqrt(readings.var(axis=2, ddof=1).mean())
+    assert not found["analysis"]["pooled"]
+    assert found["analysis"]["components"]["repeatability"] == pytest.approx(repeatability)
+    assert "resistance" in (tmp_path / "gauge.html").read_text(encoding="utf-8")
+
+
+def test_readings_at_several_set_points_are_refused(tmp_path):
+    gauge_runs(tmp_path / "runs", (0.0, 100.0))
+    refused = call("gauge-rr", "resistance", "--runs", tmp_path / "runs")
+    assert refused.code == 2
+    assert "readings at several set-points: chamber.temperature = 0 °C, " in refused.err
+    assert "choose by --where" in refused.err
+    unknown = call("gauge-rr", "resistence", "--runs", tmp_path / "runs")
+    assert "no run that fits has a result 'resistence'" in unknown.err
