@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from math import sqrt
@@ -9,6 +10,7 @@ from math import sqrt
 import pytest
 
 from helpers_cli import call
+from rigrunner.notebook import analyse, open_run
 from rigrunner.workflow.locate import find_procedure
 from rigrunner_plugins.loopback.chamber import DEVIATION_K, platinum, running_chamber
 
@@ -72,3 +74,65 @@ def test_it_passes_and_the_report_shows_each_point_with_its_limit(tested):
     assert "resistance of the sensor" in page
     assert len(re.findall(r"119\.186\sΩ to 119\.608\sΩ", page)) >= 1
     assert call("verify", folder).code == 0
+
+
+MAXIMUM = """\
+rigrunner: analysis/1
+named:
+  - readings:
+      of: meter.resistance
+      statistic: maximum
+      per: chamber.temperature
+      result: {name: resistance, symbol: R, text: resistance of the sensor, unit: Ω}
+"""
+
+
+def test_the_archive_finds_it_by_its_temperature(tested, tmp_path):
+    database = ("--database", tmp_path / "archive.sqlite")
+    assert call("archive", "index", tested[0].parent, *database).code == 0
+    wanted = ("--result", "resistance=138..139 Ω", "--where", "temperature=100 °C")
+    found = call("archive", "search", *wanted, *database)
+    assert re.search(
+        r"resistance +chamber\.temperature = 100 °C +138\.\d+ ± 0\.\d+ Ω +pass", found.out
+    )
+    assert found.err == "1 result\n"
+
+
+def test_a_notebook_has_the_results(tested):
+    rows = open_run(tested[0]).results
+    assert rows.column("place")[:4] == [f"chamber.temperature = {t:g} °C" for t in TEMPERATURES_C]
+    stated = [each["estimate"]["value"] for each in tested[1]["results"]]
+    assert rows.column("value") == stated
+    assert analyse(tested[0]).results == rows
+
+
+def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_path):
+    changed, golden = tmp_path / "analysis.yaml", tmp_path / "golden"
+    changed.write_text(MAXIMUM, encoding="utf-8")
+    one = ("--jobs", "1")
+    assert call("golden", "record", tested[0].parent, "--out", golden, *one).code == 0
+    assert "Nothing moved in 1 golden run" in call("golden", "check", golden, *one).out
+    found = call("golden", "check", golden, *one, "--analysis", changed, "--json")
+    assert found.code == 1, found.err
+    (run,) = json.loads(found.out)["runs"]
+    moves = {each["figure"]: each for each in run["moves"]}
+    at_100 = moves["resistance at chamber.temperature = 100 °C"]
+    values = [
+        row.values["meter.resistance"] for row in open_run(tested[0]).stored.measurements[-5:]
+    ]
+    assert at_100["now"] == pytest.approx(max(values))
+    assert at_100["reference"] == pytest.approx(sum(values) / 5)
+    assert moves["air at chamber.temperature = 0 °C"]["now"] is None, "it is not asked for"
+
+
+def test_reanalyse_has_a_line_for_each_result(tested, tmp_path):
+    changed, out = tmp_path / "analysis.yaml", tmp_path / "again"
+    changed.write_text(MAXIMUM, encoding="utf-8")
+    done = call("reanalyse", tested[0], "--out", out, "--jobs", "1", "--analysis", changed)
+    assert done.code == 0, done.err
+    rows = list(csv.DictReader((out / "results.csv").read_text(encoding="utf-8").splitlines()))
+    by_name = {row["result"]: row for row in rows}
+    assert len(by_name) == 8
+    first = by_name["resistance at chamber.temperature = -20 °C"]
+    assert float(first["value"]) > float(first["value_before"])
+    assert (first["unit"], by_name["air at chamber.temperature = 0 °C"]["value"]) == ("Ω", "")

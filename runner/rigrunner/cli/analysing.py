@@ -38,5 +38,7 @@ def changes_in(file: Path | None, primary: str) -> Changes:
     from rigrunner.workflow.reanalysis.changes import Changes  # noqa: PLC0415  (the same)
     from rigrunner.yamlfile import read, validate  # noqa: PLC0415  (the same)
 
-    given = None if file is None else validate(AnalysisFile, read(file)).analysis
-    return Changes(given, primary)
+    if file is None:
+        return Changes(None, primary)
+    given = validate(AnalysisFile, read(file))
+    return Changes(given.analysis, primary, given.named)

@@ -153,7 +153,7 @@ def _standing(
     moves: list[Move],
     tolerance: float,
 ) -> Standing:
-    was, is_now = HEADLINE in before.figures, HEADLINE in after.figures
+    was, is_now = _has_result(before), _has_result(after)
     holds = {
         Standing.REFUSED: bool(after.problem and not before.problem) or (was and not is_now),
         Standing.ACCEPTED: bool(before.problem and not after.problem) or (is_now and not was),
@@ -164,6 +164,10 @@ def _standing(
         Standing.EQUAL: after == before,
     }
     return next((standing for standing, so in holds.items() if so), Standing.OTHER)
+
+
+def _has_result(found: Found) -> bool:
+    return HEADLINE in found.figures or bool(found.results)
 
 
 def _moves(before: Found, after: Found) -> Iterator[Move]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.set_points import named_by_frequency, told_apart
+from rigrunner.workflow.set_points import named_by_frequency, named_place, told_apart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,13 +39,16 @@ class AtFrequency:
 
 
 def figures(document: Json) -> dict[str, Figure]:
-    """Return every figure of a result document by its name, the result itself first.
+    """Return every figure of a result document by its name, the results themselves first.
 
     Names are of what is measured, not of the method that is primary: a result by another method is
     compared with the one before.
     """
     primary = document["headline"]["method"]
     found = [(HEADLINE, _estimate(document["headline"]["compensated"]))]
+    found += [
+        (named_place(each), _estimate(each["estimate"])) for each in document.get("results", ())
+    ]
     for label, method in document["compensations"].items():
         torques = [(each["set_frequency"]["value"], each["torque"]) for each in method["points"]]
         named = [(at, _estimate(torque)) for at, torque in _named(torques)]
@@ -58,6 +61,11 @@ def figures(document: Json) -> dict[str, Figure]:
     peaks = [(each["set_frequency"]["value"], each["raw_peak"]) for each in document["points"]]
     found += [(f"raw peak{at}", _mean(peak)) for at, peak in _named(peaks)]
     return {name: each for name, each in found if each is not None}
+
+
+def named_results(document: Json) -> tuple[str, ...]:
+    """Return which figures are named results."""
+    return tuple(named_place(each) for each in document.get("results", ()))
 
 
 def sources(document: Json) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from rigrunner.api.errors import ExitCode
 from rigrunner.golden.comparing import Standing
+from rigrunner.golden.figures import HEADLINE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -73,12 +74,13 @@ class Overall:
         return dict(Counter(pair for pair in pairs if pair[0] != pair[1]).most_common())
 
     def shifts_in_u(self) -> list[float]:
-        """Return the shift of every run's result in U of its reference, 0 where none."""
+        """Return the shift of every run's results in U of its reference, 0 where none."""
         found: list[float] = []
         for each in self._compared():
-            before, after = (side.figures.get("result") for side in (each.before, each.after))
-            if before and after and before.expanded:
-                found.append((after.value - before.value) / before.expanded)
+            for name in (HEADLINE, *each.before.results):
+                before, after = (side.figures.get(name) for side in (each.before, each.after))
+                if before and after and before.expanded:
+                    found.append((after.value - before.value) / before.expanded)
         return found
 
     def shifts(self) -> Spread | None:

@@ -18,6 +18,7 @@ from rigrunner.golden.figures import (
     checks,
     figures,
     frequencies,
+    named_results,
     sources,
     verdicts,
 )
@@ -44,6 +45,8 @@ class Found(Settings):
     """Methods and fits that took part."""
     figures: dict[str, Figure] = Field(default_factory=dict)
     frequencies: tuple[AtFrequency, ...] = ()
+    results: tuple[str, ...] = ()
+    """Which figures are named results."""
 
     @property
     def verdict(self) -> str:
@@ -83,6 +86,7 @@ def found_in(document: Mapping[str, Any]) -> Found:
         sources=sources(document),
         figures=figures(document),
         frequencies=tuple(frequencies(document)),
+        results=named_results(document),
     )
 
 

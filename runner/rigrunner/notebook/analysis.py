@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner.notebook.found import figures_of, plot_of, points_of
+from rigrunner.notebook.found import figures_of, plot_of, points_of, results_of
 
 if TYPE_CHECKING:
     from rigrunner.api.results import Result
@@ -34,6 +34,11 @@ class Analysis:
     def points(self) -> Rows:
         """A row for each set-point, as in the archive."""
         return points_of(self.document)
+
+    @property
+    def results(self) -> Rows:
+        """A row for each named result, as in the archive."""
+        return results_of(self.document)
 
     @property
     def figures(self) -> Rows:

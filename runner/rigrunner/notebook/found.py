@@ -8,8 +8,9 @@ import numpy as np
 
 from rigrunner.archive import Rows
 from rigrunner.archive.documents import at, number
+from rigrunner.archive.named_results import named_results
 from rigrunner.archive.result_facts import figures, points
-from rigrunner.archive.schema import FIGURES, POINTS
+from rigrunner.archive.schema import FIGURES, POINTS, RESULTS
 from rigrunner.plots import torque_over_frequency
 
 if TYPE_CHECKING:
@@ -25,6 +26,11 @@ Document = dict[str, Any]
 def points_of(document: Document | None) -> Rows:
     """Return a row for each set-point, with the columns of the archive's `points`."""
     return _rows(POINTS, points(document))
+
+
+def results_of(document: Document | None) -> Rows:
+    """Return a row for each named result, with the columns of the archive's `results`."""
+    return _rows(RESULTS, named_results(document, at(document, "decision")))
 
 
 def figures_of(document: Document | None) -> Rows:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
-from rigrunner.notebook.found import figures_of, plot_of, points_of
+from rigrunner.notebook.found import figures_of, plot_of, points_of, results_of
 from rigrunner.notebook.frames import frame_of, frame_of_measurements, set_of
 from rigrunner.plots import samples
 from rigrunner.runfile import read
@@ -56,6 +56,11 @@ class Run:
     def points(self) -> Rows:
         """A row for each set-point of the first analysis, as in the archive."""
         return points_of(self.result)
+
+    @property
+    def results(self) -> Rows:
+        """A row for each named result, as in the archive."""
+        return results_of(self.result)
 
     @property
     def figures(self) -> Rows:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from rigrunner.api.settings import Settings
+from rigrunner.api.settings import ListOf, Settings
+from rigrunner.procedure.analyses import AnalysisRef
 from rigrunner.procedure.analysis_spec import AnalysisSpec
 
 
@@ -13,4 +14,7 @@ class AnalysisFile(Settings):
 
     rigrunner: Literal["analysis/1"]
     """What this file is, and its version of the language."""
-    analysis: AnalysisSpec
+    analysis: AnalysisSpec = AnalysisSpec()
+    """Of torque."""
+    named: ListOf[AnalysisRef] = ()
+    """In place of all analyses that name their results; none: they stay."""

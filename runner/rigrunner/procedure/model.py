@@ -107,6 +107,11 @@ class Procedure(Settings):
     def _torque_index(self) -> int | None:
         return next((i for i, each in enumerate(self.analysis) if each.plugin is None), None)
 
+    def with_named_analyses(self, named: tuple[AnalysisRef, ...]) -> Self:
+        """Return the procedure with other analyses that name their results."""
+        of_torque = tuple(each for each in self.analysis if each.plugin is None)
+        return self.model_copy(update={"analysis": (*of_torque, *named)})
+
     def with_torque_analysis(self, spec: AnalysisSpec) -> Self:
         """Return the procedure with another analysis of torque; it has one."""
         changed = tuple(

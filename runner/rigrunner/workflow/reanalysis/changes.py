@@ -10,6 +10,7 @@ from rigrunner.procedure import AnalysisSpec, analysis_contradictions
 
 if TYPE_CHECKING:
     from rigrunner.procedure import Procedure
+    from rigrunner.procedure.analyses import AnalysisRef
 
 _OF_COMPENSATIONS = ("compensations", "primary_", "no_load")
 
@@ -22,12 +23,16 @@ class Changes:
     """Of it only what was written counts."""
     primary: str = ""
     """The label of the method that the headline and the verdict use; '' leaves it."""
+    named: tuple[AnalysisRef, ...] = ()
+    """In place of the analyses that name their results; none: they stay."""
 
     def __call__(self, procedure: Procedure) -> Procedure:
         """Return the changed procedure; raise DataError where its parts contradict each other.
 
         One without compensations, such as that of a no-load run, stays without.
         """
+        if self.named:
+            procedure = procedure.with_named_analyses(self.named)
         given = self.analysis
         named = {} if given is None else {n: getattr(given, n) for n in given.model_fields_set}
         if self.primary:
@@ -44,4 +49,5 @@ class Changes:
     def describe(self) -> str:
         """Return the changes as a text that is the same for the same changes."""
         given = "" if self.analysis is None else self.analysis.model_dump_json(exclude_unset=True)
-        return f"{given} {self.primary}".strip() or "none"
+        named = ", ".join(repr(each.plugin) for each in self.named)
+        return f"{given} {self.primary} {named}".strip() or "none"

@@ -13,10 +13,11 @@ from rigrunner.spreadsheet import cell
 from rigrunner.workflow.reanalysis.task import Row
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
 FORMAT = "rigrunner: reanalysis/1"
-COLUMNS = tuple(each.name for each in fields(Row))
+COLUMNS = tuple(each.name for each in fields(Row) if each.name != "results")
 
 
 @dataclass(frozen=True)
@@ -60,16 +61,24 @@ class Summary:
 
         What a spreadsheet would take for a formula has an apostrophe before it, unless `raw`.
         """
-        text = io.StringIO()
-        writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        for row in self._rows():
-            told = asdict(row)
-            writer.writerow(told if raw else {name: cell(each) for name, each in told.items()})
-        return text.getvalue()
+        return _csv([{name: getattr(row, name) for name in COLUMNS} for row in self._rows()], raw)
+
+    def results(self, *, raw: bool = False) -> str:
+        """Return the named results as CSV, a line each; '' where there is none."""
+        every = [{"run": row.run, **each} for row in self._rows() for each in row.results]
+        return _csv(every, raw) if every else ""
 
     def _rows(self) -> list[Row]:
         return sorted((*self.done, *self.failed), key=by_run)
+
+
+def _csv(rows: Sequence[Mapping[str, Any]], raw: bool) -> str:  # noqa: FBT001  (as the callers')
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0] if rows else COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow(row if raw else {name: cell(each) for name, each in row.items()})
+    return text.getvalue()
 
 
 def by_run(row: Row) -> str:
@@ -78,10 +87,15 @@ def by_run(row: Row) -> str:
 
 
 def write_summary(folder: Path, found: Summary, *, raw: bool = False) -> None:
-    """Write `summary.csv` and `summary.json`; raise DataError where they cannot be written."""
+    """Write `summary.csv` and `summary.json`, and `results.csv` where there are named results.
+
+    Raises DataError where they cannot be written.
+    """
     document = json.dumps(found.document(), ensure_ascii=False, indent=2, allow_nan=False)
     write_text(folder / "summary.json", f"{document}\n")
     write_text(folder / "summary.csv", found.table(raw=raw))
+    if named := found.results(raw=raw):
+        write_text(folder / "results.csv", named)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -13,10 +13,11 @@ from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read, read_info
 from rigrunner.workflow.lab_plugins import lab_registry
 from rigrunner.workflow.provenance import refuse_other_software
+from rigrunner.workflow.set_points import named_place
 from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from rigrunner.registry import Registry
@@ -46,6 +47,8 @@ class Row:
     """Of the first analysis, which is in the run's own file."""
     verdict_before: str = ""
     failed_checks: int = 0
+    results: list[Mapping[str, Any]] = field(default_factory=list)
+    """Of each named result: name and place, value and U now and by the first analysis, unit."""
     skipped: str = ""
     """Why there is nothing to analyse, where that is so."""
     problem: str = ""
@@ -125,8 +128,30 @@ def _row(
         torque_before_nm=earlier.get("value"),
         verdict_before=verdict_in(before),
         failed_checks=_failed_checks(now),
+        results=list(_results(now, before)),
         skipped=skipped,
     )
+
+
+def _results(
+    now: Mapping[str, Any] | None, before: Mapping[str, Any] | None
+) -> Iterator[Mapping[str, Any]]:
+    found, earlier = _named(now), _named(before)
+    for name in {**earlier, **found}:
+        then, there = earlier.get(name, {}), found.get(name, {})
+        yield {
+            "result": name,
+            "value": there.get("value"),
+            "expanded": there.get("expanded_uncertainty_95"),
+            "value_before": then.get("value"),
+            "expanded_before": then.get("expanded_uncertainty_95"),
+            "unit": there.get("unit") or then.get("unit"),
+        }
+
+
+def _named(content: Mapping[str, Any] | None) -> Mapping[str, Mapping[str, Any]]:
+    found = (content or {}).get("results", ())
+    return {named_place(each): each["estimate"] for each in found}
 
 
 def _torque(content: Mapping[str, Any] | None) -> Mapping[str, Any]:
