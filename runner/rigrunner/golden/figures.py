@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner.workflow.set_points import named_by_frequency, named_place, told_apart
+from rigrunner.workflow.set_points import named_by_frequency, named_place, other_results, told_apart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -46,9 +46,7 @@ def figures(document: Json) -> dict[str, Figure]:
     """
     primary = document["headline"]["method"]
     found = [(HEADLINE, _estimate(document["headline"]["compensated"]))]
-    found += [
-        (named_place(each), _estimate(each["estimate"])) for each in document.get("results", ())
-    ]
+    found += [(named_place(each), _estimate(each["estimate"])) for each in other_results(document)]
     for label, method in document["compensations"].items():
         torques = [(each["set_frequency"]["value"], each["torque"]) for each in method["points"]]
         named = [(at, _estimate(torque)) for at, torque in _named(torques)]
@@ -65,7 +63,7 @@ def figures(document: Json) -> dict[str, Figure]:
 
 def named_results(document: Json) -> tuple[str, ...]:
     """Return which figures are named results."""
-    return tuple(named_place(each) for each in document.get("results", ()))
+    return tuple(named_place(each) for each in other_results(document))
 
 
 def sources(document: Json) -> tuple[str, ...]:

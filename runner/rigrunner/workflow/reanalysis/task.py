@@ -13,7 +13,7 @@ from rigrunner.procedure import parse_procedure
 from rigrunner.runfile import read, read_info
 from rigrunner.workflow.lab_plugins import lab_registry
 from rigrunner.workflow.provenance import refuse_other_software
-from rigrunner.workflow.set_points import named_place
+from rigrunner.workflow.set_points import named_place, other_results
 from rigrunner.workflow.stored import analyse_stored
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Row:
     verdict_before: str = ""
     failed_checks: int = 0
     results: list[Mapping[str, Any]] = field(default_factory=list)
-    """Of each named result: name and place, value and U now and by the first analysis, unit."""
+    """Of each named result but the torque: name and place, value and U now and before, unit."""
     skipped: str = ""
     """Why there is nothing to analyse, where that is so."""
     problem: str = ""
@@ -150,7 +150,7 @@ def _results(
 
 
 def _named(content: Mapping[str, Any] | None) -> Mapping[str, Mapping[str, Any]]:
-    found = (content or {}).get("results", ())
+    found = other_results(content or {})
     return {named_place(each): each["estimate"] for each in found}
 
 
