@@ -30,7 +30,8 @@ def resistance_document(ohms: Mapping[float, float], unit: str = "Ω", u: float 
         low, high = (limit * factor for limit in LIMITS_OHM[celsius])
         parts.append(
             {
-                "of": f"resistance at chamber.temperature = {celsius:g} °C", "named": "resistance",
+                "of": "as it is called there", "named": "resistance",
+                "coordinates": {"chamber.temperature": {"value": celsius, "unit": "°C"}},
                 "verdict": "pass" if low <= ohm * factor <= high else "fail",
                 "lower_limit": {"value": low, "unit": unit},
                 "upper_limit": {"value": high, "unit": unit}, "result": result,

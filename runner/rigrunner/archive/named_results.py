@@ -24,7 +24,7 @@ def named_results(document: object, decision: object) -> list[Row]:
     """
     judged: dict[str, list[Row]] = {}
     for part in rows(at(decision, "parts")):
-        judged.setdefault(str(part.get("of")), []).append(part)
+        judged.setdefault(_judged(part), []).append(part)
     return [_result(order, each, judged) for order, each in _numbered(document)]
 
 
@@ -37,6 +37,13 @@ def coordinates(document: object) -> list[Row]:
     ]
 
 
+def _judged(part: Row) -> str:
+    """Return which result a limit was held against; older documents have the words alone."""
+    if coordinates_in(part):
+        return named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
+    return str(part.get("of")).removeprefix("worst ")
+
+
 def _numbered(document: object) -> Iterator[tuple[int, Row]]:
     return enumerate(rows(at(document, "results")), 1)
 
@@ -44,8 +51,7 @@ def _numbered(document: object) -> Iterator[tuple[int, Row]]:
 def _result(order: int, each: Row, judged: dict[str, list[Row]]) -> Row:
     found = at(each, "estimate")
     value, symbol, of = number(at(found, "value")), at(found, "unit"), named_place(each)
-    parts = [*judged.get(of, ()), *judged.get(f"worst {of}", ())]
-    worst = min(parts, key=_badness, default=None)
+    worst = min(judged.get(of, ()), key=_badness, default=None)
     return {
         "number": order,
         "name": key(each.get("name")),
