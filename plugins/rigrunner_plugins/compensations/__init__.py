@@ -1,1 +1,1 @@
-"""Ways to take the rig's part out of the measured torque."""
+"""Ways to subtract the no-load torque of the rig from the measured torque."""

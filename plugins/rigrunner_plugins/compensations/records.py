@@ -35,7 +35,7 @@ BREAKAWAY = MeasurandKind(Nature.TOTAL, Condition.FROM_REST)
 
 @hookimpl
 def rigrunner_compensations() -> list[CompensationRecord]:
-    """Return the ways to take the rig's part out of the measured torque."""
+    """Return the ways to subtract the no-load torque of the rig from the measured torque."""
     return [
         CompensationRecord(
             name="paper_peak",

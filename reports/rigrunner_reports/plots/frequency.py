@@ -129,7 +129,7 @@ def _finite(value: float) -> float:
 def _limits(axes: Axes, result: Result, *, on_the_right: bool = False) -> None:
     """Draw the limits, each named on its side away from the result, which it would hide.
 
-    Raw peaks stand nearest to the result on the left, where the rig's part is small.
+    Raw peaks stand nearest to the result on the left, where the no-load torque is small.
     """
     if result.decision is None:
         return

@@ -169,7 +169,7 @@ class Influence(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class CompensationRecord(PluginRecord):
-    """A way to take out the rig's part: `factory(settings)`."""
+    """A way to subtract the rig's no-load torque: `factory(settings)`."""
 
     factory: Callable[[Any], CompensationMethod]
     """Makes the method, of the settings."""

@@ -241,7 +241,7 @@ class Run:
                     self.notes.stopped_at = done.missed
                     break
             except PauseWantedError as wanted:
-                text = f"{wanted.message}, while the run was being taken up again"
+                text = f"{wanted.message}, while the run was being resumed"
                 raise AbortedError(text, by=wanted.by) from wanted
         return seam.start
 

@@ -23,7 +23,7 @@ PATIENCE_S = 0.5
 """Between two looks at the stop token."""
 
 AHEAD = 1000
-"""How many items the scheduler is told of: enough for a large cluster, few enough to be held."""
+"""How many items the scheduler is given: enough for a large cluster, few enough to be held."""
 
 
 @dataclass(frozen=True)

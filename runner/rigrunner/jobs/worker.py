@@ -42,7 +42,7 @@ class Worker:
         self._send(task)
 
     def give(self, place: int, item: Any, attempt: int) -> None:
-        """Let it do an item, of that place among all; the so-maniest attempt at it."""
+        """Let it do the item at that place, counting the attempts at it."""
         self.place, self.attempt = place, attempt
         self._send((item,))
 

@@ -73,7 +73,7 @@ class FitRef(PluginRef):
 
 
 class CompensationRef(PluginRef):
-    """A way to take out the rig's part: by its name, or as `name: {setting: value}`."""
+    """A way to subtract the rig's no-load torque: by its name, or as `name: {setting: value}`."""
 
     kind = "compensation"
 

@@ -25,7 +25,7 @@ class Pulse:
     """How long the driving thread may still go without progress.
 
     Time is what `tick` says, so that a computer that was suspended has not let any pass. `announce`
-    is told of each call that may take longer than usual, with its time in seconds, before it
+    is notified of each call that may take longer than usual, with its time in seconds, before it
     begins: a driver may keep every other thread from running meanwhile.
     """
 

@@ -58,7 +58,7 @@ class RunHeader:
     what is lost by its place, as 'lost /entry/...'. Else empty. Such a run is never certified."""
     files: Mapping[str, str] = field(default_factory=dict)
     """From where 'procedure', 'station' and 'no_load' were taken. Only a run that is not sealed
-    keeps it, to be taken up again: it means nothing on another machine."""
+    keeps it for resuming: it means nothing on another machine."""
 
 
 @dataclass(frozen=True, kw_only=True)

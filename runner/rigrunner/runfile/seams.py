@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
     """Return for each finished recording the zero readings that were the latest when it was made.
 
-    In SI units, by recording and channel. A run that is taken up again is zeroed anew, and what was
+    In SI units, by recording and channel. A resumed run is zeroed again, and what was
     recorded before belongs to the zero before.
     """
     latest: dict[str, float] = {}

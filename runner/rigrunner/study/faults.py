@@ -36,7 +36,7 @@ class Silent:
     beyond: int
     """From 1 to 2."""
     far_beyond: int
-    """Above 2: a wrong result that nobody is told of."""
+    """Above 2: a wrong result that nothing reports."""
     worst: float
     worst_point: float
     """Of a single set-point."""

@@ -68,7 +68,7 @@ class ReplayWire:
         return cast("_T", entry.outcome())
 
     def reading(self, request: str) -> object:
-        """Return what was answered to who cannot be told of a difference: from then on None."""
+        """Return the answer for a caller that no difference can be reported to; then None."""
         entry = self._next_entry(request)
         return None if entry is None else entry.answer
 

@@ -68,8 +68,8 @@ def execute(
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
-    `operator` is who does it, or else the input of that name, and `person` who is told of a rig
-    that stands energised before the run. Raises InvalidFileError where a
+    `operator` is who does it, or else the input of that name; a rig that stands energised before
+    the run is reported to `person`. Raises InvalidFileError where a
     calibration keeps the run from starting and is not overridden, a DeviceError if the rig cannot
     be connected or another run has it, and DataError if the folder cannot be made; from then on
     what happens is in the FinishedRun, and the rig is made safe on every way.

@@ -105,7 +105,7 @@ def resume(
     progress: Progress = unseen,
     person: Person = NOBODY,
 ) -> FinishedRun:
-    """Go on with a run whose folder is locked by the caller, and finish it.
+    """Resume a run whose folder is locked by the caller, and finish it.
 
     Raises a DeviceError if the rig cannot be connected or another run has it, and DataError if
     another instrument answers; the rig is made safe on every way.

@@ -69,7 +69,7 @@ class PyMeasureSettings(SimulableSettings):
     timeout: PositiveDuration = 2.0
     """How long an answer is waited for."""
     connection: dict[MethodName, Plain] = Field(default_factory=dict)
-    """What else the class is told of the connection, such as {baud_rate: 9600}."""
+    """Further settings of the connection, such as {baud_rate: 9600}."""
     expect: Regex = ""
     """What the answer to *IDN? fits as a whole; left out, nobody is asked."""
     setup: dict[PropertyName, Plain] = Field(default_factory=dict)

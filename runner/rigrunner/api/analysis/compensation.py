@@ -165,7 +165,7 @@ class Compensation:
 
 
 class CompensationMethod(Protocol):
-    """Takes the rig's part out of the measured torque."""
+    """Subtracts the no-load torque of the rig from the measured torque."""
 
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return torque per set-point of the loaded run; raise DataError if data forbid it."""

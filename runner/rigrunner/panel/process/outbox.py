@@ -20,7 +20,7 @@ MOST_CURVES = 50
 """Blocks that wait for a panel that does not keep up; more are left out. The file has them all."""
 _FLUSH_S = 10.0
 _ROWS_EVERY_S = 0.05
-"""How often a screen is told of a point of a scan: there may be many thousands in a second."""
+"""How often a screen is sent a point of a scan: there may be many thousands in a second."""
 
 
 class Outbox:

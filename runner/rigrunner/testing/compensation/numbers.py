@@ -47,7 +47,7 @@ def measurand_stated(subject: CompensationSubject) -> None:
 
 @check(fix="give one CompensatedPoint for each point of `sweep.loaded`, with torque = raw - rig")
 def points_are_whole(subject: CompensationSubject) -> None:
-    """There is a finite torque for each set-point, and it is raw torque less the rig's part."""
+    """There is a finite torque for each set-point, and it is raw torque less the no-load torque."""
     points = subject.plain.points
     if not subject.of_starts:
         wanted = [each.setpoints["tester.frequency"] for each in subject.runs.loaded.recordings]

@@ -1,4 +1,4 @@
-"""Before a start asks anything: a rig that was left energised is told of, and made safe."""
+"""Before a start asks anything: a rig that was left energised is reported, and made safe."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-// Light or dark, as the machine has it or as it was chosen; plots are told of a change.
+// Light or dark, as the machine has it or as it was chosen; plots are notified of a change.
 
 const KEPT = "rigrunner.theme";
 const listeners = new Set();

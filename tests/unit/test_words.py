@@ -1,0 +1,60 @@
+"""Phrases that the glossary replaces stay out of every text that people see."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from helpers_docs import ROOT
+
+REPLACED = {
+    ", allowed is": "expected; or '45 °C is out of range (15 to 30 °C)'",
+    "how surely": "with its measurement uncertainty",
+    "broken off": "interrupted",
+    "go on with a run": "resume a run",
+    "taken up again": "resumed",
+    "so-manieth": "n-th",
+    "befall": "affect",
+    "mend it": "fix it",
+    "is mended": "is fixed",
+    "what each can be told": "its settings",
+    "at the pace of the signal": "real time",
+    "No run is like that": "No matches",
+    "Nothing is called so": "No matches",
+    "is called so": "has this name",
+    "none of its own": "excluded",
+    "for who took it": "where it was copied from",
+    "Take the rig": "Connect",
+    "The rig's part": "No-load (tare) torque",
+    "what checks and uncertainties are worth": "validate uncertainty coverage",
+    "is going on": "is running",
+    "told of": "reported",
+    "held     ": "OK",
+}
+"""A phrase, in any case, and what stands in its place (docs/reference/glossary.md)."""
+
+FOLDERS = ("runner", "plugins", "reports", "procedures", "docs")
+SHOWS_THEM = {"changes.md", "glossary.md"}
+SUFFIXES = {".py", ".md", ".json", ".yaml", ".js", ".jinja", ".html", ".css"}
+
+
+def texts():
+    for folder in FOLDERS:
+        for path in sorted((ROOT / folder).rglob("*")):
+            apart = {"vendor", "decisions"} & set(path.parts)
+            if path.suffix in SUFFIXES and not apart and path.name not in SHOWS_THEM:
+                yield path
+    yield ROOT / "README.md"
+
+
+@pytest.mark.parametrize("phrase", REPLACED)
+def test_no_text_has_a_phrase_that_was_replaced(phrase):
+    wanted = re.compile(rf"(?<!\w){re.escape(phrase)}(?!\w)", re.IGNORECASE)
+    found = [
+        f"{path.relative_to(ROOT)}:{text[: match.start()].count(chr(10)) + 1}"
+        for path in texts()
+        for text in [path.read_text(encoding="utf-8")]
+        for match in wanted.finditer(text)
+    ]
+    assert found == [], f"say instead: {REPLACED[phrase]}"
