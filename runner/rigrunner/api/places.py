@@ -50,7 +50,7 @@ Place = Annotated[Mapping[CoordinateKey, PlaceValue], AfterValidator(dict)]
 def _read_several(value: object) -> object:
     if isinstance(value, list | tuple):
         if not value:
-            raise QuantityError("got an empty list, allowed is one value or several")
+            raise QuantityError("got an empty list, expected one value or several")
         return tuple(map(_read, value))
     return (_read(value),)
 

@@ -167,8 +167,10 @@ def plan(record: RecordStep, planning: Planning) -> None:
     )
     if kept:
         planning.record(action, beside)
-    what = "Record" if kept else "Keep statistics of"
-    text = f"{what} {', '.join(action.channels)} of {role}, {span} ({duration_s:.3g} s)"
+    listed = ", ".join(action.channels)
+    text = f"Record {listed} of {role}, {span} ({duration_s:.3g} s)"
+    if not kept:
+        text = f"Keep statistics of {listed} of {role}, {span} ({duration_s:.3g} s)"
     planning.emit(action, text, duration_s, limits)
 
 

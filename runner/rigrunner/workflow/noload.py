@@ -207,8 +207,8 @@ def _later_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
     if age >= timedelta(0):
         yield f"it was made {_long(age)} before this run, and the second one has to come after it"
     elif -age > limit:
-        most = f"at most {_long(limit)} is allowed ({at})"
-        yield f"it was made {_long(-age)} after this run, but {most}"
+        after, most = _long(-age), _long(limit)
+        yield f"it was made {after} after this run, but at most {most} is allowed ({at})"
 
 
 def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:

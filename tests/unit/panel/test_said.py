@@ -43,6 +43,7 @@ SPEAKERS = [
 PIECES = {  # of sentences: these are put together and translated as a whole, see below
     "Scan Q Q, reading Q", "between Q and Q, Q points", "at Q, 1 point",
     "Measure Q, Q", "mean over Q s", "Record Q of Q, Q (Q s)", "Q cycles at Q Hz", "for a time",
+    "Keep statistics of Q of Q, Q (Q s)",
     "Q to Q Q", "Q may be set to Q", "with code Q", "without a word",
     "the process of the run ended Q", "Q or less", "Q or more", "Q to Q", "Q is out of range (Q)",
     "Q, not Q", " or 'Q'", "write QQ", "Q: aborted while pausedQ", "Q again", "up to Q",

@@ -58,7 +58,7 @@ def _positive(value: Quantity) -> Quantity:
     if value.unit.offset:
         raise QuantityError(f"'{value}' is a temperature, not a difference", hint="write it in K")
     if not value.si > 0:
-        raise QuantityError(f"got '{value}', allowed is more than 0")
+        raise QuantityError(f"got '{value}', expected more than 0")
     return value
 
 

@@ -199,7 +199,7 @@ def test_a_temperature_in_kelvin_beside_a_channel_may_be_meant_as_either():
         ({"constants": {"alpha": {"value": "1 1/K", "U": "1 1/K"}, "t0": "20 °C"}},
          "'U' and 'k' belong together"),
         ({"constants": {"alpha": {"value": "1 1/K", "u": "-1 1/K"}, "t0": "20 °C"}},
-         "allowed is more than 0"),
+         "expected more than 0"),
         ({"constants": {"alpha": {"value": "1 1/K", "u": "1 1/K", "limits": "1 1/K"},
                         "t0": "20 °C"}}, "one of limits and u is enough"),
         ({"correlations": [{"between": ["alpha", "U"], "r": 0.5}]}, "an input and a constant"),
