@@ -45,9 +45,19 @@ def tried(kind, name, folder):
     return subject(kind, name, registry=REGISTRY, folder=folder)
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "check"), CASES, ids=[f"{kind}-{name}-{check}" for kind, name, check in CASES]
-)
+LONG = {"truth_is_within_its_interval", "truth_is_within_it_on_another_rig"}
+LIKE_ANOTHER = {("compensation", "model_inverse")}
+"""It takes as long as template_inverse, of which it has all but how the bearing is found."""
+
+
+def case(kind, name, check):
+    """Return a case as a parameter: those that take long are thorough."""
+    is_long = (kind, name) in LIKE_ANOTHER or check.name in LONG
+    marks = [pytest.mark.thorough] * is_long
+    return pytest.param(kind, name, check, id=f"{kind}-{name}-{check}", marks=marks)
+
+
+@pytest.mark.parametrize(("kind", "name", "check"), [case(*each) for each in CASES])
 def test_it_conforms(kind, name, check, tmp_path):
     if name == "pdf":
         require_pdf()

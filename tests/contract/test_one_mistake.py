@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+from importlib import import_module
 from importlib.metadata import EntryPoint
 
 import pytest
@@ -458,7 +459,8 @@ def test_one_mistake_in_any_other_plugin_is_one_failure(word, mistake, tmp_path)
     assert [each for each in words if each not in failure] == [], failure
 
 
-def test_a_call_that_never_comes_back_is_one_failure_with_its_line(tmp_path):
+def test_a_call_that_never_comes_back_is_one_failure_with_its_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(import_module("rigrunner.testing.examine"), "RELEASE_S", 0.3)
     waits = [
         ("from rigrunner.api.devices", "import time\n\nfrom rigrunner.api.devices"),
         (GET, "        while True:\n            time.sleep(0.01)\n"),

@@ -11,7 +11,13 @@ from benchmarks.frame import Scale
 pytestmark = pytest.mark.figures
 
 
-@pytest.mark.parametrize("name", names())
+LONG = {"report", "acquisition", "start_up"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(each, marks=[pytest.mark.thorough] * (each in LONG)) for each in names()],
+)
 def test_the_counted_work_is_within_its_bound(name):
     work = benchmark(name).work()
     assert work, "a benchmark counts something"

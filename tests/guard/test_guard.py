@@ -9,6 +9,7 @@ import pytest
 from guard.numbers import moved
 from guard.rigs import SEEDS
 from guard.runs import RECORDED, SHIPPED, faulty_rig, shipped
+from helpers_thorough import first
 
 AGAIN = "meant so? PYTHONPATH=tests python -m guard, in a commit of its own that says why"
 recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
@@ -19,9 +20,7 @@ def test_a_shipped_procedure_finds_what_it_found(tmp_path, name):
     assert moved(recorded[name], shipped(name, tmp_path)) == [], AGAIN
 
 
-@pytest.mark.parametrize(
-    "seed", [*SEEDS[:8], *(pytest.param(seed, marks=pytest.mark.thorough) for seed in SEEDS[8:])]
-)
+@pytest.mark.parametrize("seed", first(2, SEEDS))
 def test_a_faulty_rig_gives_what_it_gave(tmp_path, seed):
     assert moved(recorded[str(seed)], faulty_rig(seed, tmp_path)) == [], AGAIN
 

@@ -18,6 +18,7 @@ HERTZ = (1.0, 5.0, 10.0, 20.0, 30.0, 35.0)
 NOISE_NM = 0.1
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", [RigParameters, OdeParameters], ids=["closed form", "ode"])
 def test_what_noise_adds_to_the_maximum_is_taken_off(model):
     parameters = model()

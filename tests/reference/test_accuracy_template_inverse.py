@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from helpers_sweeps import FEW, compensate, errors_nm, sweep
+from helpers_thorough import first
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_plugins.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_plugins.devices.swing_tester_sim.parameters import RigParameters
@@ -49,6 +50,7 @@ def rmse(errors):
     return float(np.sqrt(np.mean(errors**2)))
 
 
+@pytest.mark.thorough
 def test_closed_form(closed_form):
     errors, _ = closed_form
     assert errors.shape == (12, 12)
@@ -56,6 +58,7 @@ def test_closed_form(closed_form):
     assert np.abs(errors).max() <= 0.02
 
 
+@pytest.mark.thorough
 def test_time_domain(time_domain):
     errors, _ = time_domain
     from_5_hz = errors[:, 2:]
@@ -63,6 +66,7 @@ def test_time_domain(time_domain):
     assert np.abs(from_5_hz).max() <= 0.02
 
 
+@pytest.mark.thorough
 def test_reaches_what_was_measured(either):
     """Half the limits: a change that costs accuracy shows here before a limit is broken."""
     errors, _ = either
@@ -70,6 +74,7 @@ def test_reaches_what_was_measured(either):
     assert np.abs(errors).max() <= 0.0125
 
 
+@pytest.mark.thorough
 def test_torque_does_not_depend_on_frequency(either):
     """10 Hz against 35 Hz, mean of the seeds: 0.4 % for either model, but for what noise leaves."""
     errors, _ = either
@@ -78,6 +83,7 @@ def test_torque_does_not_depend_on_frequency(either):
     assert abs(spread.mean()) <= 0.004 * 0.7262 + 2 * noise
 
 
+@pytest.mark.thorough
 def test_interval_holds_the_truth(either):
     errors, outcomes = either
     expanded = np.array(
@@ -86,6 +92,7 @@ def test_interval_holds_the_truth(either):
     assert np.mean(np.abs(errors) <= expanded) >= 0.95
 
 
+@pytest.mark.thorough
 def test_uncertainty_is_not_padded(either):
     """Of what the simulators simulate, stated and seen error agree within a factor of 1.5.
 
@@ -103,6 +110,7 @@ def test_uncertainty_is_not_padded(either):
     assert sqrt(max(squares.mean() - off, 0.0)) < 1.5
 
 
+@pytest.mark.thorough
 def test_interval_is_not_absurd(either):
     _, outcomes = either
     assert max(p.torque.u for o in outcomes for p in o.points) < 0.012
@@ -113,7 +121,7 @@ def own_u(point):
     return sqrt(sum(part.u**2 for part in point.components if part.name not in NOT_SIMULATED))
 
 
-@pytest.mark.parametrize("natural_hz", [200.0, 300.0, 600.0, 800.0])
+@pytest.mark.parametrize("natural_hz", first(1, [200.0, 300.0, 600.0, 800.0]))
 @pytest.mark.parametrize("model", [RigParameters, OdeParameters], ids=["closed form", "ode"])
 def test_other_couplings(model, natural_hz):
     parameters = model(natural_hz=natural_hz)

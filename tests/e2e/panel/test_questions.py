@@ -78,6 +78,7 @@ def test_a_number_and_an_interlock_by_mouse(asking, panel):
     assert override.endswith("the load is meant")
 
 
+@pytest.mark.thorough
 def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     page = asking.page
     press, write = page.keyboard.press, page.keyboard.type

@@ -61,6 +61,7 @@ def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
     assert "Bob Moss" in str(panel.get(f"runs/{run}")["events"])
 
 
+@pytest.mark.thorough
 def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
     context = chromium.browser_type.launch_persistent_context(
         tmp_path / "profile", executable_path=browser_path(), args=["--no-sandbox", "--disable-gpu"]
@@ -105,6 +106,7 @@ def test_a_hostile_specimen_is_only_text(screen):
     assert page.locator("img[src=x]").count() == 0
 
 
+@pytest.mark.thorough
 def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
     with running_panel(lab) as panel:
         page = new_screen(panel).page
@@ -152,6 +154,7 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
     assert "new one ordered" in str(panel.get("state")["log"])
 
 
+@pytest.mark.thorough
 def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
     station = (lab / "station.yaml").read_text(encoding="utf-8")
     faults = (

@@ -10,6 +10,7 @@ import pytest
 from helpers_rigs import INSTRUMENT
 from helpers_rigs import RIG as DESCRIBED
 from helpers_sweeps import compensate, errors_nm, no_fit, prepared, sweep
+from helpers_thorough import first
 from rigrunner.api.analysis import Sweep
 from rigrunner.signal.coverage import expanded
 from rigrunner_plugins.compensations.identification import identify
@@ -64,14 +65,14 @@ def learned(made):
     return rig, line_under_load(made.loaded, rig)
 
 
-@pytest.mark.parametrize("rig", rigs())
+@pytest.mark.parametrize("rig", first(1, rigs()))
 def test_a_delay_of_the_loaded_run_alone_is_found(rig):
     _, line = learned(changed_under_load(rig, torque_delay_s=2e-4))
     assert line.line.delay_s == pytest.approx(2e-4, abs=4e-5)
     assert line.line.natural_hz == pytest.approx(rig.natural_hz, rel=0.03)
 
 
-@pytest.mark.parametrize("rig", rigs())
+@pytest.mark.parametrize("rig", first(1, rigs()))
 def test_a_delay_of_the_loaded_run_alone_is_told_or_within_the_uncertainty(rig):
     """It looks like gains that scatter, and widens the uncertainty as these do."""
     found = compensate(changed_under_load(rig, torque_delay_s=2e-4))
@@ -80,12 +81,12 @@ def test_a_delay_of_the_loaded_run_alone_is_told_or_within_the_uncertainty(rig):
     assert beyond < 1 or not check_of(found).ok
 
 
-@pytest.mark.parametrize("rig", rigs()[:2])
+@pytest.mark.parametrize("rig", first(1, rigs()[:2]))
 def test_another_filter_in_the_loaded_run_alone_is_told(rig):
     assert not check_of(compensate(changed_under_load(rig, low_pass_hz=400.0))).ok
 
 
-@pytest.mark.parametrize("rig", [*rigs()[:2], *rigs(stribeck=True)])
+@pytest.mark.parametrize("rig", first(2, [rigs()[0], *rigs(stribeck=True), rigs()[1]]))
 def test_a_healthy_rig_passes_whatever_its_law_of_friction(rig):
     found = compensate(sweep(rig, FREQUENCIES))
     assert check_of(found).ok
@@ -133,7 +134,7 @@ def test_a_torque_that_never_changes_shows_none():
     assert learned(replace(made, loaded=dead))[1] is None
 
 
-@pytest.mark.parametrize("rig", rigs()[:2])
+@pytest.mark.parametrize("rig", first(1, rigs()[:2]))
 @pytest.mark.parametrize("spring_nm", [-0.1, 0.1])
 def test_a_spring_under_load_is_told(rig, spring_nm):
     made = sweep(rig, FREQUENCIES)
