@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rigrunner.api.measurand import MeasurandKind
     from rigrunner.api.results import ReportInput
     from rigrunner.api.studies import StudyInput
+    from rigrunner.api.unit_tables import Unit, UnitDefinition
     from rigrunner.api.verdict import DecisionRule
 
 API_VERSION = 1
@@ -76,7 +77,6 @@ class PluginRecord:
     def settings_model(self) -> type[Settings]:
         """The model of the settings; PluginError if there is none where the record says."""
         return _model_at(self.settings) if isinstance(self.settings, str) else self.settings
-
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceRecord(PluginRecord):
@@ -311,6 +311,18 @@ class StepRecord(PluginRecord):
         return model
 
 
+@dataclass(frozen=True, kw_only=True)
+class UnitRecord(PluginRecord):
+    """A unit of measurement: known wherever a quantity is written, under its symbol."""
+
+    definition: UnitDefinition
+    """The symbol, the kind of quantity with its dimension, and how large the unit is."""
+
+    def factory(self, settings: Any) -> Unit:  # noqa: ARG002  (there are none)
+        """Return the unit."""
+        return self.definition.unit
+
+
 class HookSpecs:
     """The hooks; each returns any number of records."""
 
@@ -372,6 +384,11 @@ class HookSpecs:
     @hookspec
     def rigrunner_event_sinks(self) -> Iterable[EventSinkRecord]:
         """Return the listeners to events that this plugin brings."""
+        raise NotImplementedError
+
+    @hookspec
+    def rigrunner_units(self) -> Iterable[UnitRecord]:
+        """Return the units of measurement that this plugin brings."""
         raise NotImplementedError
 
 

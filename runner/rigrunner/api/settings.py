@@ -6,6 +6,7 @@ number without its unit is how rigs get broken. From Python give a text or a `Qu
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import date
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, runtime_checkable
@@ -18,6 +19,10 @@ from rigrunner.api.units import QuantityError, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
 
 _KINDS: Mapping[type, str] = {dict: "a mapping", list: "a list", bool: "yes or no"}
 _YES_NO = {"yes": True, "no": False}
@@ -133,22 +138,29 @@ def _read_date(value: object) -> object:
         raise ValueError(f"'{value[:20]}' is not a date; write it as 2026-01-31") from error
 
 
-def _schema(dimension: str | None) -> WithJsonSchema:
-    """Return the JSON Schema of a quantity; `x-dimension` is for those who read it as such."""
-    units = ", ".join(units_of(dimension)) if dimension else "such as '10 Hz'"
-    return WithJsonSchema(
-        {
+@dataclass(frozen=True)
+class QuantitySchema:
+    """Tells editors what a quantity is, with the units that are known when they ask."""
+
+    dimension: str | None
+    """The kind of quantity; None for any."""
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        dimension = self.dimension
+        units = ", ".join(units_of(dimension)) if dimension else "such as '10 Hz'"
+        return {
             "type": "string",
             "pattern": quantity_pattern(dimension),
             "description": f"{dimension} in {units}" if dimension else "number with its unit",
             "errorMessage": f"needed is a number with its unit: {units}",
             "x-dimension": dimension,
         }
-    )
 
 
-def _field(dimension: str) -> tuple[BeforeValidator, WithJsonSchema]:
-    return BeforeValidator(partial(_read_si, dimension)), _schema(dimension)
+def _field(dimension: str) -> tuple[BeforeValidator, QuantitySchema]:
+    return BeforeValidator(partial(_read_si, dimension)), QuantitySchema(dimension)
 
 
 Torque = Annotated[float, *_field("torque")]
@@ -183,7 +195,7 @@ ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, which a frozen model holds as a tuple: `ListOf[Frequency]`."""
 
 PositiveDuration = Annotated[Duration, Field(gt=0)]
-AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), _schema(None)]
+AnyQuantity = Annotated[Quantity, BeforeValidator(partial(_read, None)), QuantitySchema(None)]
 Difference = Annotated[AnyQuantity, AfterValidator(_difference)]
 """How far two values are apart: more than zero, and of temperatures in K."""
 

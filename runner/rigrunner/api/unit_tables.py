@@ -25,6 +25,34 @@ class Unit:
     offset: float = 0.0
 
 
+@dataclass(frozen=True)
+class UnitDefinition:
+    """A unit that a plugin adds; SI value = number * factor + offset."""
+
+    symbol: str
+    """Letters, °, %, µ, Ω, and digits after the first: what is no power of another unit."""
+    kind: str
+    """The kind of quantity, such as 'power'; of a new one a unit with factor 1 is its SI unit."""
+    base: str
+    """Its coherent SI unit in kg, m, s, A, K, mol, cd and rad, such as 'kg·m²/s³'; or '1'."""
+    factor: float = 1.0
+    offset: float = 0.0
+    spellings: tuple[str, ...] = ()
+    """How it may be written besides."""
+    logarithmic: bool = False
+    """Whether the kind is a level: no product or quotient is made of it."""
+
+    @property
+    def unit(self) -> Unit:
+        """The unit that it defines."""
+        return Unit(self.symbol, self.kind, self.factor, self.offset)
+
+    @property
+    def is_coherent(self) -> bool:
+        """Whether numbers in it are SI values."""
+        return (self.factor, self.offset) == (1, 0)
+
+
 _LBF = 4.4482216152605
 _INCH = 0.0254
 _DEG = math.pi / 180

@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -26,6 +27,7 @@ from rigrunner.api.unit_tables import (
     SPELLINGS,
     UNITS,
     Unit,
+    UnitDefinition,
 )
 
 if TYPE_CHECKING:
@@ -54,6 +56,9 @@ COMPOSED = rf"(?:(?:1|{_FACTOR}){_BELOW}|{_PRODUCT}(?:{_BELOW})?|{_NAME}{_POWER}
 """A regular expression, for JSON Schema too, of products and quotients of units."""
 _COMPOSED = re.compile(COMPOSED)
 _PART = re.compile(rf"({_NAME})({_POWER})?")
+_ADDED_SYMBOL = re.compile(r"[A-Za-zΩµ°%][A-Za-z0-9Ωµ°%]*")
+_ADDED_KIND = re.compile(r"[a-z]+(?: [a-z]+)*")
+_BASE = re.compile(rf"1|{COMPOSED}|{_NAME}")
 _HIGHEST_POWER = 9
 _LARGEST_FACTOR = 1e30
 _LONGEST = 40
@@ -67,24 +72,42 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
     `dimension`: what is measured here; a unit of something else is not suggested.
     """
     wanted = symbol.strip().translate(_SAME_LETTERS)
-    found = _BY_SPELLING.get(wanted)
+    found = _named(wanted)
     if found is None and len(wanted) <= _LONGEST and _COMPOSED.fullmatch(wanted):
         found = _composed(wanted)
     if found is not None:
         return found
     by_case = {
-        spelling.lower(): known.symbol
-        for spelling, known in _BY_SPELLING.items()
-        if dimension in (None, known.dimension)
-    }
+        spelling.lower(): symbol for spelling, symbol, kind in _spellings()
+        if dimension in (None, kind)
+    }  # fmt: skip
     near = difflib.get_close_matches(wanted[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
     hint = f"did you mean '{by_case[near[0]]}'?" if near else _listing(dimension)
     raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
 
 
+def define(added: Iterable[UnitDefinition], by: str) -> None:
+    """Make units known from now on; raise QuantityError for one that cannot be.
+
+    `by` is who defines them: what it defines again takes the place of what it defined before. Where
+    two define one symbol differently, who uses that unit is told of both.
+    """
+    news = tuple(added)
+    for new in news:
+        for objection in _objections(new, news):
+            raise QuantityError(f"the unit '{clip(new.symbol)}' of {by} {objection}")
+    for new in news:
+        for spelling in (new.symbol, *new.spellings):
+            claims = _ADDED.setdefault(spelling, {})
+            if new not in claims.values():
+                claims[by] = new
+    _composed.cache_clear()
+
+
 def kinds() -> tuple[str, ...]:
     """Return the names of all kinds of quantities that have one."""
-    return tuple(name for name, _, _ in KINDS)
+    own = [name for name, _, _ in KINDS]
+    return (*own, *sorted({new.kind for new in _added()} - set(own)))
 
 
 def units_of(dimension: str) -> list[str]:
@@ -95,24 +118,26 @@ def units_of(dimension: str) -> list[str]:
 def usual_units(dimension: str) -> list[Unit]:
     """Return the listed units of a kind in which values are written, at least its SI unit."""
     found = [u for u in UNITS if u.dimension == dimension and u.symbol not in CUSTOMARY]
+    if dimension not in _COHERENT:
+        found = list(dict.fromkeys(new.unit for new in _added() if new.kind == dimension))
     return found or [unit(si_symbol(dimension))]
 
 
 def spellings_of(dimension: str | None) -> list[str]:
     """Return all spellings of units of a kind, or of any, without those of COMPOSED."""
-    return [
-        spelling for spelling, known in _BY_SPELLING.items() if dimension in (None, known.dimension)
-    ]
+    return [spelling for spelling, _, kind in _spellings() if dimension in (None, kind)]
 
 
 def si_symbol(dimension: str) -> str:
     """Return the symbol of the coherent SI unit of a kind."""
-    return _COHERENT.get(dimension, dimension)
+    if dimension in _COHERENT:
+        return _COHERENT[dimension]
+    return next((new.symbol for new in _added() if _is_si_unit_of(new, dimension)), dimension)
 
 
 def rate_of(dimension: str) -> str | None:
     """Return the kind of what a quantity changes by in a time; None for a level."""
-    if dimension in LEVELS:
+    if _is_level(dimension):
         return None
     symbol = si_symbol(dimension)
     numerator, _, denominator = symbol.partition("/")
@@ -134,7 +159,7 @@ def is_coherent(known: Unit) -> bool:
 
 def with_article(dimension: str) -> str:
     """Return a kind as a sentence has it: 'a torque', 'an angle', 'a quantity in V/K'."""
-    if dimension not in _COHERENT:
+    if dimension not in kinds():
         return f"a quantity in {dimension}"
     return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
 
@@ -149,6 +174,90 @@ def _listing(dimension: str | None) -> str:
         return f"units of {dimension}: {', '.join(units_of(dimension))}"
     common = ", ".join(known.symbol for known in UNITS)
     return f"known units, with prefixes, products and quotients: {common}"
+
+
+def _named(spelling: str) -> Unit | None:
+    """Return the unit of a name; raise QuantityError where two define it differently."""
+    found = _BY_SPELLING.get(spelling)
+    if found is not None or spelling not in _ADDED:
+        return found
+    by, new = next(iter(_ADDED[spelling].items()))
+    for other, theirs in _rivals(spelling, new):
+        if replace(theirs, spellings=()) != replace(new, spellings=()):
+            both = f"{by} ({_meaning(new)}) and {other} ({_meaning(theirs)})"
+            raise QuantityError(
+                f"the unit '{spelling}' is defined twice: by {both}",
+                hint="uninstall or remove one of them; Rigrunner does not choose for you",
+            )
+    return new.unit
+
+
+def _rivals(spelling: str, new: UnitDefinition) -> Iterator[tuple[str, UnitDefinition]]:
+    """Yield who defines the same symbol too, or another SI unit of the same new kind."""
+    yield from _ADDED[spelling].items()
+    for claims in _ADDED.values():
+        for by, other in claims.items():
+            if _is_si_unit_of(new, new.kind) and _is_si_unit_of(other, new.kind):
+                yield by, other
+
+
+def _meaning(new: UnitDefinition) -> str:
+    zero = f" + {new.offset!r}" if new.offset else ""
+    return f"{new.symbol} = {new.factor!r}{zero} in {new.base}, {new.kind}"
+
+
+def _objections(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
+    """Yield why a unit cannot be added; `coherent` are those that come with it and are SI units."""
+    for spelling in (new.symbol, *new.spellings):
+        if not _ADDED_SYMBOL.fullmatch(spelling) or len(spelling) > _LONGEST:
+            yield f"is written '{clip(spelling)}'; allowed are letters, °, %, µ, Ω, and then digits"
+        elif spelling in _BY_SPELLING:
+            yield f"is written '{spelling}', and Rigrunner itself has '{spelling}'"
+        elif _COMPOSED.fullmatch(spelling):
+            yield f"is written '{spelling}', which reads as a power of a unit"
+    yield from _objections_to_size(new, coherent)
+
+
+def _objections_to_size(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
+    if not 1 / _LARGEST_FACTOR <= new.factor <= _LARGEST_FACTOR:
+        yield f"has factor {new.factor!r}; allowed is more than 0, to {_LARGEST_FACTOR:g}"
+    if not math.isfinite(new.offset):
+        yield f"has offset {new.offset!r}"
+    names = {name for name, _ in _powers(new.base)} - set(_BASES)
+    if names or not _BASE.fullmatch(new.base):
+        yield f"has base '{clip(new.base)}'; allowed are 1, and products of {', '.join(_BASES)}"
+    elif new.kind in _COHERENT:
+        is_level = new.kind in LEVELS
+        if _exponents(new.base) != _EXPONENTS[new.kind] or new.logarithmic != is_level:
+            (base,) = (base for name, _, base in KINDS if name == new.kind)
+            level = ", logarithmic" if is_level else ""
+            yield f"has base '{new.base}'; {with_article(new.kind)} is in {base}{level}"
+    elif not _ADDED_KIND.fullmatch(new.kind):
+        yield f"has kind '{clip(new.kind)}'; allowed are words of small letters"
+    elif not any(_is_si_unit_of(each, new.kind) for each in (*coherent, *_added())):
+        yield f"has the new kind '{new.kind}', of which no unit has factor 1 and offset 0"
+
+
+def _added() -> Iterator[UnitDefinition]:
+    for claims in _ADDED.values():
+        yield from claims.values()
+
+
+def _is_si_unit_of(new: UnitDefinition, kind: str) -> bool:
+    return new.kind == kind and new.is_coherent and kind not in _COHERENT
+
+
+def _is_level(kind: str) -> bool:
+    return kind in LEVELS or any(new.logarithmic for new in _added() if new.kind == kind)
+
+
+def _spellings() -> Iterator[tuple[str, str, str]]:
+    """Yield every spelling with the symbol and the kind of its unit."""
+    for spelling, known in _BY_SPELLING.items():
+        yield spelling, known.symbol, known.dimension
+    for spelling, claims in _ADDED.items():
+        new = next(iter(claims.values()))
+        yield spelling, new.symbol, new.kind
 
 
 def _powers(text: str) -> Iterator[tuple[str, int]]:
@@ -170,10 +279,10 @@ def _composed(text: str) -> Unit | None:
     """Return the unit that a product or quotient is; None where a factor is no unit."""
     parts: list[tuple[Unit, int]] = []
     for name, power in _powers(text):
-        known = _BY_SPELLING.get(name)
+        known = _named(name)
         if known is None or (power != 1 and not known.symbol.isalpha() and known.symbol != "%"):
             return None  # a power of N·m, written Nm2, may mean two things
-        if known.dimension in LEVELS:
+        if _is_level(known.dimension):
             hint = "a level is a logarithm: write what it stands for"
             raise QuantityError(f"no unit is made of {known.symbol}, as in '{text}'", hint=hint)
         if known.offset:
@@ -224,7 +333,9 @@ def _kind(parts: Iterable[tuple[Unit, int]]) -> str:
 
 def exponents_of(kind: str) -> Exponents:
     """Return the exponents of a kind in kg, m, s, A, K, mol, cd and rad, in this order."""
-    return _EXPONENTS[kind] if kind in _EXPONENTS else _exponents(kind)
+    if kind in _EXPONENTS:
+        return _EXPONENTS[kind]
+    return _exponents(next((new.base for new in _added() if new.kind == kind), kind))
 
 
 def _exponents(text: str) -> Exponents:
@@ -277,5 +388,7 @@ _COHERENT = {name: symbol for name, symbol, _ in KINDS}
 _KIND_BY_SYMBOL = {symbol: name for name, symbol, _ in KINDS}
 _EXPONENTS = {name: _exponents(base) for name, _, base in KINDS}
 _KIND_OF = {exponents: name for name, exponents in _EXPONENTS.items() if name not in BY_NAME_ALONE}
+_ADDED: dict[str, dict[str, UnitDefinition]] = {}
+"""What plugins and stored runs define: by spelling, then by who does."""
 _BY_SPELLING: dict[str, Unit] = _all_spellings()
 _BY_SPELLING.update({spelling: unit(symbol) for spelling, symbol in SPELLINGS.items()})

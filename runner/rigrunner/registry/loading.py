@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 import pluggy
 
 from rigrunner.api.errors import PluginError, RigrunnerError
-from rigrunner.api.hooks import PROJECT, HookSpecs
+from rigrunner.api.hooks import PROJECT, HookSpecs, UnitRecord
+from rigrunner.api.units import define
 from rigrunner.registry.culprit import DROP_IN, culprit
 from rigrunner.registry.installed import Installed, installed
 from rigrunner.registry.lookup import DisabledPlugin, Plugin, Provider, Registry
@@ -46,6 +47,7 @@ HOOK_OF_KIND = {
     "study_format": "rigrunner_study_formats",
     "importer": "rigrunner_importers",
     "event_sink": "rigrunner_event_sinks",
+    "unit": "rigrunner_units",
 }
 
 
@@ -182,12 +184,15 @@ def _plugins(provider: Provider, module: object) -> list[Plugin]:
             "it brings nothing: no function of it is a hook",
             hint="are its hooks in another module? the entry point names the one that has them",
         )
-    return [
+    plugins = [
         Plugin(kind, record, provider)
         for kind, implementations in found.items()
         for each in implementations
         for record in checked_records(kind, HOOK_OF_KIND[kind], each.function())
     ]
+    records = [each.record for each in plugins]
+    define((each.definition for each in records if isinstance(each, UnitRecord)), provider.name)
+    return plugins
 
 
 def _source(found: Installed) -> _Source:

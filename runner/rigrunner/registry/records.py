@@ -31,6 +31,7 @@ RECORD_OF_KIND: dict[str, type[PluginRecord]] = {
     "study_format": hooks.StudyFormatRecord,
     "importer": hooks.ImporterRecord,
     "event_sink": hooks.EventSinkRecord,
+    "unit": hooks.UnitRecord,
 }
 
 

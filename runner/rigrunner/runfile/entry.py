@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import event_from, event_text
 from rigrunner.runfile.digest import run_digest
@@ -157,6 +158,8 @@ def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
 def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInfo:
     texts = {name: read_text(entry, name) for name in HEADER_TEXTS}
     verbatim = {name: read_text(entry["texts"], name) for name in VERBATIM}
+    provenance = read_texts(entry["provenance"])
+    define_units_of(provenance, texts["run_id"])
     recordings = _in_order(entry["recordings"])
     return RunInfo(
         path=path,
@@ -167,7 +170,7 @@ def _read_info(entry: h5py.Group, path: Path, events: Sequence[Event]) -> RunInf
             files={},
             called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
             inputs=read_texts(entry["inputs"]),
-            provenance=read_texts(entry["provenance"]),
+            provenance=provenance,
             people=_read_texts(entry, "people"),
             approval=_read_texts(entry, "approval") or dict(DRAFT),
             imported=_read_texts(entry, IMPORTED),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
+from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import measured, superseded
 from rigrunner.runfile.codec import block_from, event_from, event_unpacked, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
@@ -133,6 +134,7 @@ def read_journal(files: RunFolder) -> Journal:
     lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     header, version = headers[0]
+    define_units_of(header.provenance, header.run_id)
     whole = _with_answers(header, events)
     return Journal(whole, tuple(events), truth, notes, end or 0, version)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import FORMAT_ATTRIBUTE
 from rigrunner.runfile.folder import RunFolder
@@ -78,9 +79,11 @@ def read_summary(path: Path) -> RunSummary:
 def _of_entry(entry: h5py.Group) -> RunSummary:
     if MANIFEST in entry:
         _checked_text(entry, MANIFEST)
+    run_id, provenance = read_text(entry, "run_id"), _texts(entry, "provenance")
+    define_units_of(provenance, run_id)
     return RunSummary(
         sealed=True,
-        run_id=read_text(entry, "run_id"),
+        run_id=run_id,
         started_utc=read_text(entry, "started_utc"),
         ended_utc=read_text(entry, "ended_utc"),
         outcome=read_text(entry, "outcome"),
@@ -91,7 +94,7 @@ def _of_entry(entry: h5py.Group) -> RunSummary:
         station_id=read_text(entry, "station_id"),
         inputs=_texts(entry, "inputs"),
         people=_texts(entry, "people"),
-        provenance=_texts(entry, "provenance"),
+        provenance=provenance,
         imported=_texts(entry, "imported"),
         approval=_texts(entry, "approval") or dict(DRAFT),
         zeros=_zeros(_group(entry, "zeros")),

@@ -17,6 +17,7 @@ from rigrunner.testing import (
     outlier_rules,
     settings,
     steps,
+    units,
 )
 from rigrunner.testing.compensation import CHECKS as COMPENSATION_CHECKS
 from rigrunner.testing.compensation import CompensationSubject
@@ -45,6 +46,7 @@ OF_KIND: dict[str, tuple[AnyCheck, ...]] = {
     "study_format": FORMAT_CHECKS,
     "event_sink": event_sinks.CHECKS,
     "step": steps.CHECKS,
+    "unit": units.CHECKS,
 }
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
 from rigrunner.registry import load_registry, with_drop_ins
-from rigrunner.station import load_station
+from rigrunner.station import InconsistentStationError, load_station
 from rigrunner.workflow.locate import find_station
 
 if TYPE_CHECKING:
@@ -21,8 +21,19 @@ def lab_registry(station: str | None) -> Registry:
     registry = load_registry()
     if station is None:
         return registry
-    path = find_station(station)
-    return with_lab_plugins(registry, load_station(path), path.parent)
+    return load_with_plugins(find_station(station), registry)[1]
+
+
+def load_with_plugins(path: Path, registry: Registry) -> tuple[LoadedStation, Registry]:
+    """Return a station, and the registry with the lab's own plugins; raise InvalidFileError."""
+    try:
+        loaded = load_station(path)
+    except InconsistentStationError as error:
+        if error.loaded.model.plugins is None:
+            raise
+        registry = with_lab_plugins(registry, error.loaded, path.parent)
+        return load_station(path), registry  # they may bring the units that it is written in
+    return loaded, with_lab_plugins(registry, loaded, path.parent)
 
 
 def plugin_folders(station: str | None) -> list[Path]:

@@ -34,6 +34,7 @@ KINDS = {
     "importer": "importer",
     "report": "report_format",
     "step": "step",
+    "unit": "unit",
 }
 """The kinds that can be made, by the word for them, with the registry's own name."""
 _NUMPY = {"fit", "outlier_rule", "compensation", "importer", "analysis"}

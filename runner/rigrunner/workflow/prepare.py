@@ -92,6 +92,9 @@ def plan_run_in(
     loaded_station = of_station.without(lambda: load_station(station))
     if loaded_station is not None:
         registry = with_lab_plugins(registry, loaded_station, station.parent)
+        if of_station and loaded_station.model.plugins is not None:  # which may bring its units
+            of_station = _Problems()
+            loaded_station = of_station.without(lambda: load_station(station))
     kinds = step_kinds(registry)
     loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds))
     problems += of_station

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 from rigrunner import __version__
 from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import UnitRecord
+from rigrunner.runfile.added_units import unit_texts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -34,6 +36,11 @@ def software(registry: Registry) -> dict[str, str]:
         "Python": platform.python_version(),
         **packages,
         "plugin providers": ", ".join(sorted(providers)),
+        **unit_texts(
+            plugin.record.definition
+            for plugin in registry.plugins
+            if isinstance(plugin.record, UnitRecord)
+        ),
     }
 
 

@@ -73,6 +73,7 @@ from rigrunner.api.hooks import (
     OutlierRuleRecord,
     ReportFormatRecord,
     StudyFormatRecord,
+    UnitRecord,
     hookimpl,
 )
 from rigrunner.api.importing import Column, Importer, NotInFileError
@@ -95,6 +96,7 @@ from rigrunner.api.settings import (
 )
 from rigrunner.api.studies import StudyInput
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
+from rigrunner.api.unit_tables import UnitDefinition
 from rigrunner.api.verdict import Limits, Verdict, Zone
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.inputs import limited, model_of
@@ -517,3 +519,17 @@ def rigrunner_study_formats() -> list[StudyFormatRecord]:
 def rigrunner_event_sinks() -> list[EventSinkRecord]:
     """One listener."""
     return [EventSinkRecord(name="stranger_count", help="Counts.", factory=_sink)]
+
+
+@hookimpl
+def rigrunner_units() -> list[UnitRecord]:
+    """One unit of a kind that is known, and one of its own."""
+    hardness = UnitDefinition("StrH", "stranger hardness", "1", spellings=("strH",))
+    return [
+        UnitRecord(name="stranger_hardness", help="Hardness.", definition=hardness),
+        UnitRecord(
+            name="stranger_ounce",
+            help="An ounce.",
+            definition=UnitDefinition("stroz", "mass", "kg", 0.028349523125),
+        ),
+    ]

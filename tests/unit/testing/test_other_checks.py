@@ -33,6 +33,7 @@ from helpers_zoo_files import (
     sink_registry,
 )
 from helpers_zoo_results import ANALYSES, analysis_registry
+from helpers_zoo_units import UNITS, good_unit_registry, unit_registry
 from rigrunner.testing import State, checks, examine_one, subject
 from rigrunner.testing.settings import CHECKS as OF_EVERY_PLUGIN
 
@@ -55,6 +56,7 @@ OF_KIND = {
     "event_sink": (SINKS, sink_registry),
     "importer": (IMPORTERS, importer_registry),
     "analysis": (ANALYSES, lambda make: make()),
+    "unit": (UNITS, unit_registry),
 }
 BROKEN = [(kind, name) for kind, (zoo, _) in OF_KIND.items() for name in zoo]
 GOOD = {
@@ -65,6 +67,7 @@ GOOD = {
     "event_sink": lambda: sink_registry(listener),
     "importer": lambda: importer_registry(Table),
     "analysis": analysis_registry,
+    "unit": good_unit_registry,
 }
 
 

@@ -41,6 +41,7 @@ KINDS = (
     "study_format",
     "event_sink",
     "step",
+    "unit",
 )
 
 

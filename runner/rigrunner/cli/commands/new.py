@@ -19,6 +19,7 @@ WORDS = (
     "importer",
     "report",
     "step",
+    "unit",
 )
 PLUGINS = "plugins"
 """The lab's own folder, as `rigrunner init` makes it."""

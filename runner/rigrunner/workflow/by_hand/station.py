@@ -12,11 +12,10 @@ from rigrunner.plan import check_station, check_station_plugins
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
 from rigrunner.rig.messages import DeviceMessages
-from rigrunner.station import load_station
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.tape import ReplayedTape
 from rigrunner.workflow.guardian.guarding import guarding
-from rigrunner.workflow.lab_plugins import with_lab_plugins
+from rigrunner.workflow.lab_plugins import load_with_plugins
 from rigrunner.workflow.planning import clock_for
 from rigrunner.workflow.prepare import make_devices, patience_of
 from rigrunner.workflow.rig_lock import station_lock
@@ -96,8 +95,8 @@ def ready_station(
     path: Path, *, realtime: bool = False, tape: Tape | None = None, time_limits: bool = True
 ) -> ReadyStation:
     """Load a station and make its devices; raise InvalidFileError with all that is wrong."""
-    station, messages = replace(load_station(path), time_limits=time_limits), DeviceMessages()
-    registry = with_lab_plugins(load_registry(), station, path.parent)
+    loaded, registry = load_with_plugins(path, load_registry())
+    station, messages = replace(loaded, time_limits=time_limits), DeviceMessages()
     check_station_plugins(station, registry)
     clock = clock_for(station.model, registry, realtime=realtime)
     if isinstance(tape, ReplayedTape):

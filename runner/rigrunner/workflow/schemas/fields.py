@@ -17,14 +17,12 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from rigrunner.api.quantity import readable
+from rigrunner.api.settings import QuantitySchema
 from rigrunner.api.units import units_of
 from rigrunner.yamlfile.models import unannotated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-
-DIMENSION = "x-dimension"
-"""The key in the JSON Schema of a quantity that names its dimension, or None for any."""
 
 _KINDS = {
     "bool": "true | false",
@@ -89,7 +87,7 @@ def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, 
 def _field(key: str, info: FieldInfo, words: str) -> Field:
     annotation = _annotated(info)
     quantity = _quantity(annotation)
-    dimension = None if quantity is None else quantity[DIMENSION]
+    dimension = None if quantity is None else quantity.dimension
     inner = _without_none(annotation)
     model, entry = _model(inner)
     return Field(
@@ -120,10 +118,9 @@ def _marks(annotation: Any) -> Iterator[Any]:
             yield from _marks(part)
 
 
-def _quantity(annotation: Any) -> dict[str, Any] | None:
-    """Return the JSON Schema of the quantity in an annotation, where there is one."""
-    schemas = (mark.json_schema for mark in _marks(annotation) if isinstance(mark, WithJsonSchema))
-    return next((schema for schema in schemas if schema and DIMENSION in schema), None)
+def _quantity(annotation: Any) -> QuantitySchema | None:
+    """Return what an annotation says of its quantity, where there is one."""
+    return next((mark for mark in _marks(annotation) if isinstance(mark, QuantitySchema)), None)
 
 
 def _without_none(annotation: Any) -> Any:
@@ -159,7 +156,7 @@ def _kind(annotation: Any) -> str:
 def _scalar_kind(annotation: Any, name: str) -> str:
     quantity = _quantity(annotation)
     if quantity is not None:
-        return quantity[DIMENSION] or "quantity"
+        return quantity.dimension or "quantity"
     if any(isinstance(mark, WithJsonSchema) for mark in _marks(annotation)):
         return "yes | no"
     return _KINDS.get(name, name)

@@ -8,8 +8,6 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.workflow.schemas.fields import DIMENSION
-
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
@@ -17,6 +15,8 @@ Schema = dict[str, Any]
 
 SHARED = "x-shared"
 """The key in the JSON Schema of a choice that is defined once; its value is the name of it."""
+DIMENSION = "x-dimension"
+"""The key in the JSON Schema of a quantity that names its dimension, or None for any."""
 _DEFINITIONS = "$defs"
 _POINTER = "#/$defs/"
 _REFERENCE = r"^\$[A-Za-z][A-Za-z0-9_]*$"

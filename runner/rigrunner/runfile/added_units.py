@@ -1,0 +1,49 @@
+"""Units that plugins add, as a run keeps them: it is read and shown without these plugins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.unit_tables import UnitDefinition
+from rigrunner.api.units import QuantityError, define
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+_UNIT = "unit "
+"""What the name of a unit begins with in the provenance of a run."""
+
+
+def unit_texts(added: Iterable[UnitDefinition]) -> dict[str, str]:
+    """Return units as texts of a run's provenance, by name."""
+    return {f"{_UNIT}{each.symbol}": _text(each) for each in added}
+
+
+def define_units_of(provenance: Mapping[str, str], run_id: str) -> None:
+    """Make the units known that a run was made with; raise DataError where a text is damaged."""
+    try:
+        define(_definitions(provenance, run_id), f"the run {run_id}")
+    except QuantityError as error:
+        raise DataError(error.message, hint=error.hint) from error
+
+
+def _text(each: UnitDefinition) -> str:
+    scale = "logarithmic" if each.logarithmic else "linear"
+    spellings = " ".join((each.symbol, *each.spellings))
+    return f"{each.kind}; {each.base}; {each.factor!r}; {each.offset!r}; {scale}; {spellings}"
+
+
+def _definitions(provenance: Mapping[str, str], run_id: str) -> Iterator[UnitDefinition]:
+    for name, text in provenance.items():
+        if not name.startswith(_UNIT):
+            continue
+        try:
+            kind, base, factor, offset, scale, spellings = text.split("; ")
+            symbol, *others = spellings.split()
+            yield UnitDefinition(
+                symbol, kind, base, float(factor), float(offset), tuple(others),
+                logarithmic=scale == "logarithmic",
+            )  # fmt: skip
+        except ValueError as error:
+            raise DataError(f"{run_id}: the {name} is damaged: '{text[:60]}'") from error

@@ -1,0 +1,42 @@
+"""Units that are broken in one way each, and one that keeps to everything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from helpers_zoo import registry_of
+from rigrunner.api.errors import PluginError
+from rigrunner.api.hooks import UnitRecord
+from rigrunner.api.unit_tables import UnitDefinition
+from rigrunner.api.units import define
+
+OUNCE = UnitDefinition("zooOz", "mass", "kg", 0.028349523125, spellings=("zoooz",))
+TWICE = replace(OUNCE, symbol="zooTwice", spellings=())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unmade(UnitRecord):
+    def factory(self, settings):  # noqa: ARG002  (as its base has it)
+        raise PluginError("it cannot be made")
+
+
+def _record(definition, kind=UnitRecord):
+    return kind(name="ounce", help="An ounce.", definition=definition)
+
+
+UNITS = {
+    "can_be_made": _record(OUNCE, Unmade),
+    "can_be_known": _record(replace(OUNCE, base="m")),
+    "comes_back_as_written": _record(TWICE),
+}
+"""By check, the unit that fails it."""
+
+
+def unit_registry(record):
+    if record.definition is TWICE:
+        define([replace(TWICE, factor=1.0)], "another")
+    return registry_of("unit", record)
+
+
+def good_unit_registry():
+    return registry_of("unit", _record(OUNCE))

@@ -1,0 +1,147 @@
+"""Units that plugins add: which are taken, which clash, and what a run keeps of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rigrunner.api import units
+from rigrunner.api.errors import DataError
+from rigrunner.api.quantity import parse_quantity, quantity_pattern
+from rigrunner.api.unit_tables import UnitDefinition
+from rigrunner.api.units import QuantityError, define, kinds, rate_of, si_symbol, units_of
+from rigrunner.runfile.added_units import define_units_of, unit_texts
+
+HORSEPOWER = UnitDefinition("tstHp", "power", "kg·m²/s³", 745.6998715822702, spellings=("tstHP",))
+GRADE = UnitDefinition("tstG", "test grade", "1")
+HALF = UnitDefinition("tstH", "test grade", "1", 0.5)
+DELISLE = UnitDefinition("tstDe", "temperature", "K", 2 / 3, 100.0)
+LOUD = UnitDefinition("tstdB", "test level", "1", logarithmic=True)
+
+
+@pytest.fixture(autouse=True)
+def _own_table(monkeypatch):
+    """Let no unit of a test be known to another one."""
+    monkeypatch.setattr(units, "_ADDED", {})
+    units._composed.cache_clear()
+    yield
+    units._composed.cache_clear()
+
+
+def read(text):
+    quantity = parse_quantity(text)
+    return str(quantity), quantity.si, quantity.dimension
+
+
+def test_an_added_unit_is_read_in_all_its_spellings_and_in_products():
+    define([HORSEPOWER], "one")
+    assert read("2 tstHP") == ("2 tstHp", 2 * 745.6998715822702, "power")
+    assert read("2 tstHp/m2") == ("2 tstHp/m²", pytest.approx(2 * 745.6998715822702), "W/m²")
+    assert read("3 tstHp·s")[2] == "energy"
+    with pytest.raises(QuantityError, match="is a power, not a torque"):
+        parse_quantity("2 tstHp", "torque")
+
+
+def test_a_unit_may_have_a_zero_of_its_own():
+    define([DELISLE], "one")
+    assert read("3 tstDe") == ("3 tstDe", 102.0, "temperature")
+    with pytest.raises(QuantityError, match="which has a zero of its own"):
+        parse_quantity("3 tstDe/s")
+
+
+def test_a_new_kind_is_no_other_of_the_same_dimension():
+    define([HALF, GRADE], "one")
+    assert read("4 tstH") == ("4 tstH", 2.0, "test grade")
+    assert si_symbol("test grade") == "tstG"
+    assert set(units_of("test grade")) == {"tstG", "tstH"}
+    assert "test grade" in kinds()
+    with pytest.raises(QuantityError, match="is a test grade, not a ratio"):
+        parse_quantity("4 tstH", "ratio")
+
+
+def test_a_level_is_in_no_product():
+    define([LOUD], "one")
+    assert rate_of("test level") is None
+    with pytest.raises(QuantityError, match="no unit is made of tstdB"):
+        parse_quantity("1 tstdB/s")
+
+
+def test_editors_know_an_added_unit():
+    define([UnitDefinition("tstEd", "mass", "kg", 2.0)], "one")
+    assert "tstEd" in quantity_pattern("mass")
+    assert "tstEd" not in quantity_pattern("time")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"symbol": "N"}, "and Rigrunner itself has 'N'"),
+        ({"spellings": ("bar",)}, "and Rigrunner itself has 'bar'"),
+        ({"symbol": "m2"}, "which reads as a power of a unit"),
+        ({"symbol": "a b"}, "allowed are letters"),
+        ({"symbol": ""}, "allowed are letters"),
+        ({"base": "kg"}, r"has base 'kg'; a power is in kg·m²/s³"),
+        ({"base": "N·m"}, "allowed are 1, and products of kg, m, s"),
+        ({"base": "m²/"}, "allowed are 1, and products of kg, m, s"),
+        ({"factor": 0.0}, "allowed is more than 0"),
+        ({"factor": float("nan")}, "allowed is more than 0"),
+        ({"offset": float("inf")}, "has offset inf"),
+        ({"kind": "Power!"}, "allowed are words of small letters"),
+        ({"kind": "no such kind"}, "of which no unit has factor 1 and offset 0"),
+        ({"kind": "level"}, "a level is in 1, logarithmic"),
+    ],
+)
+def test_what_cannot_be_a_unit_is_refused(changes, message):
+    with pytest.raises(QuantityError, match=message):
+        define([replace(HORSEPOWER, symbol=changes.pop("symbol", "tstNo"), **changes)], "one")
+
+
+def test_nothing_of_a_plugin_is_known_where_one_of_its_units_is_refused():
+    with pytest.raises(QuantityError):
+        define([UnitDefinition("tstFirst", "mass", "kg"), replace(HORSEPOWER, symbol="N")], "one")
+    with pytest.raises(QuantityError, match="unknown unit"):
+        parse_quantity("1 tstFirst")
+
+
+def test_two_that_define_a_unit_differently_are_both_named():
+    clashing = UnitDefinition("tstC", "mass", "kg", 2.0)
+    define([clashing], "plugin_one")
+    define([clashing], "plugin_two")
+    assert read("1 tstC")[1] == 2.0
+    define([replace(clashing, factor=3.0)], "plugin_three")
+    for text in ("1 tstC", "1 tstC/s"):
+        with pytest.raises(QuantityError, match=r"by plugin_one .* and plugin_three .*3\.0 in kg"):
+            parse_quantity(text)
+
+
+def test_two_that_define_a_kind_differently_are_both_named():
+    define([UnitDefinition("tstA", "test clash", "1")], "plugin_one")
+    define([UnitDefinition("tstB", "test clash", "1")], "plugin_two")
+    with pytest.raises(QuantityError, match=r"by plugin_one .* and plugin_two"):
+        parse_quantity("1 tstA")
+
+
+def test_what_a_plugin_defines_again_takes_the_place_of_the_former():
+    define([UnitDefinition("tstAgain", "mass", "kg", 2.0)], "one")
+    define([UnitDefinition("tstAgain", "mass", "kg", 3.0)], "one")
+    assert read("1 tstAgain")[1] == 3.0
+
+
+def test_a_run_keeps_its_units():
+    kept = [
+        replace(HORSEPOWER, symbol="tstK", spellings=("tstKk",)),
+        replace(DELISLE, symbol="tstKd"),
+        replace(LOUD, symbol="tstKl", kind="kept level"),
+    ]
+    define_units_of(unit_texts(kept) | {"Rigrunner": "1.0"}, "run-1")
+    assert read("2 tstKk") == ("2 tstK", 2 * 745.6998715822702, "power")
+    assert read("3 tstKd") == ("3 tstKd", 102.0, "temperature")
+    assert rate_of("kept level") is None
+
+
+def test_a_damaged_unit_of_a_run_is_told():
+    with pytest.raises(DataError, match="run-2: the unit tstX is damaged"):
+        define_units_of({"unit tstX": "power; 1"}, "run-2")
+    with pytest.raises(DataError, match="run-2"):
+        define_units_of({"unit tstX": "power; kg; 1.0; 0.0; linear; tstX"}, "run-2")
