@@ -24,6 +24,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from helpers_cli import Called, call, shell
 from helpers_figures import BLANK_FIGURES, blank, drawn
 from helpers_workflow import START, quick_procedure, run
+from rigrunner.api import units
 from rigrunner.clock import SimulatedClock
 
 # How long an example takes is a matter of what else the machine does.
@@ -31,6 +32,17 @@ settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCh
 settings.load_profile("busy")
 
 pytest_plugins = ["rigrunner.testing.pytest_plugin"]
+
+
+@pytest.fixture(autouse=True)
+def _units_of_a_test():
+    """Let no unit that a test defines be known to another one."""
+    before = {spelling: dict(claims) for spelling, claims in units._ADDED.items()}
+    yield
+    if before != units._ADDED:
+        units._ADDED.clear()
+        units._ADDED.update(before)
+        units._composed.cache_clear()
 
 
 def pytest_addoption(parser) -> None:

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from rigrunner.api.devices import ChannelInfo, DriveInfo
 from rigrunner.api.errors import InvalidFileError, PluginError, Problem
+from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import ListOf, Settings, Torque, YesNo
 
 PROCEDURE = """\
@@ -201,3 +202,10 @@ class Lookup:
         if (kind, name) not in self.known:
             raise PluginError(f"there is no {kind} '{name}'", hint="did you mean another?")
         return self.known[kind, name]
+
+    def rig_model(self) -> type[Settings]:
+        return RigDescription
+
+    def rig_of(self, kind: str, name: str) -> type[Settings] | None:
+        self.settings_of(kind, name)
+        return RigDescription if kind == "compensation" else None

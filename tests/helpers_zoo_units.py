@@ -39,4 +39,5 @@ def unit_registry(record):
 
 
 def good_unit_registry():
+    define([OUNCE], "zoo")
     return registry_of("unit", _record(OUNCE))

@@ -18,6 +18,8 @@ from other_physics.model import integrate, natural_hz, starting_torque_nm
 from other_physics.rigs import run_after
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.clock import utc_text
 from rigrunner.study.recording import RecordedBench
 from rigrunner.study.tools import tools
@@ -169,7 +171,7 @@ def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> 
         ended_utc="2026-01-01T01:00:00.000Z",
         outcome="completed",
         inputs={},
-        rig=station.rig.model_copy(update=known),
+        rig=own_keys(RigDescription, station.rig).model_copy(update=known),
         instruments={TORQUE: instrument},
         zeros={TORQUE: taken.zero_nm},
         recordings=recordings,

@@ -4,13 +4,14 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from helpers_devices import FakeTester
 from rigrunner import __version__
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
 from rigrunner.api.errors import PluginError
 from rigrunner.api.hooks import DeviceRecord, FitRecord, ReportFormatRecord
-from rigrunner.api.settings import Frequency, Settings
+from rigrunner.api.settings import Force, Frequency, Length, Settings
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry, versions, with_drop_ins
 from rigrunner.registry.declared import declaration_problems
@@ -438,3 +439,37 @@ def test_what_cannot_be_read_in_a_drop_in_folder_is_disabled_and_harms_no_other(
         "nowhere.py",
     }
     assert registry.names("fit") == ["line"]
+
+
+class Bore(Settings):
+    bore: Length = 0.01
+
+
+class OtherBore(Settings):
+    bore: Force = 1.0
+
+
+def fit_of_a_rig(name, rig):
+    record = FitRecord(name=name, help="A fit.", factory=lambda _: None, rig=rig)
+    return Plugin("fit", record, Provider(f"the_{name}", "1"))
+
+
+def test_a_rig_has_the_keys_that_plugins_declare():
+    assert set(Registry([]).rig_model().model_fields) == set()
+    model = Registry([fit_of_a_rig("one", Bore), fit_of_a_rig("two", Bore)]).rig_model()
+    assert model.model_validate({"bore": "3 mm"}).bore == 0.003
+    with pytest.raises(ValidationError, match="extra"):
+        model.model_validate({"mandrel": "M-1"})
+
+
+def test_a_key_of_a_rig_that_two_declare_differently_names_both():
+    registry = Registry([fit_of_a_rig("one", Bore), fit_of_a_rig("two", OtherBore)])
+    both = "by the fit 'one' of the_one 1 and the fit 'two' of the_two 1"
+    with pytest.raises(PluginError, match=f"'bore' of a rig is declared twice, {both}"):
+        registry.rig_model()
+
+
+def test_what_ships_declares_the_rig_of_bearings_and_an_ohmmeter_has_none():
+    registry = load_registry()
+    assert {"mandrel", "eccentric"} <= set(registry.rig_model().model_fields)
+    assert registry.rig_of("device", "visa") is None

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
         TemplateInverseSettings,
     )
 
+RIG = "rigrunner.api.rig:RigDescription"
+"""What the station may say of a rig that swings or turns bearings."""
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
 RUNNING = MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY)
 OTHER_PHASE = (
@@ -41,6 +43,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="paper_peak",
             help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
             settings="rigrunner_plugins.compensations.paper_peak_settings:PaperPeakSettings",
+            rig=RIG,
             factory=_paper_peak,
             requires=requirements.of_paper_peak,
             yields=STARTING,
@@ -50,6 +53,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="peak_same_frequency",
             help="Raw peak minus the no-load peak of the same frequency",
             settings="rigrunner_plugins.compensations.peak_same_frequency_settings:PeakSameFrequencySettings",
+            rig=RIG,
             factory=_peak_same_frequency,
             requires=requirements.of_peak_same_frequency,
             yields=STARTING,
@@ -59,6 +63,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="template_inverse",
             help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
             settings="rigrunner_plugins.compensations.settings:TemplateInverseSettings",
+            rig=RIG,
             factory=_template_inverse,
             requires=requirements.of_template_inverse,
             yields=STARTING,
@@ -68,6 +73,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="model_inverse",
             help="As template_inverse, by a model of the sweep: also between its frequencies",
             settings="rigrunner_plugins.compensations.settings:InverseSettings",
+            rig=RIG,
             factory=_model_inverse,
             requires=requirements.of_model_inverse,
             yields=STARTING,
@@ -77,6 +83,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="energy",
             help="Running torque: work of a swing over its way, loaded minus no-load",
             settings="rigrunner_plugins.compensations.settings:EnergySettings",
+            rig=RIG,
             factory=_energy,
             requires=requirements.of_energy,
             yields=RUNNING,
@@ -86,6 +93,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="breakaway_peak",
             help="Starts from rest: mean of their breakaway torques, another torque than a swing's",
             settings="rigrunner_plugins.compensations.breakaway_peak_settings:BreakawayPeakSettings",
+            rig=RIG,
             factory=_breakaway_peak,
             requires=requirements.of_breakaway_peak,
             yields=BREAKAWAY,

@@ -181,6 +181,8 @@ class RunData:
     """The state of the procedure when the run began, as in the run's header."""
     imported: Mapping[str, str] = field(default_factory=dict)
     """Of recordings that another program made: by which, and by whose word, as in the header."""
+    rig_keys: Mapping[str, Any] = field(default_factory=dict)
+    """What the station says of the rig, as it stands there: `own_keys` reads a plugin's keys."""
     recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By recording, the zero readings in force when it was made, where the run was zeroed again."""
 

@@ -66,6 +66,12 @@ class PluginRecord:
     """
     trial: Mapping[str, Any] = field(default_factory=dict)
     """Settings with which it can be tried, a device without an instrument."""
+    rig: type[Settings] | str | None = None
+    """The keys that it reads under `rig` of a station, or where they stand, as of `settings`.
+
+    A key that no plugin declares is refused; one without a default must be there where the plugin
+    is used.
+    """
     revision: int = 1
     """Of a method or a page layout: one more with each change that gives another number or page.
 
@@ -77,6 +83,12 @@ class PluginRecord:
     def settings_model(self) -> type[Settings]:
         """The model of the settings; PluginError if there is none where the record says."""
         return _model_at(self.settings) if isinstance(self.settings, str) else self.settings
+
+    @property
+    def rig_model(self) -> type[Settings] | None:
+        """The model of its keys of the rig; PluginError if there is none where the record says."""
+        return _model_at(self.rig) if isinstance(self.rig, str) else self.rig
+
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceRecord(PluginRecord):

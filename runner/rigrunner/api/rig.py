@@ -1,4 +1,7 @@
-"""The rig that a station describes: its geometry, design values and limits of error."""
+"""What is known of a rig that swings or turns bearings: geometry, design values, limits of error.
+
+The compensations declare these keys, and with them a station may have them under `rig`.
+"""
 
 from __future__ import annotations
 

@@ -37,6 +37,17 @@ class Settings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
+SettingsT = TypeVar("SettingsT", bound=Settings)
+
+
+def own_keys(model: type[SettingsT], keys: Mapping[str, Any]) -> SettingsT:
+    """Return the settings of those keys that are of this model; others are of other plugins.
+
+    Raises pydantic.ValidationError where one of them is wrong.
+    """
+    return model.model_validate({k: v for k, v in keys.items() if k in model.model_fields})
+
+
 @runtime_checkable
 class Reached(Protocol):
     """Settings that say where the instrument is: on one machine one run at a time may reach it."""

@@ -210,7 +210,7 @@ def _objections(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iter
     """Yield why a unit cannot be added; `coherent` are those that come with it and are SI units."""
     for spelling in (new.symbol, *new.spellings):
         if not _ADDED_SYMBOL.fullmatch(spelling) or len(spelling) > _LONGEST:
-            yield f"is written '{clip(spelling)}'; allowed are letters, °, %, µ, Ω, and then digits"
+            yield f"is written '{clip(spelling)}'; expected letters, °, %, µ, Ω, and then digits"
         elif spelling in _BY_SPELLING:
             yield f"is written '{spelling}', and Rigrunner itself has '{spelling}'"
         elif _COMPOSED.fullmatch(spelling):
@@ -220,12 +220,12 @@ def _objections(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iter
 
 def _objections_to_size(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
     if not 1 / _LARGEST_FACTOR <= new.factor <= _LARGEST_FACTOR:
-        yield f"has factor {new.factor!r}; allowed is more than 0, to {_LARGEST_FACTOR:g}"
+        yield f"has factor {new.factor!r}; expected more than 0, to {_LARGEST_FACTOR:g}"
     if not math.isfinite(new.offset):
         yield f"has offset {new.offset!r}"
     names = {name for name, _ in _powers(new.base)} - set(_BASES)
     if names or not _BASE.fullmatch(new.base):
-        yield f"has base '{clip(new.base)}'; allowed are 1, and products of {', '.join(_BASES)}"
+        yield f"has base '{clip(new.base)}'; expected 1, or products of {', '.join(_BASES)}"
     elif new.kind in _COHERENT:
         is_level = new.kind in LEVELS
         if _exponents(new.base) != _EXPONENTS[new.kind] or new.logarithmic != is_level:
@@ -233,7 +233,7 @@ def _objections_to_size(new: UnitDefinition, coherent: Iterable[UnitDefinition])
             level = ", logarithmic" if is_level else ""
             yield f"has base '{new.base}'; {with_article(new.kind)} is in {base}{level}"
     elif not _ADDED_KIND.fullmatch(new.kind):
-        yield f"has kind '{clip(new.kind)}'; allowed are words of small letters"
+        yield f"has kind '{clip(new.kind)}'; expected words of small letters"
     elif not any(_is_si_unit_of(each, new.kind) for each in (*coherent, *_added())):
         yield f"has the new kind '{new.kind}', of which no unit has factor 1 and offset 0"
 

@@ -70,7 +70,7 @@ def check_rig(
     """
     if not analyses(procedure):
         return
-    spec, rig = procedure.model.torque_analysis, station.model.rig
+    spec, rig = procedure.model.torque_analysis, station.rig
     needed: dict[str, Path] = {}
     at = procedure.model.torque_analysis_at
     if spec.starts is None and chosen(draft.recordings, procedure):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 from pydantic import ValidationError
@@ -13,7 +14,7 @@ from rigrunner.yamlfile import validate
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from rigrunner.api.settings import Settings
     from rigrunner.procedure import Acceptance, AnalysisSpec, LoadedProcedure, PluginRef
@@ -27,6 +28,14 @@ class SettingsLookup(Protocol):
 
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the model of a plugin's settings; raise PluginError if there is no such plugin."""
+        ...
+
+    def rig_model(self) -> type[Settings]:
+        """Return the model of all that a station may say of its rig; raise PluginError."""
+        ...
+
+    def rig_of(self, kind: str, name: str) -> type[Settings] | None:
+        """Return what a plugin must know of the rig; raise PluginError if there is no such."""
         ...
 
 
@@ -46,8 +55,10 @@ def check_plugins(
 ) -> None:
     """Raise InvalidFileError with every plugin that is not there or refuses its settings."""
     problems = Problems()
-    for use in (*_uses_of_procedure(procedure), *_uses_of_station(station)):
+    uses = [*_uses_of_procedure(procedure), *_uses_of_station(station)]
+    for use in uses:
         _check(use, lookup, problems)
+    _check_rig(station, uses, lookup, problems)
     if procedure.model.acceptance is not None:
         _check_rule(procedure.document, procedure.model.acceptance, lookup, problems)
     problems.stop_if_any()
@@ -82,9 +93,38 @@ def _check_rule(
 def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> None:
     """Raise InvalidFileError with every plugin of a station that is not there or refuses."""
     problems = Problems()
-    for use in _uses_of_station(station):
+    uses = list(_uses_of_station(station))
+    for use in uses:
         _check(use, lookup, problems)
+    _check_rig(station, uses, lookup, problems)
     problems.stop_if_any()
+
+
+def _check_rig(
+    station: LoadedStation, uses: Iterable[_Use], lookup: SettingsLookup, problems: Problems
+) -> None:
+    """Add a problem for each key of the rig that is wrong, or that a plugin in use needs."""
+    needed: dict[str, _Use] = {}
+    for use in uses:
+        with suppress(PluginError):  # that there is no such plugin is told
+            model = lookup.rig_of(use.kind, use.name)
+            fields = model.model_fields if model else {}
+            needed |= {key: use for key, each in fields.items() if each.is_required()}
+    try:
+        validate(lookup.rig_model(), station.document, ("rig",))
+    except PluginError as error:
+        problems.add(station.document, ("rig",), error.message, key=True)
+    except InvalidFileError as error:
+        for problem in error.problems:
+            key = problem.field.removeprefix("rig.")
+            is_missing = problem.field != "rig" and key not in station.model.rig
+            if not is_missing or "." in key:
+                problems.include([problem])
+            elif key in needed:
+                use = needed[key]
+                at = use.document.where(use.named_at, key=use.named_at == use.settings_at)
+                hint = f"the {use.kind.replace('_', ' ')} '{use.name}' needs it ({at})"
+                problems.include([replace(problem, hint=hint)])
 
 
 def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:

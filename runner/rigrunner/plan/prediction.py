@@ -57,7 +57,7 @@ def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> P
         PredictedTorque(record.name, frequency_hz, rig_nm + bearing_nm, known.full_scale)
         for record in records
         if (frequency_hz := record.cycle_frequency_hz)
-        and (rig_nm := rig_torque_nm(station.model.rig, frequency_hz)) is not None
+        and (rig_nm := rig_torque_nm(station.rig, frequency_hz)) is not None
         for channel in channels_of(record, "torque")
         if (known := station.instruments.get(Member(record.role, channel)))
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pydantic import ValidationError
+from pydantic import ValidationError, create_model
 
 from rigrunner.api.analysis import Requirements
 from rigrunner.api.errors import PluginError, RigrunnerError
@@ -20,7 +20,7 @@ from rigrunner.api.hooks import (
     FitRecord,
     OutlierRuleRecord,
 )
-from rigrunner.api.settings import MadeOfOthers, Reached, SimulableSettings
+from rigrunner.api.settings import MadeOfOthers, Reached, Settings, SimulableSettings
 from rigrunner.registry.declared import declaration_problems
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from rigrunner.api.findings import NeededChannel, Objection, ResultDefinition
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.measurand import MeasurandKind
-    from rigrunner.api.settings import Settings
 
 
 _FEW = 8
@@ -152,6 +151,33 @@ class Registry:
     def settings_of(self, kind: str, name: str) -> type[Settings]:
         """Return the settings model of a plugin; raise PluginError if there is no such plugin."""
         return self.find(kind, name).record.settings_model
+
+    def rig_model(self) -> type[Settings]:
+        """Return the keys that a station may have under `rig`: of all plugins, in their order.
+
+        Raises PluginError, naming both plugins, where two declare one key differently.
+        """
+        declared: dict[type[Settings], Plugin] = {}
+        for plugin in self.plugins:
+            model = plugin.record.rig_model
+            if model is not None:
+                declared.setdefault(model, plugin)
+        owners: dict[str, tuple[Plugin, object]] = {}
+        for model, plugin in declared.items():
+            for key, field in model.model_fields.items():
+                type_of_it = (field.annotation, field.metadata)
+                other, meant = owners.setdefault(key, (plugin, type_of_it))
+                if meant != type_of_it:
+                    both = f"{_of(other)} and {_of(plugin)}"
+                    raise PluginError(f"the key '{key}' of a rig is declared twice, by {both}")
+        if len(declared) == 1:
+            return next(iter(declared))
+        about = " ".join(each.__doc__ or "" for each in declared)
+        return create_model("Rig", __base__=(*declared,) or Settings, __doc__=about)
+
+    def rig_of(self, kind: str, name: str) -> type[Settings] | None:
+        """Return the keys of the rig that a plugin declares; PluginError if there is no such."""
+        return self.find(kind, name).record.rig_model
 
     def yields(self, compensation: str) -> MeasurandKind | None:
         """Return which torque a compensation yields; None where its plugin does not say."""
@@ -321,6 +347,10 @@ class Registry:
         return "; ".join([*(f"disabled: {each}" for each in self.disabled), there])
 
 
+def _of(plugin: Plugin) -> str:
+    return f"the {plugin.kind.replace('_', ' ')} '{plugin.record.name}' of {plugin.provider}"
+
+
 def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], bytes]:
     """Return the function of a format; raise PluginError where it gives no bytes to write."""
 
@@ -341,7 +371,7 @@ def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], 
 @contextmanager
 def _named(plugin: Plugin) -> Iterator[None]:
     """Let what the author of a plugin did not foresee name it, and end no program in silence."""
-    what = f"the {plugin.kind.replace('_', ' ')} '{plugin.record.name}' of {plugin.provider}"
+    what = _of(plugin)
     try:
         yield
     except (RigrunnerError, KeyboardInterrupt):

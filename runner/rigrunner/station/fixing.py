@@ -35,14 +35,7 @@ _INSTRUMENT: dict[str, Any] = {
     "low_pass": {"type": "butterworth", "order": 2, "corner": "1 kHz"},
     "accuracy": _ACCURACY,
 }
-_RIG = {
-    "mandrel": "none",
-    "eccentric": "2 mm",
-    "centre_distance": "45 mm",
-    "inertia": "0.002 kg·m²",
-    "support_friction": "0.7 N·m",
-    "support_damping": "0.3 N·m·s/rad",
-}
+_OTHER = {key: _INSTRUMENT[key] for key in ("channel", "serial")}
 _TOGETHER = ("calibrated", "due", "range", "points")
 """What an instrument's parts are compared with each other for."""
 
@@ -81,12 +74,7 @@ def _fixed(data: Any, field: str) -> bool:
     part = _PART.match(field)
     if part is None:
         return False
-    if part["part"] != "rig" or not isinstance(data.get("rig"), dict):
-        data.pop(part["part"], None)
-        if part["part"] == "rig":
-            data["rig"] = dict(_RIG)
-    else:
-        _put(data["rig"], part["key"], _RIG)
+    data.pop(part["part"], None)
     return True
 
 
@@ -100,7 +88,8 @@ def _fixed_instrument(instruments: Any, at: int, key: str | None) -> bool:
         if entry.get("measures", "torque") == "torque":
             entry.setdefault("accuracy", _ACCURACY)
     else:
-        _put(entry, key, _INSTRUMENT)
+        is_torque = entry.get("measures", "torque") == "torque"
+        _put(entry, key, _INSTRUMENT if is_torque else _OTHER)
     return True
 
 

@@ -5,11 +5,16 @@ from __future__ import annotations
 import difflib
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.member import Member
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.station.fixing import as_if_fixed
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
@@ -24,6 +29,16 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile import Document
 
 
+_STAND_IN = {
+    "mandrel": "none",
+    "eccentric": "2 mm",
+    "centre_distance": "45 mm",
+    "inertia": "0.002 kg·m²",
+    "support_friction": "0.7 N·m",
+    "support_damping": "0.3 N·m·s/rad",
+}
+
+
 @dataclass(frozen=True, eq=False)
 class LoadedStation:
     """A station, where each part of it stands, and the text that it was read from."""
@@ -35,6 +50,14 @@ class LoadedStation:
     text: str
     time_limits: bool = True
     """Whether a call of a device is given up that takes too long; not under a debugger."""
+
+    @cached_property
+    def rig(self) -> RigDescription:
+        """What is known of a rig of bearings; a stand-in where that is wrong, as `check` says."""
+        try:
+            return own_keys(RigDescription, self.model.rig)
+        except ValidationError:
+            return RigDescription.model_validate(_STAND_IN)
 
     @property
     def register(self) -> dict[str, Instrument]:

@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from rigrunner.api.instruments import AnyInstrument
-from rigrunner.api.rig import RigDescription
 from rigrunner.api.settings import ListOf, PlainText, Settings, YesNo
 from rigrunner.station.safety import Safety
 from rigrunner.yamlfile.names import Identifier, Name, Text
@@ -58,8 +57,10 @@ class Station(Settings):
     """One line for lists and for the report."""
     description: PlainText = ""
     """In as many words as it takes."""
-    rig: RigDescription = Field(default_factory=RigDescription)
-    """What is known of the rig itself; left out, nothing."""
+    rig: Annotated[dict[str, Any], Field(json_schema_extra={"x-rig": True})] = Field(
+        default_factory=dict
+    )
+    """What is known of the rig itself, by the keys that plugins declare; left out, nothing."""
     devices: Annotated[dict[Name, DeviceBinding], Field(min_length=1)]
     """Role to the device that fills it."""
     instruments: ListOf[AnyInstrument] = ()

@@ -10,6 +10,8 @@ import numpy as np
 
 from rigrunner.analysis.headline import compensated_mean
 from rigrunner.api.data import Estimate
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.procedure.analysis_spec import CompensationRef
 from rigrunner.signal.coverage import excess_kurtosis, expanded
 from rigrunner.signal.uncertainty import combine
@@ -78,7 +80,7 @@ def examine(case: Case) -> Finding:
 def limits() -> Limits:
     """Return what the primary method's budget allows the rig, and the station it describes."""
     settings = tools().registry.settings_of("compensation", METHODS[0])().model_dump()
-    rig = tools().measured_station.rig
+    rig = own_keys(RigDescription, tools().measured_station.rig)
     settings["load_tolerance"] = rig.load_tolerance
     settings["support_load_dependence"] = rig.support_load_dependence
     return Limits(**{name: settings[name] for name in Limits.__annotations__})

@@ -171,7 +171,7 @@ def _described(station: Station, eccentric_mm: float, corner_hz: float) -> Stati
     low_pass = instrument.low_pass.model_copy(update={"corner": corner_hz})
     return station.model_copy(
         update={
-            "rig": station.rig.model_copy(update={"eccentric": eccentric_mm / 1000}),
+            "rig": {**station.rig, "eccentric": f"{eccentric_mm!r} mm"},
             "instruments": (instrument.model_copy(update={"low_pass": low_pass}),),
         }
     )

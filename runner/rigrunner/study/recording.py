@@ -15,6 +15,8 @@ import numpy as np
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.engine import UnattendedAnswers
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Array
     from rigrunner.api.instruments import TorqueInstrument
-    from rigrunner.api.rig import RigDescription
     from rigrunner.registry import Registry
     from rigrunner.station import Station
     from rigrunner.study.bench import Bench, BenchSettings
@@ -198,7 +199,7 @@ def _with_load(recording: Recording, bench: Bench) -> Array:
 
 def _rig(setup: _Setup) -> RigDescription:
     known = {"natural_frequency": setup.bench.reference_hz}
-    return setup.station.rig.model_copy(update=known)
+    return own_keys(RigDescription, setup.station.rig).model_copy(update=known)
 
 
 def _instrument(setup: _Setup) -> TorqueInstrument:

@@ -43,8 +43,8 @@ class Tools:
         The simulated supports do not change under load by more than that, and a study of a method
         is not to be one of what is assumed where nothing was measured.
         """
-        known = {"support_load_dependence": SUPPORT_LIMIT}
-        return self.station.model_copy(update={"rig": self.station.rig.model_copy(update=known)})
+        known = {"support_load_dependence": f"{SUPPORT_LIMIT!r} 1"}
+        return self.station.model_copy(update={"rig": {**self.station.rig, **known}})
 
     def analysed(self, recorded: RecordedBench, spec: AnalysisSpec) -> Result:
         """Return the result of both runs; raise DataError where `analyse` does."""

@@ -14,6 +14,8 @@ from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.hooks import AnalysisRecord
 from rigrunner.api.instruments import OtherInstrument
 from rigrunner.api.member import NAME, Member
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.api.units import QuantityError, unit
 from rigrunner.study.tools import tools
 from rigrunner.testing.check import AnyCheck, Nonconformity, check, demand
@@ -176,7 +178,7 @@ def _run(subject: Subject, *, without: str = "", seed: int = 1, widen: float = 1
         ended_utc=START.format(second=59),
         outcome="completed",
         inputs={},
-        rig=tools().station.rig,
+        rig=own_keys(RigDescription, tools().station.rig),
         instruments={},
         zeros={},
         recordings=(),

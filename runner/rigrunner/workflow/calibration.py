@@ -130,7 +130,7 @@ class _Register:
 
     def _uses(self, each: Instrument) -> Iterator[_Use]:
         """Yield what the plan will put on an instrument, as far as it is known beforehand."""
-        rig = self.planned.station.model.rig
+        rig = self.planned.station.rig
         if each.quantity == "torque":
             yield from self._torques(each.channel)
         elif each.quantity == "angle" and rig.swings and self._swings(each.channel):

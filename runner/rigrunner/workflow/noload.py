@@ -16,6 +16,8 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.member import Member
 from rigrunner.api.results import REPLAYED
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.plan.requirements import Point, no_load_problems, points_of_plan, requirers
 from rigrunner.plan.selection import analysed
 from rigrunner.procedure.analysis_spec import LATEST
@@ -214,7 +216,7 @@ def _later_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
 def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Iterator[str]:
     pairs = {
         "station": (station.id, loaded.station.id),
-        "mandrel": (station.rig.mandrel, loaded.station.rig.mandrel),
+        "mandrel": (_rig(station).mandrel, _rig(loaded.station).mandrel),
     }
     for what in spec.same:
         theirs, ours = pairs[what]
@@ -222,7 +224,11 @@ def _differences(station: Station, spec: NoLoadSpec, loaded: LoadedRun) -> Itera
             yield f"its {what} is '{theirs}', but '{ours}' is needed"
     ours_by_channel = torque_instruments(loaded.station.instruments)
     transducers = torque_instruments(station.instruments).values()
-    yield from setup_differences(station.rig, transducers, loaded.station.rig, ours_by_channel)
+    yield from setup_differences(_rig(station), transducers, _rig(loaded.station), ours_by_channel)
+
+
+def _rig(station: Station) -> RigDescription:
+    return own_keys(RigDescription, station.rig)
 
 
 def _lacks(path: Path, loaded: LoadedRun) -> Iterator[str]:
@@ -269,7 +275,7 @@ def _is_no_load(path: Path, spec: NoLoadSpec) -> bool:
 
 
 def _none_found(spec: NoLoadSpec, loaded: LoadedRun, runs: Path, refused: list[str]) -> DataError:
-    same = {"station": loaded.station.id, "mandrel": loaded.station.rig.mandrel}
+    same = {"station": loaded.station.id, "mandrel": _rig(loaded.station).mandrel}
     needed = ", ".join(f"{what} '{same[what]}'" for what in spec.same)
     age = _long(_max_age(spec))
     seen = f"; looked at and refused: {'; '.join(refused)}" if refused else ""

@@ -16,6 +16,7 @@ from rigrunner.plan import (
     check_limits,
     check_plugins,
     check_requirements,
+    check_station_plugins,
     make_plan,
     predict,
 )
@@ -99,6 +100,8 @@ def plan_run_in(
     loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds))
     problems += of_station
     if loaded_procedure is None or loaded_station is None:
+        if loaded_station is not None:
+            problems.without(lambda: check_station_plugins(loaded_station, registry))
         raise InvalidFileError(problems)
     loaded_station = replace(loaded_station, time_limits=time_limits)
     messages = DeviceMessages()

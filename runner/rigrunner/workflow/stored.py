@@ -10,6 +10,8 @@ from rigrunner.analysis.progress import unseen
 from rigrunner.api.data import RunData
 from rigrunner.api.events import Outcome
 from rigrunner.api.instruments import OtherInstrument, torque_instruments
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.procedure import AnalysisSpec, parse_procedure
 from rigrunner.runfile import read
 from rigrunner.station import parse_station
@@ -126,7 +128,8 @@ def run_data(stored: StoredRun) -> RunData:
         ended_utc=info.ended_utc,
         outcome=info.outcome,
         inputs=header.inputs,
-        rig=station.rig,
+        rig=own_keys(RigDescription, station.rig),
+        rig_keys=station.rig,
         instruments=torque_instruments(station.instruments),
         other_instruments=tuple(
             each for each in station.instruments if isinstance(each, OtherInstrument)

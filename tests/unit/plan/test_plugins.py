@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from pydantic import create_model
 
 from helpers_language import PROCEDURE, STATION, Lookup, edited, only_problem, place_of, problems_of
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import Length, Settings
 from rigrunner.plan import check_plugins
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
@@ -81,6 +84,62 @@ def test_a_device_of_the_station(old, new, finger, field, message):
     assert problem.message == message
     assert problem.field == field
     assert str(problem.location) == f"s.yaml:{place_of(station, finger)}"
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        ("eccentric: 2 mm", "eccentric: 2", "2\n", "rig.eccentric",
+         "2 is not a number with a unit", "write it as '2 m'"),
+        ("eccentric: 2 mm", "eccentric: 0 mm", "0 mm", "rig.eccentric",
+         "got '0 mm', expected more than 0", ""),
+        ("eccentric: 2 mm", "eccentric: 50 mm", "mandrel", "rig",
+         "eccentric must be less than centre_distance", ""),
+        ("eccentric: 2 mm", "eccentric: 2 mm\n  excentric: 2 mm", "excentric", "rig.excentric",
+         "unknown key 'excentric'", "did you mean 'eccentric'? known keys: mandrel, eccentric"),
+        ("kg·m²", "kg·m", "0.00233", "rig.inertia", "is a quantity in kg·m", "kg·m²"),
+    ],
+)  # fmt: skip
+def test_a_key_of_the_rig(case):
+    old, new, finger, field, message, hint = case
+    station = edited(STATION, (old, new))
+    problem = only_problem(checked, PROCEDURE, station)
+    assert message in problem.message
+    assert problem.field == field
+    assert hint in problem.hint
+    assert str(problem.location) == f"s.yaml:{place_of(station, finger)}"
+
+
+class Oven(Settings):
+    volume: Length
+    """A key that must be there where its plugin is used."""
+    mandrel: str = ""
+
+
+class OvenLookup(Lookup):
+    """Plugins of two domains, of which one compensation and one fit say what they know of a rig."""
+
+    def rig_model(self):
+        return create_model("Rig", __base__=(Oven, RigDescription))
+
+    def rig_of(self, kind, name):
+        return Oven if name == "inertia" else super().rig_of(kind, name)
+
+
+def test_a_key_that_no_used_plugin_needs_may_be_missing():
+    text = edited(PROCEDURE, ("        - inertia\n", ""))
+    check_plugins(parse_procedure(text, "p.yaml"), parse_station(STATION, "s.yaml"), OvenLookup())
+
+
+def test_a_key_that_a_used_plugin_needs_is_missing():
+    problem = only_problem(
+        check_plugins, parse_procedure(PROCEDURE, "p.yaml"), parse_station(STATION, "s.yaml"),
+        OvenLookup(),
+    )  # fmt: skip
+    assert (problem.field, problem.message) == ("rig.volume", "the key 'volume' is missing")
+    at = place_of(PROCEDURE, "inertia\n")
+    assert problem.hint == f"the fit 'inertia' needs it (p.yaml:{at})"
+    assert str(problem.location) == f"s.yaml:{place_of(STATION, 'rig:')}"
 
 
 def test_a_reference_in_settings_keeps_both_places():

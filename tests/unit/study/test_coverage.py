@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.jobs import InProcess, Processes
 from rigrunner.study import coverage_rigs
 from rigrunner.study.bench import INERTIA, NATURAL
@@ -123,7 +125,9 @@ def test_the_simulated_sensor_has_the_limits_of_the_register(simulator):
 
 def test_the_station_knows_stroke_and_filter_of_the_rig():
     rig = drawn(SIM)
-    assert rig.station.rig.eccentric == pytest.approx(rig.bench.no_load["eccentric"].number / 1000)
+    assert own_keys(RigDescription, rig.station.rig).eccentric == pytest.approx(
+        rig.bench.no_load["eccentric"].number / 1000
+    )
     assert (
         rig.station.instruments[0].low_pass.corner != tools().station.instruments[0].low_pass.corner
     )

@@ -13,6 +13,8 @@ import numpy as np
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.instruments import torque_instruments
+from rigrunner.api.rig import RigDescription
+from rigrunner.api.settings import own_keys
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.station import load_station
 from rigrunner.study.bench import LOAD_N, Value
@@ -103,7 +105,7 @@ def starts(number: int, rate_hz: float | None = None) -> Runs:
         ended_utc=utc_text(clock.utc()),
         outcome="completed",
         inputs={},
-        rig=station.rig,
+        rig=own_keys(RigDescription, station.rig),
         instruments=torque_instruments(station.instruments),
         zeros={"tester.torque": zero},
         recordings=tuple(made),

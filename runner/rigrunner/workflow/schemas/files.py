@@ -51,6 +51,8 @@ _MODELS: dict[str, type[Settings]] = {
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 PLUGIN = "x-plugin"
 """The key in the JSON Schema of a text that names a plugin; its value is the kind of plugin."""
+RIG = "x-rig"
+"""The key in the JSON Schema of what a station says of its rig: the plugins declare its keys."""
 LABEL_TYPE = TypeAdapter(Name).core_schema
 LABELLED = "x-labelled"
 """The key in the JSON Schema of such a text that may also be a name given with `as`."""
@@ -87,6 +89,10 @@ class _LanguageSchema(SettingsSchema):
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
+            if spec.pop(RIG, False):
+                keys = self._registry.rig_model()
+                del spec["type"], spec["additionalProperties"]
+                spec.update(self.generate_inner(keys.__pydantic_core_schema__))
         if issubclass(model, DeviceBinding):
             found["allOf"] = [self._bound(each) for each in self._records("device")]
         if issubclass(model, ListenerBinding) and self._records("event_sink"):
