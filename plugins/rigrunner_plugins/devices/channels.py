@@ -9,9 +9,9 @@ from rigrunner.api.errors import DeviceRejectedError, PluginError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.devices import ChannelInfo, DriveInfo
+    from rigrunner.api.devices import ChannelInfo, DriveInfo, ReadingInfo
 
-_Info = TypeVar("_Info", "ChannelInfo", "DriveInfo")
+_Info = TypeVar("_Info", "ChannelInfo", "DriveInfo", "ReadingInfo")
 
 
 def check_channels(wanted: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
@@ -25,7 +25,7 @@ def check_channels(wanted: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
 
 
 def named(infos: Iterable[_Info], name: str, absent: str) -> _Info:
-    """Return the channel or drive of that name; raise PluginError that begins with `absent`."""
+    """Return what has that name; raise PluginError that begins with `absent`."""
     by_name = {info.name: info for info in infos}
     if name not in by_name:
         raise PluginError(f"{absent} '{name}'", hint=f"there are: {', '.join(by_name) or 'none'}")

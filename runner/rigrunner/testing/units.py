@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 NUMBER = 3.0
 
 
-@check(mend="give it a symbol of its own, its kind of quantity, and that kind's base units")
+@check(fix="give it a symbol of its own, its kind of quantity, and that kind's base units")
 def can_be_known(subject: Subject) -> None:
     """Its symbol and spellings are free, and its dimension is that of its kind of quantity."""
     try:
@@ -24,7 +24,7 @@ def can_be_known(subject: Subject) -> None:
         raise Nonconformity(error.message) from error
 
 
-@check(mend="let no other plugin define the same symbol", needs=("can_be_known",))
+@check(fix="let no other plugin define the same symbol", needs=("can_be_known",))
 def comes_back_as_written(subject: Subject) -> None:
     """A quantity in each of its spellings is read, and shown in its symbol."""
     wanted = subject.record_as(UnitRecord).definition
@@ -32,7 +32,7 @@ def comes_back_as_written(subject: Subject) -> None:
         try:
             read = parse_quantity(f"{NUMBER:g} {spelling}", wanted.kind)
         except QuantityError as error:
-            raise Nonconformity(error.message, mend=error.hint) from error
+            raise Nonconformity(error.message, fix=error.hint) from error
         demand(str(read) == f"{NUMBER:g} {wanted.symbol}", f"'{spelling}' comes back as '{read}'")
         si = NUMBER * wanted.factor + wanted.offset
         demand(read.si == si, f"3 {spelling} is {read.si!r} in the SI unit, by the record {si!r}")

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
 
     from rigrunner.api.data import Block
-    from rigrunner.api.devices import StopToken
+    from rigrunner.api.devices import ReadingInfo, StopToken
+    from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute
 
@@ -34,6 +35,25 @@ class Reads(Composite):
             for part in dict.fromkeys(route.part for route in routes)
         }
         return {route.info.name: float(read[route.part][route.name]) for route in routes}
+
+
+class Observes(Composite):
+    """Tells what of its parts is no number."""
+
+    @property
+    def readings(self) -> Sequence[ReadingInfo]:
+        """The readings that the station names."""
+        return tuple(route.info for route in self.reading_routes.values())
+
+    def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
+        """Return each as it is now, each part asked once."""
+        self.need_connection()
+        routes = [find("reading", name, self.reading_routes) for name in readings]
+        told = {
+            part: self.parts[part].observe([each.name for each in routes if each.part == part])
+            for part in dict.fromkeys(route.part for route in routes)
+        }
+        return {route.info.name: told[route.part][route.name] for route in routes}
 
 
 class Sets(Composite):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rigrunner.api.calling import MovingCall
     from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
     from rigrunner_plugins.devices.composite.part import Part
-    from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute
+    from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute, ReadingRoute
     from rigrunner_plugins.devices.composite.settings import ClockSettings
 
 _Route = TypeVar("_Route")
@@ -36,6 +36,7 @@ class Composite:
         parts: Mapping[str, Part],
         channels: Mapping[str, ChannelRoute],
         drives: Mapping[str, DriveRoute],
+        readings: Mapping[str, ReadingRoute],
         clocks: ClockSettings,
         reference: str,
     ) -> None:
@@ -46,6 +47,7 @@ class Composite:
         self.parts = parts
         self.channel_routes = channels
         self.drive_routes = drives
+        self.reading_routes = readings
         self.set_points: dict[str, float] = {}
         self.held: Mapping[str, float] = {}
         self._connected = False

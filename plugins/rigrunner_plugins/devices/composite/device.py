@@ -8,6 +8,7 @@ from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner_plugins.devices.composite.abilities import (
     CountsPartsStreams,
     KnowsPartsTruth,
+    Observes,
     Pauses,
     Reads,
     Sets,
@@ -15,7 +16,12 @@ from rigrunner_plugins.devices.composite.abilities import (
 )
 from rigrunner_plugins.devices.composite.base import Composite
 from rigrunner_plugins.devices.composite.part import Part
-from rigrunner_plugins.devices.composite.routes import channel_routes, drive_routes, reference_of
+from rigrunner_plugins.devices.composite.routes import (
+    channel_routes,
+    drive_routes,
+    reading_routes,
+    reference_of,
+)
 
 if TYPE_CHECKING:
     from rigrunner.api.devices import Device, DeviceContext
@@ -32,12 +38,14 @@ def make(settings: CompositeSettings, context: DeviceContext) -> Device:
         for name, part in settings.parts.items()
     }
     channels, drives = channel_routes(settings, devices), drive_routes(settings, devices)
+    readings = reading_routes(settings, devices)
     reference = reference_of(settings.clocks, channels, devices)
     parts = {
         name: Part(name, context.role, device, context.patience) for name, device in devices.items()
     }
     able: list[type[Composite]] = []
     able += [Reads] if channels else []
+    able += [Observes] if readings else []
     able += [Streams] if any(route.info.streams for route in channels.values()) else []
     swings = any(route.info.sets_cycle_frequency for route in drives.values())
     able += [Pauses if swings else Sets] if drives else []
@@ -47,4 +55,6 @@ def make(settings: CompositeSettings, context: DeviceContext) -> Device:
         if any(isinstance(device, theirs) for device in devices.values())
     ]
     kind = type("CompositeDevice", (*able, Composite), {})
-    return cast("Device", kind(context, parts, channels, drives, settings.clocks, reference))
+    return cast(
+        "Device", kind(context, parts, channels, drives, readings, settings.clocks, reference)
+    )

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.api.calling import Caller, MovingCall
     from rigrunner.api.data import Block
     from rigrunner.api.devices import Device, DriveInfo, Identity, Patience, StopToken
+    from rigrunner.api.readings import Reading
 
 _T = TypeVar("_T")
 _GLANCE_S = 0.1
@@ -89,6 +90,10 @@ class Part:
             readable = self.device
             return self.call("read", lambda: readable.read(channels))
         return self._means(channels)
+
+    def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
+        """Return what is no number."""
+        return self.call("read", lambda: self.device.observe(readings))
 
     def begin(self, drive: str, value: float) -> None:
         """Give a drive a new set-point; return at once where the device can.

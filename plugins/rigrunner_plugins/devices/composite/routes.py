@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.devices import Readable, Settable, Streaming
+from rigrunner.api.devices import Observing, Readable, Settable, Streaming
 from rigrunner.api.errors import PluginError
 from rigrunner.api.units import unit
 from rigrunner_plugins.devices.channels import named
@@ -14,7 +14,7 @@ from rigrunner_plugins.devices.composite.settings import DriveSource, split
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, ReadingInfo
     from rigrunner_plugins.devices.composite.settings import ClockSettings, CompositeSettings
 
 
@@ -23,6 +23,15 @@ class ChannelRoute:
     """A channel of the role: of which part, and what it is called there."""
 
     info: ChannelInfo
+    part: str
+    name: str
+
+
+@dataclass(frozen=True)
+class ReadingRoute:
+    """A reading of the role that is no number: of which part, and what it is called there."""
+
+    info: ReadingInfo
     part: str
     name: str
 
@@ -45,6 +54,20 @@ def channel_routes(
         name: _channel(f"channel {name}", name, place, parts)
         for name, place in settings.channels.items()
     }
+
+
+def reading_routes(
+    settings: CompositeSettings, parts: Mapping[str, Device]
+) -> dict[str, ReadingRoute]:
+    """Return the routes of all readings; raise PluginError for one that its part does not tell."""
+    found: dict[str, ReadingRoute] = {}
+    for name, place in settings.readings.items():
+        part, there = split(place)
+        device = parts[part]
+        known = device.readings if isinstance(device, Observing) else ()
+        info = named(known, there, f"reading {name}: the part '{part}' has no reading")
+        found[name] = ReadingRoute(replace(info, name=name), part, there)
+    return found
 
 
 def drive_routes(settings: CompositeSettings, parts: Mapping[str, Device]) -> dict[str, DriveRoute]:

@@ -15,7 +15,7 @@ from rigrunner.api.settings import (
     Settings,
     WrapperSettings,
 )
-from rigrunner_plugins.devices.declared import QuantityName
+from rigrunner_plugins.devices.declared import QuantityName, refuse_shared_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -69,6 +69,8 @@ class CompositeSettings(MadeOfOthers):
     """The instruments by name; they are connected in this order."""
     channels: dict[QuantityName, Place] = Field(default_factory=dict)
     """Each channel of the role, and of which part it is: torque: daq.torque."""
+    readings: dict[QuantityName, Place] = Field(default_factory=dict)
+    """Each reading of the role that is no number, and of which part it is: door: plc.door."""
     drives: dict[QuantityName, Place | DriveSource] = Field(default_factory=dict)
     """Each drive of the role, and which part's it is; parts are made safe in this order."""
 
@@ -88,6 +90,7 @@ class CompositeSettings(MadeOfOthers):
 
     @model_validator(mode="after")
     def _names_its_parts(self) -> Self:
+        refuse_shared_names(self.channels, self.readings)
         for what, place in self._places():
             if split(place)[0] not in self.parts:
                 known = ", ".join(self.parts)
@@ -106,6 +109,8 @@ class CompositeSettings(MadeOfOthers):
     def _places(self) -> Iterator[tuple[str, str]]:
         for name, place in self.channels.items():
             yield f"channel {name}", place
+        for name, place in self.readings.items():
+            yield f"reading {name}", place
         for name, source in self.drives.items():
             if isinstance(source, DriveSource):
                 yield f"drive {name}", source.set

@@ -14,7 +14,7 @@ from rigrunner.api.errors import (
 )
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.extras import missing
-from rigrunner_plugins.devices.modbus.grouping import Span, spans
+from rigrunner_plugins.devices.modbus.grouping import MOST_REGISTERS, Span, spans
 from rigrunner_plugins.devices.modbus.identification import identify, text_at
 from rigrunner_plugins.devices.modbus.places import span
 from rigrunner_plugins.devices.modbus.settings import Tcp
@@ -88,10 +88,13 @@ class ModbusDevice(Driver):
         return {name: given[name].to_si(number) for name, number in zip(given, read, strict=True)}
 
     def get_reading(self, reading: str) -> Reading:
-        """Return a text, or whether a bit is set."""
+        """Return a text, whether a bit is set, or the numbers of an array."""
         given = self._settings.readings[reading]
         if given.text is not None:
             return text_at(given, given.text, self)
+        if given.values is not None:
+            numbers = self._array(given, given.values)
+            return given.to_si([each * given.scale + given.offset for each in numbers])
         return bool(self.read_numbers([given])[0])
 
     def put(self, drive: str, value: float) -> None:
@@ -134,6 +137,17 @@ class ModbusDevice(Driver):
             for each in spans(numbers, together=self._settings.group_reads)
         }
         return [number.decode(_cut(number, read)) for number in numbers]
+
+    def _array(self, first: Number, values: int) -> list[float]:
+        """Return numbers that follow upon each other, in as few requests as the standard allows."""
+        size, most = first.count, MOST_REGISTERS // first.count
+        found: list[float] = []
+        while len(found) < values:
+            count = min(most, values - len(found))
+            at = first.address + len(found) * size
+            words = self.read_words(Span(first.table, at, count * size, first.unit_id))
+            found += [first.decode(words[i : i + size]) for i in range(0, count * size, size)]
+        return found
 
     def read_words(self, wanted: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.places import Number, Table
 
 _OWN = -1
-_MOST_REGISTERS = 125
+MOST_REGISTERS = 125
 _MOST_BITS = 2000
 """In one request (MODBUS Application Protocol Specification V1.1b3, clauses 6.1 to 6.4)."""
 
@@ -62,7 +62,7 @@ def spans(numbers: Iterable[Number], *, together: bool) -> list[Span]:
 
 
 def _join(last: Span, new: Span) -> bool:
-    most = _MOST_BITS if new.table.of_bits else _MOST_REGISTERS
+    most = _MOST_BITS if new.table.of_bits else MOST_REGISTERS
     return (
         (last.unit_id, last.table) == (new.unit_id, new.table)
         and new.address <= last.end

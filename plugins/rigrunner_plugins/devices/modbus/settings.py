@@ -136,16 +136,31 @@ class ModbusChannel(Number, DeclaredChannel):
 
 
 class ModbusReading(Number, DeclaredReading):
-    """What is no number, and where it stands: a yes or no in one bit, a text in registers."""
+    """What is no number, and where it stands: a yes or no in a bit, texts, arrays in registers."""
 
     text: Annotated[int, Field(ge=1, le=125)] | None = None
     """How many registers a text of two characters each takes."""
+    values: Annotated[int, Field(ge=1, le=0x10000)] | None = None
+    """How many numbers of an array follow upon each other."""
+    scale: Annotated[float, Field(strict=False)] = 1.0
+    """Of an array: what each number is multiplied with."""
+    offset: Annotated[float, Field(strict=False)] = 0.0
+    """Of an array: what is added to it after that."""
+
+    @model_validator(mode="after")
+    def _is_array(self) -> Self:
+        of_bit = self.table.of_bits or self.bit is not None
+        if self.kind == "array" and (self.values is None or of_bit or self.text is not None):
+            raise ValueError("an array stands in registers: 'values' says how many numbers it has")
+        if self.kind != "array" and {"values", "scale", "offset"} & self.model_fields_set:
+            raise ValueError(f"kind is {self.kind}: values, scale and offset are of an array")
+        if self.address + self.count * (self.values or 1) - 1 > 0xFFFF:  # noqa: PLR2004  (16 bits)
+            raise ValueError(f"{self.values} numbers from {self.address} end beyond 65535")
+        return self
 
     @model_validator(mode="after")
     def _is_bit_or_text(self) -> Self:
         of_bit = self.table.of_bits or self.bit is not None
-        if self.kind == "array":
-            raise ValueError("kind is array, expected text or boolean")
         if self.kind == "boolean" and (not of_bit or self.text is not None):
             raise ValueError("a boolean is one bit: a coil, a discrete input, or 'bit'")
         if self.kind == "text" and (self.text is None or of_bit or self.type is not None):
@@ -242,7 +257,7 @@ class ModbusSettings(SimulableSettings):
     channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
     """What is read, by name."""
     readings: dict[QuantityName, ModbusReading] = Field(default_factory=dict)
-    """What is read that is no number: a text, a yes or no."""
+    """What is read that is no number: a text, a yes or no, an array."""
     drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
     """In the order in which they are made safe."""
 

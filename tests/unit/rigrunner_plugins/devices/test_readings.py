@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from helpers_instruments import instrument
 from helpers_modbus import mbap, tcp_peer
-from rigrunner.api.devices import Observing, ReadingInfo
+from rigrunner.api.devices import DeviceContext, Observing, ReadingInfo
 from rigrunner.api.errors import DeviceRejectedError, PluginError
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
+from rigrunner_plugins.devices.composite.device import make as make_composite
+from rigrunner_plugins.devices.composite.settings import CompositeSettings
 from rigrunner_plugins.devices.text.readings import ReadingInText
 
 
@@ -93,13 +97,43 @@ def test_modbus_tells_coils_bits_and_texts():
             device.close()
 
 
+def hexadecimal(words):
+    return "".join(f"{word:04x}" for word in words)
+
+
+def test_modbus_tells_an_array_of_a_block_of_registers():
+    """63 numbers of two registers are 126, one more than a request may ask for (6.3)."""
+    numbers = [1000 * each for each in range(63)]  # int32, high word first
+    words = [half for each in numbers for half in (each >> 16, each & 0xFFFF)]
+    script = [
+        (mbap(1, 1, "03 0100 0002"), mbap(1, 1, "03 04 00000000")),  # is somebody there?
+        (mbap(2, 1, "03 0100 007c"), mbap(2, 1, f"03 f8 {hexadecimal(words[:124])}")),
+        (mbap(3, 1, "03 017c 0002"), mbap(3, 1, f"03 04 {hexadecimal(words[124:])}")),
+    ]
+    spectrum = {"kind": "array", "unit": "mV", "holding": 0x100, "type": "int32", "values": 63,
+                "scale": 0.1, "offset": -1}  # fmt: skip
+    with tcp_peer(script) as (_, where):
+        device = instrument("modbus", {"readings": {"spectrum": spectrum}, **where})
+        device.connect(5.0)
+        try:
+            found = device.observe(["spectrum"])["spectrum"]
+        finally:
+            device.close()
+    assert found == pytest.approx([(0.1 * each - 1) / 1000 for each in numbers], abs=1e-12)
+    (info,) = device.readings
+    assert (info.kind, info.unit) == ("array", "V")
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"kind": "boolean", "holding": 5}, "a boolean is one bit"),
         ({"kind": "text", "coil": 5}, "a text stands in registers"),
         ({"kind": "text", "holding": 5}, "a text stands in registers"),
-        ({"kind": "array", "unit": "V", "holding": 5}, "expected text or boolean"),
+        ({"kind": "array", "unit": "V", "holding": 5}, "an array stands in registers"),
+        ({"kind": "array", "unit": "V", "coil": 5, "values": 2}, "an array stands in registers"),
+        ({"kind": "array", "unit": "V", "holding": 65535, "values": 2}, "end beyond 65535"),
+        ({"kind": "boolean", "coil": 5, "values": 2}, "values, scale and offset are of an array"),
     ],
 )
 def test_modbus_refuses_what_stands_nowhere(given, message):
@@ -166,3 +200,39 @@ def test_the_rig_names_what_it_was_told():
     rig = Rig({"role": Told("array", [1, 2])}, SimulatedClock())
     rig.connect()
     assert rig.observe("role", ["x"]) == {"role.x": (1.0, 2.0)}
+
+
+def composite(readings, **parts):
+    settings = {"parts": {name: {"plugin": name} for name in parts}, "readings": readings}
+
+    def make(plugin, settings, /, part=""):  # noqa: ARG001
+        return parts[plugin]
+
+    context = DeviceContext("role", SimulatedClock(), Path(), make=make)
+    return make_composite(CompositeSettings.model_validate(settings), context)
+
+
+def test_a_composite_tells_the_readings_of_its_parts():
+    device = composite(
+        {"guard": "plc.x", "spectrum": "scope.x"},
+        plc=Told("text", "V1"), scope=Told("array", (1.0, 2.0)),
+    )  # fmt: skip
+    assert [(each.name, each.kind) for each in device.readings] == [
+        ("guard", "text"), ("spectrum", "array"),
+    ]  # fmt: skip
+    rig = Rig({"role": device}, SimulatedClock())
+    rig.connect()
+    found = rig.observe("role", ["spectrum", "guard"])
+    assert found == {"role.spectrum": (1.0, 2.0), "role.guard": "V1"}
+
+
+@pytest.mark.parametrize("place", ["plc.y", "clock.x"])
+def test_a_composite_refuses_a_reading_that_no_part_tells(place):
+    silent = Told("text", "")
+    silent.readings = ()
+    with pytest.raises(PluginError, match=r"the part '(plc|clock)' has no reading"):
+        composite({"guard": place}, plc=Told("text", "V1"), clock=silent)
+
+
+def test_a_composite_of_channels_alone_tells_nothing():
+    assert not isinstance(composite({}, plc=Told("text", "V1")), Observing)
