@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import (
-    column_unit,
     coordinates_text,
-    number_text,
     with_unit,
+    written_column,
     written_text,
 )
 from rigrunner.api.readings import reading_text
@@ -110,29 +109,28 @@ def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))
     values = list(dict.fromkeys(member for row in rows for member in row.values))
     told = list(dict.fromkeys(member for row in rows for member in row.readings))
-    written = {name: column_unit(rows, name) for name in (*coordinates, *setpoints)}
+    placed = [written_column(rows, name, units.get(name, "")) for name in coordinates + setpoints]
+    heads = [*coordinates, *(f"set {name}" for name in setpoints)]
     columns = [
-        *(f"set {name} / {written[name] or units.get(name) or '1'}" for name in setpoints),
         *(f"{member} / {units.get(member) or '1'}" for member in values),
     ]
     return MeasuredTable(
         name=name,
         columns=(
-            *(with_unit(n, written[n] or units.get(n, "")) for n in coordinates),
+            *(with_unit(head, unit) for head, (unit, _) in zip(heads, placed, strict=True)),
             *columns,
             *(with_unit(member, units.get(member, "")) for member in told),
         ),
         rows=tuple(
             (
                 (
-                    *(number_text(row.coordinates.get(n, ""), written[n]) for n in coordinates),
-                    *(number_text(row.setpoints.get(n, ""), written[n]) for n in setpoints),
+                    *(column[index] for _, column in placed),
                     *_cells(row, values),
                     *(reading_text(row.readings.get(member, "")) for member in told),
                 ),
                 _row_verdict(row),
             )
-            for row in rows[:MOST_ROWS]
+            for index, row in enumerate(rows[:MOST_ROWS])
         ),
         left_out=max(0, len(rows) - MOST_ROWS),
     )

@@ -15,7 +15,7 @@ from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import from_si, si_symbol, unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 Coordinate = bool | int | float | str
 
@@ -129,14 +129,18 @@ def number_text(value: Coordinate, written_in: str = "") -> str:
     return coordinate_text(from_si(value, written_in))
 
 
-def column_unit(rows: Iterable[Placed], name: str) -> str:
-    """Return the unit in which all rows write a set-point or coordinate; '' where it is SI."""
-    found = {
-        row.written_in.get(name, "")
-        for row in rows
-        if name in row.setpoints or name in row.coordinates
-    }
-    return found.pop() if len(found) == 1 else ""
+def written_column(rows: Sequence[Placed], name: str, unit: str) -> tuple[str, list[str]]:
+    """Return the unit of a column of set-points or of a coordinate, and its cells, as written.
+
+    Where rows write it in several units each cell has its own, and the column none.
+    """
+    values = [row.coordinates.get(name, row.setpoints.get(name, "")) for row in rows]
+    units = [row.written_in.get(name, "") for row in rows]
+    written = {each for each, value in zip(units, values, strict=True) if value != ""}
+    if len(written) == 1:
+        (one,) = written
+        return one or unit, [number_text(value, one) for value in values]
+    return "", [written_text(value, unit, each) for value, each in zip(values, units, strict=True)]
 
 
 def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> bool:

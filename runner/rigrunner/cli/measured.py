@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.coordinates import column_unit, number_text, with_unit
+from rigrunner.api.coordinates import with_unit, written_column
 from rigrunner.api.readings import reading_text
 from rigrunner.cli.table import table
 
@@ -29,16 +29,15 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
     values = list(dict.fromkeys(member for one in rows for member in one.values))
     told = list(dict.fromkeys(member for one in rows for member in one.readings))
     units = {member: unit for one in rows for member, unit in one.units.items()}
-    written = {name: column_unit(rows, name) for name in (*coordinates, *setpoints)}
-    header = [with_unit(name, written[name] or units.get(name, "")) for name in coordinates]
-    header += [f"set {name} / {written[name] or units.get(name, '1')}" for name in setpoints]
+    placed = [written_column(rows, name, units.get(name, "")) for name in coordinates + setpoints]
+    heads = [*coordinates, *(f"set {name}" for name in setpoints)]
+    header = [with_unit(head, unit) for head, (unit, _) in zip(heads, placed, strict=True)]
     header += [f"{member} / {units.get(member, '1')}" for member in values]
     cells = [
-        [number_text(one.coordinates.get(name, ""), written[name]) for name in coordinates]
-        + [number_text(one.setpoints.get(name, ""), written[name]) for name in setpoints]
+        [column[index] for _, column in placed]
         + [_cell(one.values.get(member)) for member in values]
         + [reading_text(one.readings.get(member, "")) for member in told]
-        for one in rows
+        for index, one in enumerate(rows)
     ]
     header += [with_unit(member, units.get(member, "")) for member in told]
     align = "r" * (len(header) - len(told)) + "l" * len(told)

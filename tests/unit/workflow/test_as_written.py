@@ -7,7 +7,7 @@ import pytest
 
 from helpers_cli import call
 from helpers_workflow import run
-from rigrunner.api.coordinates import column_unit, coordinates_text, number_text, written_text
+from rigrunner.api.coordinates import coordinates_text, number_text, written_column, written_text
 from rigrunner.api.units import from_si, unit
 from rigrunner.runfile import read
 
@@ -91,8 +91,12 @@ def test_what_has_no_unit_stays_as_it_is():
     assert number_text("wear", "kN") == "wear"
 
 
-def test_a_column_of_several_units_is_in_si(finished):
+def test_a_column_of_several_units_has_them_in_its_cells(finished):
     (row,) = read(finished.folder).measurements
     other = type(row)("measured", row.utc, {"tester.load": 1.0}, {}, {})
-    assert column_unit([row, row], "tester.load") == "kN"
-    assert column_unit([row, other], "tester.load") == ""
+    without = type(row)("measured", row.utc, {}, {}, {})
+    assert written_column([row, row], "tester.load", "N") == ("kN", ["0.5", "0.5"])
+    assert written_column([row, without], "tester.load", "N") == ("kN", ["0.5", ""])
+    assert written_column([other], "tester.load", "N") == ("N", ["1"])
+    assert written_column([row, other], "tester.load", "N") == ("", ["0.5 kN", "1 N"])
+    assert written_column([row], "room", "K") == ("°C", ["21"])

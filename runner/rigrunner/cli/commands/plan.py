@@ -99,21 +99,29 @@ def _torque_row(torque: PredictedTorque) -> list[str]:
 def _drive_rows(planned: Planned) -> list[list[str]]:
     """Each drive that the plan sets: how far it goes, and how far it may."""
     from rigrunner.api.member import Member
+    from rigrunner.api.units import from_si
 
     reached: dict[Member, list[float]] = {}
+    written: dict[Member, set[str]] = {}
     for step in planned.plan.steps:
         if drive := step.action.led:
             reached.setdefault(drive, []).extend(step.action.passes)
+            written.setdefault(drive, set()).add(step.written_in.get(drive, ""))
     narrower = planned.station.model.safety.drives
     drives = {
         Member(role, d.name): d for role, each in planned.devices.items() for d in each.drives
     }
     allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}
+
+    def span(name: Member, low: float, high: float) -> str:
+        unit = "".join(written[name] if len(written[name]) == 1 else "") or drives[name].unit
+        return f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
+
     return [
         [
             name,
-            f"{min(reached[name]):g} to {max(reached[name]):g} {drive.unit}",
-            f"{drive.minimum:g} to {drive.maximum:g} {drive.unit}",
+            span(name, min(reached[name]), max(reached[name])),
+            span(name, drive.minimum, drive.maximum),
         ]
         for name, drive in allowed.items()
         if name in reached
