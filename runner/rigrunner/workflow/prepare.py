@@ -100,8 +100,8 @@ def plan_run_in(
     loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds))
     problems += of_station
     if loaded_procedure is None or loaded_station is None:
-        if loaded_station is not None:
-            problems.without(lambda: check_station_plugins(loaded_station, registry))
+        if (alone := loaded_station) is not None:
+            problems.without(lambda: check_station_plugins(alone, registry))
         raise InvalidFileError(problems)
     loaded_station = replace(loaded_station, time_limits=time_limits)
     messages = DeviceMessages()

@@ -73,7 +73,6 @@ def test_a_key_is_refused_as_an_escape():
     ("written", "field"),
     [
         ("serial: T-1", "instruments[0].serial"),
-        ("mandrel: M-01", "rig.mandrel"),
         ("title: A bench", "title"),
     ],
 )
