@@ -90,7 +90,7 @@ def define(added: Iterable[UnitDefinition], by: str) -> None:
     """Make units known from now on; raise QuantityError for one that cannot be.
 
     `by` is who defines them: what it defines again takes the place of what it defined before. Where
-    two define one symbol differently, who uses that unit is told of both.
+    two define one symbol differently, using that unit raises QuantityError, which names both.
     """
     news = tuple(added)
     for new in news:
