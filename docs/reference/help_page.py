@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 HEAD = """# What each command says of itself
 
 Made by `docs/reference/help_page.py` from the commands: what `--help` shows, of all of them.
-What they are for, and what their results mean, is told with [the commands](cli.md).
+The page of [commands](cli.md) describes what they do.
 """
 
 
