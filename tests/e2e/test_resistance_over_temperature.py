@@ -52,6 +52,23 @@ def test_the_limits_are_class_b(tested):
         assert part["upper_limit"]["value"] == pytest.approx(platinum(t) + tolerance, abs=2e-3)
 
 
+def within(part):
+    value, u = (part["result"][key] for key in ("value", "standard_uncertainty"))
+    low, high = (part[key]["value"] for key in ("lower_limit", "upper_limit"))
+    return min(value - low, high - value) / u
+
+
+def test_one_verdict_over_all_points_names_the_worst(tested):
+    """All conform as good as certainly: it is nearest to its limit in standard uncertainties."""
+    decision = tested[1]["decision"]
+    worst, *each = decision["parts"]
+    assert len(each) == len(TEMPERATURES_C)
+    assert {part["probability_of_conformity"] > 0.999999 for part in each} == {True}
+    least = min(each, key=within)
+    assert worst["of"] == f"worst {least['of']}" == decision["of"]
+    assert worst["coordinates"] == least["coordinates"]
+
+
 def test_each_resistance_is_found_with_its_uncertainty(tested):
     found = [each for each in tested[1]["results"] if each["name"] == "resistance"]
     at = [each["coordinates"]["chamber.temperature"] for each in found]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING
 
 from matplotlib.ticker import FuncFormatter
 
 from rigrunner_reports.plots.canvas import INK, PRIMARY, VERMILION, Plot, draw
+from rigrunner_reports.plots.results import limit_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from rigrunner.api.certificate import Certificate, NamedResult
+    from rigrunner.api.certificate import Certificate, LimitStatement, NamedResult
     from rigrunner_reports.certificate.wording import Wording
 
 FEWEST_POINTS = 2
@@ -36,7 +38,7 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
     ((axis, at),) = first.coordinates.items()
     symbol = first.symbol or first.name
     x = [float(value.value) for each in results for value in each.coordinates.values()]
-    limits = _limits(certificate, first.name)
+    limits = _limits(certificate, first.name, axis)
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
@@ -50,8 +52,11 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
             label=f"{symbol} ± U",
         )
         label = wording.texts("figure.limit")
-        for limit in limits:
-            axes.axhline(limit, color=VERMILION, linestyle="--", linewidth=1.4, label=label)
+        for where, limit in limits:
+            if where:
+                axes.plot(where, limit, color=VERMILION, linestyle="--", linewidth=1.4, label=label)
+            else:
+                axes.axhline(limit[0], color=VERMILION, linestyle="--", linewidth=1.4, label=label)
             label = "_nolegend_"
         shown = FuncFormatter(lambda value, _: wording.number(f"{value:.6g}"))
         axes.xaxis.set_major_formatter(shown)
@@ -72,9 +77,15 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
     return Plot(caption=caption, alt=alt, svg=draw(paint, HEIGHT_IN))
 
 
-def _limits(certificate: Certificate, name: str) -> list[float]:
-    if certificate.conformity is None:
-        return []
-    own = [each for each in certificate.conformity.statements if each.named == name]
-    ends = {end for each in own for end in (each.lower, each.upper) if end is not None}
-    return sorted(ends)
+def _limits(
+    certificate: Certificate, name: str, axis: str
+) -> list[tuple[list[float], list[float]]]:
+    stated = certificate.conformity.statements if certificate.conformity else ()
+    return list(limit_lines(_held(each, axis) for each in stated if each.named == name))
+
+
+def _held(stated: LimitStatement, axis: str) -> tuple[float | None, float, float]:
+    place = stated.coordinates.get(axis)
+    x = None if place is None or isinstance(place.value, str) else place.value
+    lower, upper = stated.lower, stated.upper
+    return x, -inf if lower is None else lower, inf if upper is None else upper

@@ -13,7 +13,7 @@ from rigrunner_reports.plots.canvas import BLUE, GREY, VERMILION, Plot, draw
 from rigrunner_reports.plots.thinning import MOST_POINTS, THINNED, places_of_extremes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -47,8 +47,12 @@ def over_coordinate(
         axes = figure.subplots()
         for name, found in list(groups.items())[:MOST_LINES]:
             _paint(axes, axis, name, found, missed)
-        for limit in sorted({each for part in parts for each in part.limits.edges(0.0)}):
-            axes.axhline(limit, color=VERMILION, linestyle=(0, (5, 3)), linewidth=1.2)
+        held = [(_at(part, axis), part.limits.lower, part.limits.upper) for part in parts]
+        for where, limit in limit_lines(held):
+            if where:
+                axes.plot(where, limit, color=VERMILION, linestyle=(0, (5, 3)), linewidth=1.2)
+            else:
+                axes.axhline(limit[0], color=VERMILION, linestyle=(0, (5, 3)), linewidth=1.2)
         if parts:
             axes.plot([], [], color=VERMILION, linestyle=(0, (5, 3)), label="limit")
         unit = f" / {x_unit}" if x_unit not in {"", "1"} else ""
@@ -63,6 +67,30 @@ def over_coordinate(
     caption = f"{_capital(definition.words)} over {axis}.{bars}{limits}"
     alt = "; ".join(f"{each.place}: {stated(each.estimate)}" for each in results[:MOST_POINTS])
     return Plot(caption + (THINNED if thinned else ""), alt, draw(paint, 3.0))
+
+
+def limit_lines(
+    limits: Iterable[tuple[float | None, float, float]],
+) -> Iterator[tuple[list[float], list[float]]]:
+    """Yield lines of limits: over x where they follow it, or one value without x for all.
+
+    `limits` are x, lower and upper; x is None of a limit for all.
+    """
+    found = list(limits)
+    sides = [(x, low) for x, low, _ in found], [(x, high) for x, _, high in found]
+    for side in sides:
+        known = {(x, value) for x, value in side if isfinite(value)}
+        values = sorted({value for _, value in known})
+        placed = sorted((x, value) for x, value in known if x is not None)
+        if len(values) > 1 and len(placed) == len(known):
+            yield [x for x, _ in placed], [value for _, value in placed]
+        else:
+            yield from (([], [value]) for value in values)
+
+
+def _at(part: LimitDecision, axis: str) -> float | None:
+    place = part.coordinates.get(axis)
+    return None if place is None or isinstance(place.value, str) else place.value
 
 
 def _paint(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.member import Member
+from rigrunner.api.quantity import Quantity
 from rigrunner.plan.needs import channels_of
 from rigrunner.procedure.limits import torque_limits
 
@@ -50,8 +51,8 @@ class Prediction:
 
 def predict(procedure: LoadedProcedure, station: LoadedStation, plan: Plan) -> Prediction:
     """Return the torque to be expected in each recording, and the disk that the run needs."""
-    highest = (limit.max for _, limit in torque_limits(procedure) if limit.max is not None)
-    bearing_nm = max((each.si for each in highest), default=0.0)
+    highest = (limit.max for _, limit in torque_limits(procedure))
+    bearing_nm = max((each.si for each in highest if isinstance(each, Quantity)), default=0.0)
     records = [each.record for each in plan.recordings]
     torques = tuple(
         PredictedTorque(record.name, frequency_hz, rig_nm + bearing_nm, known.full_scale)

@@ -6,6 +6,7 @@ import difflib
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.errors import PluginError
+from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import unit
 from rigrunner.yamlfile.problems import Problems
 
@@ -103,12 +104,7 @@ def _check(
         hint = f"did you mean '{near[0]}'?" if near else named
         problems.add(document, (*path, "of"), f"there is no result '{limit.of}'", hint)
         return
-    kind = unit(found.unit).dimension
-    for key in ("min", "max"):
-        given = getattr(limit, key)
-        if given is not None and given.dimension != kind:
-            message = f"'{given}' is a {given.dimension}; {found.name} is a {kind}, in {found.unit}"
-            problems.add(document, (*path, key), message, f"write it in {found.unit}")
+    _check_values(problems, document, path, limit, found)
     for key, places in (("where", limit.where), ("except", limit.except_)):
         for name in places:
             if name not in found.per:
@@ -121,6 +117,22 @@ def _check(
         several = f"there is a result '{found.name}' for each {' and '.join(open_)}"
         hint = f"say 'each: {open_[0]}', 'mean: yes' or 'worst: yes', or name one under 'where'"
         problems.add(document, (*path, "of"), several, hint)
+
+
+def _check_values(
+    problems: Problems, document: Document, path: Path, limit: Limit, found: ResultDefinition
+) -> None:
+    kind = unit(found.unit).dimension
+    for place, given in limit.of_result():
+        if given.dimension != kind:
+            message = f"'{given}' is a {given.dimension}; {found.name} is a {kind}, in {found.unit}"
+            problems.add(document, (*path, *place), message, f"write it in {found.unit}")
+    if limit.plus_minus is not None and unit(found.unit).offset:
+        message = f"'{found.name}' is a temperature in {found.unit}, and no difference"
+        problems.add(document, (*path, "plus_minus"), message, "write min and max")
+    for name, end in limit.ends.items():
+        if not isinstance(end, Quantity) and end.over not in found.per:
+            problems.add(document, (*path, name, "over"), *_no_coordinate(found, end.over))
 
 
 def _no_coordinate(found: ResultDefinition, name: str) -> tuple[str, str]:

@@ -6,17 +6,20 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.measurand import CONDITIONS, NATURES, Condition, MeasurandKind, Nature
 from rigrunner.api.places import CoordinateKey, Places, places_text
-from rigrunner.api.settings import AnyQuantity, Force, Settings, YesNo
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.settings import Force, Settings, YesNo
 from rigrunner.api.units import unit
 from rigrunner.api.verdict import Limits
+from rigrunner.procedure.following import End, Line, Table
 from rigrunner.yamlfile.names import Name, Text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator, Mapping
 
-    from rigrunner.api.quantity import Quantity
+    from rigrunner.api.coordinates import CoordinateValue
 
 LOAD_TOLERANCE = 0.01
 """How far a load may be from that of the limit, as a part of it."""
@@ -80,11 +83,13 @@ class Limit(Settings):
     mean: YesNo = False
     """Their mean must be within it."""
     worst: YesNo = False
-    """The one that is farthest out, or nearest to the limit, must be within it."""
-    max: AnyQuantity | None = None
-    """The highest that is allowed."""
-    min: AnyQuantity | None = None
-    """The lowest that is allowed."""
+    """The worst of them by the rule must be within it: one verdict over all, with its place."""
+    max: End | None = None
+    """The highest that is allowed; one that follows a coordinate is a mapping."""
+    min: End | None = None
+    """The lowest that is allowed; one that follows a coordinate is a mapping."""
+    plus_minus: End | None = None
+    """In place of both: how far from zero a difference may be, such as a deviation."""
     measurand: LimitMeasurand | None = None
     """Of a torque, and needed there: which one it is a limit of; it is refused for any other."""
     source: Text
@@ -92,17 +97,57 @@ class Limit(Settings):
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
-        if self.max is None and self.min is None:
-            raise ValueError("a limit needs max, min, or both")
-        if self.max is not None and self.min is not None:
-            if self.max.dimension != self.min.dimension:
-                kinds = f"a {self.min.dimension}, max a {self.max.dimension}"
-                raise ValueError(f"min is {kinds}")
-            if self.min.si >= self.max.si:
-                raise ValueError(f"min ({self.min}) must be below max ({self.max})")
-        if sum((self.each is not None, self.mean, self.worst)) > 1:
-            raise ValueError("one of 'each', 'mean' and 'worst' is allowed, not several")
+        if not self.ends:
+            raise ValueError("a limit needs max, min, or both, or plus_minus")
+        if self.plus_minus is not None and len(self.ends) > 1:
+            raise ValueError("'plus_minus' stands in place of min and max")
+        kinds = {name: end.dimension for name, end in self._written.items()}
+        if len(set(kinds.values())) > 1:
+            raise ValueError(f"min is a {kinds['min']}, max a {kinds['max']}")
+        ends = self.min, self.max
+        if all(isinstance(each, Quantity) for each in ends) and self.min.si >= self.max.si:  # type: ignore[union-attr]  # quantities
+            raise ValueError(f"min ({self.min}) must be below max ({self.max})")
+        if self.plus_minus is not None:
+            self._require_difference()
+        if self.mean and (self.worst or self.each is not None):
+            raise ValueError("'mean' stands alone; 'each' and 'worst' may stand together")
+        if self.mean and self.follows:
+            raise ValueError("a limit that follows a coordinate is none of a mean")
         return self
+
+    def _require_difference(self) -> None:
+        written = self._written["plus_minus"]
+        if written.unit.offset:
+            raise ValueError(f"got '{written}', a temperature; write a difference in K")
+        if written.si <= 0:
+            raise ValueError(f"got '{written}', expected more than 0")
+
+    @property
+    def ends(self) -> dict[str, Quantity | Line | Table]:
+        """The limits by their keys."""
+        found = {"min": self.min, "max": self.max, "plus_minus": self.plus_minus}
+        return {name: each for name, each in found.items() if each is not None}
+
+    @property
+    def _written(self) -> dict[str, Quantity]:
+        return {
+            name: each if isinstance(each, Quantity) else each.written
+            for name, each in self.ends.items()
+        }
+
+    @property
+    def follows(self) -> set[str]:
+        """The coordinates that it follows."""
+        return {each.over for each in self.ends.values() if not isinstance(each, Quantity)}
+
+    def of_result(self) -> Iterator[tuple[tuple[str | int, ...], Quantity]]:
+        """Yield each value of the result that it names, and where it stands in the limit."""
+        for name, end in self.ends.items():
+            if isinstance(end, Quantity):
+                yield (name,), end
+            else:
+                for place, value in end.of_result():
+                    yield (name, *place), value
 
     @property
     def dimension(self) -> str:
@@ -112,13 +157,23 @@ class Limit(Settings):
     @property
     def written(self) -> Quantity:
         """One of the limits as the procedure writes it."""
-        written = self.max or self.min
-        assert written is not None  # noqa: S101  (one of them is needed)
-        return written
+        return next(iter(self._written.values()))
 
-    def limits_in(self, symbol: str) -> Limits:
-        """Return the limits as numbers in a unit of the same kind."""
-        return Limits.between(_number(self.min, symbol), _number(self.max, symbol), symbol)
+    def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
+        """Return the limits at a place as numbers in a unit of the same kind.
+
+        Raises DataError where a limit that follows a coordinate has none there.
+        """
+        if self.plus_minus is not None:
+            half = _number(self.plus_minus, coordinates, symbol, is_difference=True)
+            return Limits.between(-half, half, symbol)
+        low, high = (
+            None if end is None else _number(end, coordinates, symbol)
+            for end in (self.min, self.max)
+        )
+        if low is not None and high is not None and low >= high:
+            raise DataError(f"the lower limit, {low:g} {symbol}, is not below the upper one there")
+        return Limits.between(low, high, symbol)
 
     def as_written(self) -> dict[str, object]:
         """Return it as a file has it, with units; read back, it is the same."""
@@ -130,8 +185,10 @@ class Limit(Settings):
         if self.each is not None:
             given["each"] = self.each
         given |= {name: True for name in ("mean", "worst") if getattr(self, name)}
-        ends = {"max": self.max, "min": self.min}
-        given |= {name: str(each) for name, each in ends.items() if each is not None}
+        given |= {
+            name: str(each) if isinstance(each, Quantity) else each.as_written()
+            for name, each in self.ends.items()
+        }
         if self.measurand is not None:
             given["measurand"] = self.measurand.as_written()
         return given | {"source": self.source}
@@ -141,20 +198,29 @@ class Limit(Settings):
         """What it limits, in words that are equal for equal scopes."""
         where = places_text(self.where)
         without = places_text(self.except_)
-        how = "mean" if self.mean else "worst" if self.worst else "each"
+        how = "mean" if self.mean else "each" if self.each or not self.worst else "worst"
         return (
             f"{self.of}{f' at {where}' if where else ''}"
             f"{f' except at {without}' if without else ''} ({how})"
         )
 
 
-def _number(value: Quantity | None, symbol: str) -> float | None:
-    if value is None:
-        return None
-    if value.unit.symbol == symbol:
-        return value.number
+def _number(
+    end: Quantity | Line | Table,
+    coordinates: Mapping[str, CoordinateValue],
+    symbol: str,
+    *,
+    is_difference: bool = False,
+) -> float:
     known = unit(symbol)
-    return float(f"{(value.si - known.offset) / known.factor:.15g}")
+    if isinstance(end, Quantity):
+        if end.unit.symbol == symbol:
+            return end.number
+        si = end.si
+    else:
+        si = end.si_at(coordinates)
+    offset = 0.0 if is_difference else known.offset
+    return float(f"{(si - offset) / known.factor:.15g}")
 
 
 def _words(found: MeasurandKind, loads_n: list[float]) -> str:

@@ -58,13 +58,9 @@ def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
     if limit.mean and found:
         yield Chosen(mean, symbol, mean_of([each for _, each in found]), order=-1)
         return
-    if limit.worst and found:
-        limits = limit.limits_in(symbol)
-        found = [min(found, key=lambda each: limits.margin(each[1].estimate.value))]
     for number, each in found:
-        worst = f"worst {limit.of}" if limit.worst else limit.of
-        words = f"{worst} at {each.place}" if each.place else worst
-        if short and not limit.worst:
+        words = f"{limit.of} at {each.place}" if each.place else limit.of
+        if short:
             words = ", ".join(map(str, each.coordinates.values()))
         yield Chosen(words, symbol, each.estimate, each.uncorrected, each.coordinates, order=number)
     yield from _missing(limit, named, symbol, evidence, len(found))

@@ -7,6 +7,7 @@ from math import isfinite, nan
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.verdict.chosen import chosen_by
+from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.coverage import probability_within
 
@@ -24,19 +25,25 @@ def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Dec
     Limits of one result stand together, those of its mean first, then in the order of the run.
     """
     names = list(dict.fromkeys(each.of for each in acceptance.limits))
-    held = sorted(
-        (
-            (names.index(limit.of), chosen.order, limit, chosen)
-            for limit in acceptance.limits
-            for chosen in chosen_by(limit, evidence)
-        ),
-        key=lambda each: each[:2],
-    )
+    parts: list[tuple[int, int, LimitDecision]] = []
+    for limit in acceptance.limits:
+        chosen = list(chosen_by(limit, evidence))
+        found = [(each.order, _decided(limit, rule, evidence, each)) for each in chosen]
+        if limit.worst:
+            worst = _worst(limit, [part for _, part in found])
+            found = [(-1, worst), *(found if limit.each else ())]
+        parts += [(names.index(limit.of), *each) for each in found]
+    parts.sort(key=lambda each: each[:2])
     return Decision(
-        rule=str(rule),
-        rule_in=rule.in_other_languages,
-        parts=tuple(_decided(limit, rule, evidence, chosen) for _, _, limit, chosen in held),
+        rule=str(rule), rule_in=rule.in_other_languages, parts=tuple(each for *_, each in parts)
     )
+
+
+def _worst(limit: Limit, parts: list[LimitDecision]) -> LimitDecision:
+    """Return the decision on the worst of some results, as one over all of them."""
+    part = min(parts, key=lambda each: each.badness)
+    place = ", ".join(f"{name} = {value}" for name, value in part.coordinates.items())
+    return replace(part, of=f"worst {limit.of} at {place}" if place else f"worst {limit.of}")
 
 
 def _sentence(text: str) -> str:
@@ -44,12 +51,13 @@ def _sentence(text: str) -> str:
 
 
 def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
-    limits, found = limit.limits_in(chosen.unit), chosen.estimate
-    is_torque = limit.of == evidence.torque
+    found, is_torque = chosen.estimate, limit.of == evidence.torque
+    limits, without = _limits(limit, chosen)
     problem = _objection(limit, evidence) or chosen.problem or evidence.problems.get(limit.of, "")
+    problem = problem or without
     impossible = _no_torque(limits, found) if is_torque else ""
     verdict, reason = _verdict(limits, rule, found, problem or impossible)
-    known = found if found is not None and _uncertainty_is_known(found) else None
+    known = found if found is not None and _uncertainty_is_known(found) and not without else None
     sure = None if problem else known
     raw = None
     if is_torque:
@@ -71,6 +79,15 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
         load_n=None if limit.measurand is None else limit.measurand.load,
     )
     return _with_risks(decided, rule, known)
+
+
+def _limits(limit: Limit, chosen: Chosen) -> tuple[Limits, str]:
+    """Return the limits at the place of a result, or why there are none there, as a sentence."""
+    try:
+        return limit.limits_at(chosen.coordinates, chosen.unit), ""
+    except DataError as error:
+        why = "" if chosen.estimate is None else _sentence(error.message)
+        return Limits.between(None, None, chosen.unit), why
 
 
 def _with_risks(found: LimitDecision, rule: AppliedRule, known: Estimate | None) -> LimitDecision:

@@ -1,0 +1,143 @@
+"""Limits that follow a coordinate of their result: a line over it, or a table."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from rigrunner.api.errors import DataError
+from rigrunner.api.places import CoordinateKey
+from rigrunner.api.settings import AnyQuantity, Difference, ListOf, Settings
+from rigrunner.api.units import unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.quantity import Quantity
+
+
+class Line(Settings):
+    """A limit that changes in proportion to how far the coordinate is from a value of it."""
+
+    base: AnyQuantity
+    """The limit there."""
+    rise: AnyQuantity
+    """By how much it is higher ..."""
+    per: Difference
+    """... for each so much that the coordinate is away, to either side."""
+    over: CoordinateKey
+    """The coordinate of the result, such as chamber.temperature."""
+    from_: Annotated[AnyQuantity | None, Field(alias="from")] = None
+    """From where it is counted; left out, from zero, of a temperature from 0 °C."""
+
+    @model_validator(mode="after")
+    def _is_of_one_kind(self) -> Self:
+        if self.rise.dimension != self.base.dimension:
+            raise ValueError(f"base is a {self.base.dimension}, rise a {self.rise.dimension}")
+        if self.rise.unit.offset:
+            raise ValueError(f"got 'rise: {self.rise}', a temperature; write a difference in K")
+        if self.from_ is not None and self.from_.dimension != self.per.dimension:
+            raise ValueError(f"per is a {self.per.dimension}, from a {self.from_.dimension}")
+        return self
+
+    @property
+    def written(self) -> Quantity:
+        """The limit as it is written, where the coordinate is nought."""
+        return self.base
+
+    def of_result(self) -> Iterator[tuple[tuple[str | int, ...], Quantity]]:
+        """Yield each value of the result that it names, and where it stands."""
+        yield ("base",), self.base
+
+    def si_at(self, coordinates: Mapping[str, CoordinateValue]) -> float:
+        """Return the limit in the SI unit at a place; raise DataError where it has none."""
+        origin = self.from_
+        nought = unit("°C").offset if self.per.dimension == "temperature" else 0.0
+        away = abs(
+            _si(coordinates, self.over, self.per.dimension) - (origin.si if origin else nought)
+        )
+        return self.base.si + self.rise.si * away / self.per.si
+
+    def as_written(self) -> dict[str, object]:
+        """Return it as a file has it; read back, it is the same."""
+        given = {"base": str(self.base), "rise": str(self.rise), "per": str(self.per)}
+        origin = {} if self.from_ is None else {"from": str(self.from_)}
+        return {**given, "over": self.over, **origin}
+
+
+class Table(Settings):
+    """A limit that is known at some values of the coordinate, with straight lines between."""
+
+    over: CoordinateKey
+    """The coordinate of the result, such as chamber.temperature."""
+    points: Annotated[ListOf[Annotated[ListOf[AnyQuantity], Field(min_length=2, max_length=2)]],
+                      Field(min_length=2)]  # fmt: skip
+    """Pairs of a value of the coordinate and the limit there: [[0 °C, 100.117 Ω], ...]."""
+
+    @model_validator(mode="after")
+    def _is_in_order(self) -> Self:
+        for place in (0, 1):
+            kinds = {each[place].dimension for each in self.points}
+            if len(kinds) > 1:
+                raise ValueError(f"the points are of several kinds: {', '.join(sorted(kinds))}")
+        for (before, _), (after, _) in pairwise(self.points):
+            if after.si <= before.si:
+                raise ValueError(f"{after} stands after {before}: write the points in rising order")
+        return self
+
+    @property
+    def written(self) -> Quantity:
+        """The first limit as it is written."""
+        return self.points[0][1]
+
+    def of_result(self) -> Iterator[tuple[tuple[str | int, ...], Quantity]]:
+        """Yield each value of the result that it names, and where it stands."""
+        for number, (_, limit) in enumerate(self.points):
+            yield ("points", number, 1), limit
+
+    def si_at(self, coordinates: Mapping[str, CoordinateValue]) -> float:
+        """Return the limit in the SI unit at a place; raise DataError beyond the table."""
+        kind = self.points[0][0].dimension
+        x = _si(coordinates, self.over, kind)
+        for (before, low), (after, high) in pairwise(self.points):
+            tolerance = 1e-9 * (after.si - before.si)
+            if before.si - tolerance <= x <= after.si + tolerance:
+                part = (x - before.si) / (after.si - before.si)
+                return low.si + part * (high.si - low.si)
+        first, last = self.points[0][0], self.points[-1][0]
+        at = coordinates[self.over]
+        raise DataError(f"the limit is known from {first} to {last}, not at {at}")
+
+    def as_written(self) -> dict[str, object]:
+        """Return it as a file has it; read back, it is the same."""
+        return {"over": self.over, "points": [[str(x), str(y)] for x, y in self.points]}
+
+
+def _form(value: Any) -> str:
+    if isinstance(value, dict):
+        return "table" if "points" in value else "line"
+    if isinstance(value, Line):
+        return "line"
+    return "table" if isinstance(value, Table) else "quantity"
+
+
+End = Annotated[
+    Annotated[AnyQuantity, Tag("quantity")]
+    | Annotated[Line, Tag("line")]
+    | Annotated[Table, Tag("table")],
+    Discriminator(_form),
+]
+"""A limit: one for all places, or one that follows a coordinate."""
+
+
+def _si(coordinates: Mapping[str, CoordinateValue], name: str, kind: str) -> float:
+    found = coordinates.get(name)
+    if found is None or isinstance(found.value, str):
+        raise DataError(f"the limit follows '{name}', and the result has no such number")
+    known = unit(found.unit or "1")
+    if known.dimension != kind:
+        raise DataError(f"the limit follows a {kind}, and '{name}' is a {known.dimension}")
+    return found.value * known.factor + known.offset

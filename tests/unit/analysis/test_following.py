@@ -1,0 +1,149 @@
+"""Limits that follow a coordinate, against IEC 60751:2022, class B: ±(0.30 + 0.005 |t|) °C."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from rigrunner.analysis.verdict import decision as deciding
+from rigrunner.analysis.verdict.evidence import Evidence
+from rigrunner.analysis.verdict.rule import AppliedRule
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.data import Estimate
+from rigrunner.api.errors import DataError
+from rigrunner.api.findings import MeasurementResult, ResultDefinition
+from rigrunner.api.verdict import Verdict
+from rigrunner.procedure import Acceptance, Limit
+from rigrunner.registry import load_registry
+
+REGISTRY = load_registry()
+CLASS_B = {"base": "0.30 K", "rise": "0.005 K", "per": "1 K", "over": "chamber.temperature"}
+TABLE = {
+    "over": "chamber.temperature",
+    "points": [["-20 °C", "92.317 Ω"], ["0 °C", "100.117 Ω"], ["100 °C", "138.808 Ω"]],
+}
+
+
+def limit(**changes):
+    given = {"of": "deviation", "each": "chamber.temperature", "source": "IEC 60751"}
+    return Limit.model_validate(given | changes)
+
+
+def at(celsius):
+    return {"chamber.temperature": CoordinateValue(celsius, "°C")}
+
+
+@pytest.mark.parametrize(
+    ("celsius", "tolerance"), [(-196, 1.28), (-100, 0.80), (0, 0.30), (100, 0.80), (600, 3.30)]
+)
+def test_class_b_of_iec_60751(celsius, tolerance):
+    """The tolerances are those of the table in the standard for wire-wound sensors, F 0.3."""
+    limits = limit(plus_minus=CLASS_B).limits_at(at(celsius), "mK")
+    assert (limits.lower, limits.upper) == pytest.approx((-1000 * tolerance, 1000 * tolerance))
+
+
+def test_a_line_counts_from_where_it_says():
+    rising = {"base": "20 °C", "rise": "0.5 K", "per": "10 K", "over": "chamber.temperature"}
+    limits = limit(max=rising | {"from": "50 °C"}, min="10 °C").limits_at(at(30), "°C")
+    assert (limits.lower, limits.upper) == pytest.approx((10, 21))
+
+
+@pytest.mark.parametrize(
+    ("celsius", "upper"), [(-20, 92.317), (-10, 96.217), (0, 100.117), (50, 119.4625)]
+)
+def test_a_table_is_straight_between_its_points(celsius, upper):
+    assert limit(max=TABLE).limits_at(at(celsius), "Ω").upper == pytest.approx(upper, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "words"),
+    [
+        (at(101), "known from -20 °C to 100 °C, not at 101 °C"),
+        ({"phase": CoordinateValue("wear")}, "follows 'chamber.temperature', and the result has"),
+        ({"chamber.temperature": CoordinateValue(3.0, "V")}, "follows a temperature, and"),
+    ],
+)
+def test_where_the_table_has_no_limit_there_is_none(coordinates, words):
+    with pytest.raises(DataError, match=words):
+        limit(max=TABLE).limits_at(coordinates, "Ω")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"plus_minus": CLASS_B, "max": "1 K"}, "stands in place of min and max"),
+        ({"plus_minus": "0.3 °C"}, "write a difference in K"),
+        ({"plus_minus": "-0.3 K"}, "expected more than 0"),
+        ({"plus_minus": CLASS_B | {"rise": "1 V"}}, "base is a temperature, rise a voltage"),
+        ({"plus_minus": CLASS_B | {"from": "1 V"}}, "per is a temperature, from a voltage"),
+        ({"max": CLASS_B | {"rise": "1 °C"}}, "write a difference in K"),
+        ({"max": TABLE, "each": None, "mean": True}, "is none of a mean"),
+        ({"max": TABLE, "min": "1 V"}, "min is a voltage, max a resistance"),
+        ({"max": TABLE | {"points": TABLE["points"][::-1]}}, "in rising order"),
+        ({"max": TABLE | {"points": TABLE["points"][:1]}}, "at least 2 items"),
+        ({"max": TABLE | {"points": [["0 °C", "1 Ω"], ["1 V", "2 Ω"]]}}, "of several kinds"),
+        ({}, "a limit needs max, min, or both, or plus_minus"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changes, words):
+    with pytest.raises(ValidationError, match=words):
+        limit(**changes)
+
+
+@pytest.mark.parametrize("end", [{"plus_minus": CLASS_B}, {"max": TABLE}, {"plus_minus": "1 K"}])
+def test_it_reads_back_as_it_was_written(end):
+    assert Limit.model_validate(limit(**end).as_written()) == limit(**end)
+
+
+DEVIATION = ResultDefinition(name="deviation", unit="K", per=("chamber.temperature",))
+
+
+def decide(found, *limits, rule="simple"):
+    results = tuple(
+        MeasurementResult(of=DEVIATION, estimate=Estimate(value, u, unit="K"), coordinates=at(t))
+        for t, (value, u) in found.items()
+    )
+    written = [each.as_written() for each in limits]
+    acceptance = Acceptance.model_validate({"limits": written, "rule": rule})
+    evidence = Evidence(results=results, problems={})
+    return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), evidence)
+
+
+def test_each_point_is_held_against_the_limit_there():
+    """0.5 K is too much at 0 °C (0.30 K), and allowed at 100 °C (0.80 K)."""
+    found = decide({0: (0.5, 0.01), 100: (0.5, 0.01)}, limit(plus_minus=CLASS_B))
+    assert [part.verdict for part in found.parts] == [Verdict.FAIL, Verdict.PASS]
+    assert [str(part.limits) for part in found.parts] == ["-0.3 K to 0.3 K", "-0.8 K to 0.8 K"]
+    assert [str(part.coordinates["chamber.temperature"]) for part in found.parts] == [
+        *("0 °C", "100 °C"),
+    ]
+
+
+def test_over_all_points_the_worst_by_the_rule_is_named():
+    """At 100 °C U = 0.4 K: 0.5 K is farther inside its limit, and yet not within it by U."""
+    over_all = limit(plus_minus=CLASS_B, each=None, worst=True)
+    found = decide({0: (0.2, 0.01), 100: (0.5, 0.2)}, over_all, rule="guard_band_u")
+    (part,) = found.parts
+    assert (part.verdict, part.of) == (
+        Verdict.FAIL,
+        "worst deviation at chamber.temperature = 100 °C",
+    )
+    assert found.reason.startswith("Worst deviation at chamber.temperature = 100 °C: 0.5 K is")
+
+
+def test_each_and_the_worst_stand_together():
+    both = limit(plus_minus=CLASS_B, worst=True)
+    found = decide({0: (0.2, 0.01), 100: (0.9, 0.01)}, both)
+    assert [part.of for part in found.parts] == [
+        "worst deviation at chamber.temperature = 100 °C",
+        "deviation at chamber.temperature = 0 °C",
+        "deviation at chamber.temperature = 100 °C",
+    ]
+    assert found.deciding.of == found.parts[0].of
+
+
+def test_beyond_the_table_nothing_is_decided():
+    table = {"over": "chamber.temperature", "points": [["0 °C", "1 K"], ["50 °C", "2 K"]]}
+    (part,) = decide({60: (0.1, 0.01)}, limit(max=table)).parts
+    assert part.verdict is Verdict.INCONCLUSIVE
+    assert part.reason == "The limit is known from 0 °C to 50 °C, not at 60 °C."
