@@ -28,11 +28,15 @@ from rigrunner_plugins.compensations.matching import pairs
 from rigrunner_plugins.compensations.swing import make_swing, measured_ratio, running_torque
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.api.analysis import CompensatedPoint, Sweep, SwingPoint
     from rigrunner.api.data import Array
     from rigrunner_plugins.compensations.settings import EnergySettings
 
 MEASURAND = "load-induced running torque, mean over the swing"
+SLOW, LEAST_SPAN = 1 / 3, 0.1
+"""Of the highest frequency: which set-points are slow. Of that: what a line has to span."""
 NOTES = ("The mean torque under way, not the starting torque: it has no peak in it.",)
 
 
@@ -50,7 +54,7 @@ class Energy:
         sweep = with_swings(sweep)
         matched = pairs(sweep, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
-        dry_nm = _dry_nm(min(sweep.no_load, key=lambda point: point.frequency_hz.value), ratio)
+        dry_nm = _dry_nm(sweep.no_load, ratio)
         done = [self._point(sweep, ratio, dry_nm, *pair) for pair in matched]
         points = tuple(point for point, _ in done)
         scattered_nm = [[influences(run) for run in without_each] for _, without_each in done]
@@ -84,7 +88,7 @@ class Energy:
             scattered("repeatability, loaded", *jackknife_error(without_each[0])),
             scattered("repeatability, no load", *jackknife_error(without_each[1])),
             *_limits(sweep, raw - rig),
-            support.effect(unloaded),
+            support.effect(dry_nm),
             *transducer_effects(sweep.instrument, raw - rig, readings, slow=0.0),
         )
         scales = (gain(sweep.instrument), load(sweep.rig))
@@ -99,13 +103,24 @@ class Energy:
         return point, without_each
 
 
-def _dry_nm(slowest: SwingPoint, ratio: float) -> float:
-    """Return the running torque without load at the lowest frequency: hardly any of it viscous.
+def _dry_nm(no_load: Sequence[SwingPoint], ratio: float) -> float:
+    """Return the dry part of the running torque without load: what is left of it at no speed.
 
-    Dry friction is what a load raises; that of a lubricant depends on speed alone (Palmgren's M0).
+    A straight line over the frequency, for friction in proportion to speed does work in proportion
+    to it; of the slow set-points, for the fast ones twist the drive line. Where there is but one of
+    them, the torque there. Dry friction is what a load raises; that of a lubricant depends on speed
+    alone (M0 of Palmgren's model, as in ISO 15312).
     """
-    mean, _ = mean_and_without_each(slowest.torque_nm, slowest.kept)
-    return float(running_torque(make_swing(ratio, slowest.torque_nm.shape[-1]), mean))
+    slow_hz = SLOW * max(point.frequency_hz.value for point in no_load)
+    slowest = min(no_load, key=lambda point: point.frequency_hz.value)
+    slow = [each for each in no_load if each is slowest or each.frequency_hz.value <= slow_hz]
+    frequencies = np.array([each.frequency_hz.value for each in slow])
+    means = [mean_and_without_each(each.torque_nm, each.kept)[0] for each in slow]
+    torques = [float(running_torque(make_swing(ratio, len(mean)), mean)) for mean in means]
+    if np.ptp(frequencies) < LEAST_SPAN * slow_hz:
+        return torques[int(frequencies.argmin())]
+    line = np.polynomial.polynomial.polyfit(frequencies, torques, 1)
+    return float(np.clip(line[0], 0.0, max(torques)))
 
 
 def _limits(sweep: Sweep, torque: float) -> tuple[Effect, ...]:

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 LITERATURE = 0.025
 """Of the support's friction: what a load of REFERENCE_LOAD_N may add in a rolling bearing.
 
-Palmgren's friction due to load, M1 = f1 F dm with f1 = z (F/C0)^y; z = 0.001 and y = 0.33 of an
-angular contact ball bearing (Harris and Kotzalas, Essential Concepts of Bearing Technology, 5th
-edition, 2007, on friction). Of a spindle bearing of dm = 60 mm and C0 = 30 kN it is 0.020 N·m at
-1000 N, 2.6 % of a support friction of 0.76 N·m.
+An assumption, to be replaced by a measurement. Its form is that of Palmgren's friction due to load,
+M1 = f1 F dm with f1 = z (F/C0)^y; z = 0.001 and y = 0.33 are assumed for an angular contact ball
+bearing, dm = 60 mm and C0 = 30 kN for the spindle. So M1 is 0.020 N·m at 1000 N, 2.6 % of a
+support friction of 0.76 N·m.
 """
 REFERENCE_LOAD_N = 1000.0
 """A load raises friction and does not lower it: what is assumed lies between nothing and that.

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,21 @@ def test_is_the_kinetic_torque_at_every_frequency(outcome):
     values = np.array([point.torque.value for point in outcome.points])
     assert values == pytest.approx(np.full(len(FEW), 0.635), abs=0.01)
     assert np.ptp(values) < 0.006
+
+
+def test_a_load_raises_the_dry_part_alone():
+    """Of a support without viscosity all of the running torque is dry, while nothing twists."""
+    made = sweep(RigParameters(), FEW)
+    off = []
+    for growth in (0.0, 0.02):
+        known = {"support_load_growth": growth, "support_load_dependence": 0.0}
+        grown = replace(made, rig=made.rig.model_copy(update=known))
+        found = Energy(EnergySettings())(grown)
+        off.append([point.torque.value for point in found.points])
+    dry = (np.array(off[0]) - off[1]) / 0.02
+    without = sweep(replace(RigParameters(), support_damping_nms=0.0), FEW).no_load
+    slowest = running_torque(SWING, np.mean(without[0].torque_nm, axis=0))
+    assert dry == pytest.approx(np.full(len(FEW), slowest), rel=0.01)
 
 
 def test_says_what_it_measures(outcome):
